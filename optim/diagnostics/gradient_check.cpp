@@ -1,0 +1,193 @@
+#include "optim/diagnostics/gradient_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "renderer/core/check.h"
+#include "renderer/derivative/film_sink.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::Film;
+using renderer::Rgba;
+
+constexpr double kFalseAlarm = 1e-4;
+// Differences below this share of the largest value are rounding, not signal.
+constexpr double kRounding = 1e-9;
+
+Film Scaled(const Film& film, double scale) {
+  Film out = film;
+  for (Rgba& p : out.pixels) {
+    p *= scale;
+  }
+  return out;
+}
+
+Film CentralDifference(const Film& plus, const Film& minus, double step) {
+  Film out(plus.width, plus.height);
+  for (std::size_t i = 0; i < out.pixels.size(); ++i) {
+    out.pixels[i] = (plus.pixels[i] - minus.pixels[i]) * (0.5 / step);
+  }
+  return out;
+}
+
+/// Sum of the tile with corner (x0, y0), weighted 1.
+Rgba TileSum(const Film& film, int x0, int y0, int tile) {
+  Rgba sum;
+  for (int y = y0; y < std::min(film.height, y0 + tile); ++y) {
+    for (int x = x0; x < std::min(film.width, x0 + tile); ++x) {
+      sum += film.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(film.width) +
+                         static_cast<std::size_t>(x)];
+    }
+  }
+  return sum;
+}
+
+/// Upper quantile of the standard normal distribution for small tail probabilities (Newton on erfc).
+double NormalQuantile(double tail) {
+  double z = 4.0;
+  for (int i = 0; i < 50; ++i) {
+    const double error = 0.5 * std::erfc(z / std::sqrt(2.0)) - tail;
+    const double density = std::exp(-0.5 * z * z) / std::sqrt(2.0 * 3.14159265358979324);
+    z += std::clamp(error / density, -1.0, 1.0);
+  }
+  return z;
+}
+
+/// Student quantile by the Cornish-Fisher expansion in 1 / degrees of freedom.
+double StudentQuantile(double tail, double nu) {
+  const double z = NormalQuantile(tail);
+  const double z3 = z * z * z;
+  const double z5 = z3 * z * z;
+  const double first = (z3 + z) / 4.0;
+  const double second = (5.0 * z5 + 16.0 * z3 + 3.0 * z) / 96.0;
+  const double third = (3.0 * z5 * z * z + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / 384.0;
+  return z + first / nu + second / (nu * nu) + third / (nu * nu * nu);
+}
+
+}  // namespace
+
+GradientCheckResult CheckGradient(const renderer::Scene& scene,
+                                  const renderer::PerspectiveCamera& camera,
+                                  int sensor,
+                                  const renderer::ParameterLayout& layout,
+                                  const std::vector<double>& direction,
+                                  const GradientCheckOptions& options) {
+  PATHFIT_CHECK(options.replicates > 1 && options.step > 0.0);
+  const std::vector<double> center = layout.Gather(scene);
+  const auto displaced = [&](double sign) {
+    std::vector<double> values = center;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] += sign * options.step * direction[i];
+    }
+    renderer::Scene moved = scene;
+    layout.Scatter(values, moved);
+    return renderer::Renderer(std::move(moved));
+  };
+  const renderer::Renderer at_center(scene);
+  const renderer::Renderer at_plus = displaced(1.0);
+  const renderer::Renderer at_minus = displaced(-1.0);
+  const auto camera_of = [&](const renderer::Renderer& r) {
+    renderer::PerspectiveCamera c = camera;
+    if (sensor >= 0) {
+      c.gain = r.scene().sensors[static_cast<std::size_t>(sensor)].gain;
+    }
+    return c;
+  };
+
+  renderer::RenderOptions render;
+  render.max_bounces = options.max_bounces;
+  render.rr_depth = options.rr_depth;
+  render.sppe = options.sppe;
+  render.cancel = options.cancel;
+  GradientCheckResult result;
+  for (int r = 0; r < options.replicates; ++r) {
+    const auto derivative = [&](renderer::DerivativeTerms terms) {
+      renderer::FilmSink sink(layout, direction, camera.width, camera.height);
+      render.terms = terms;
+      at_center.RenderDerivative(camera, sensor, render, layout, sink);
+      return sink.film();
+    };
+    render.seed = options.seed + 2 * static_cast<std::uint64_t>(r);
+    render.spp = options.spp;
+    result.interior.push_back(derivative({.interior = true, .primary = false}));
+    render.spp = 1;  // the primary boundary does not depend on it
+    result.primary.push_back(derivative({.interior = false, .primary = true}));
+    render.seed += 1;
+    render.spp = options.difference_spp;
+    result.difference.push_back(CentralDifference(at_plus.RenderPrimal(camera_of(at_plus), render),
+                                                  at_minus.RenderPrimal(camera_of(at_minus), render),
+                                                  options.step));
+  }
+  return result;
+}
+
+GradientComparison Compare(const GradientCheckResult& result, const TermScales& scales, int tile) {
+  const std::size_t n = result.difference.size();
+  const Film& first = result.difference.front();
+  const int side = tile > 0 ? tile : std::max(first.width, first.height);
+  GradientComparison out;
+  double sum_z2 = 0.0;
+  double sum_signal2 = 0.0;
+  double sum_noise2 = 0.0;
+  for (int y = 0; y < first.height; y += side) {
+    for (int x = 0; x < first.width; x += side) {
+      std::vector<Rgba> errors;
+      Rgba mean_error;
+      Rgba mean_difference;
+      for (std::size_t r = 0; r < n; ++r) {
+        const Rgba difference = TileSum(result.difference[r], x, y, side);
+        const Rgba estimate = TileSum(result.interior[r], x, y, side) * scales.interior +
+                              TileSum(result.primary[r], x, y, side) * scales.primary;
+        errors.push_back(estimate - difference);
+        mean_error += errors.back() * (1.0 / static_cast<double>(n));
+        mean_difference += difference * (1.0 / static_cast<double>(n));
+      }
+      for (int c = 0; c < 4; ++c) {
+        double variance = 0.0;
+        double largest = std::abs(mean_difference[c]);
+        for (const Rgba& e : errors) {
+          variance += (e[c] - mean_error[c]) * (e[c] - mean_error[c]);
+          largest = std::max(largest, std::abs(e[c]));
+        }
+        const double error_bar = std::sqrt(variance / static_cast<double>(n * (n - 1)));
+        const double rounding = kRounding * largest + 1e-300;
+        if (error_bar <= rounding && std::abs(mean_error[c]) <= 1e-6 * std::abs(mean_difference[c]) + rounding) {
+          if (largest > 1e-300) {
+            ++out.count;
+            sum_signal2 += mean_difference[c] * mean_difference[c];
+          }
+          continue;
+        }
+        ++out.count;
+        const double z = std::abs(mean_error[c]) / std::max(error_bar, rounding);
+        sum_z2 += z * z;
+        out.z_max = std::max(out.z_max, z);
+        sum_signal2 += mean_difference[c] * mean_difference[c];
+        sum_noise2 += error_bar * error_bar;
+      }
+    }
+  }
+  if (out.count > 0) {
+    const double count = static_cast<double>(out.count);
+    out.z_rms = std::sqrt(sum_z2 / count);
+    out.z_limit = StudentQuantile(0.5 * kFalseAlarm / count, static_cast<double>(n - 1));
+    out.signal_to_noise = sum_noise2 > 0.0 ? std::sqrt(sum_signal2 / sum_noise2)
+                                           : std::numeric_limits<double>::infinity();
+  }
+  return out;
+}
+
+Film MeanFilm(const std::vector<Film>& films) {
+  Film sum = Scaled(films.front(), 0.0);
+  for (const Film& film : films) {
+    for (std::size_t i = 0; i < sum.pixels.size(); ++i) {
+      sum.pixels[i] += film.pixels[i] * (1.0 / static_cast<double>(films.size()));
+    }
+  }
+  return sum;
+}
+
+}  // namespace pathfit::optim

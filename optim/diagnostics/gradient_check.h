@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/renderer.h"
+
+namespace pathfit::optim {
+
+/// Derivative estimate against central differences of the same images, both in expectation.
+struct GradientCheckOptions {
+  int replicates = 32;       ///< independent repetitions, from which the error bars come
+  int spp = 64;              ///< of one derivative replicate
+  int difference_spp = 256;  ///< of one replicate of the two displaced images, which share their random numbers
+  double sppe = 16.0;
+  double step = 1e-3;  ///< half distance of the central difference, in units of the direction
+  int max_bounces = 1;
+  int rr_depth = 5;
+  std::uint64_t seed = 0;
+  const renderer::CancelFlag* cancel = nullptr;
+};
+
+/// Replicates of the terms of one directional derivative and of its central difference.
+struct GradientCheckResult {
+  std::vector<renderer::Film> interior, primary, difference;
+};
+
+/// z statistics of scale_interior * interior + scale_primary * primary - difference over square tiles of an image.
+/// Tiles where both sides are exactly constant and equal count with z = 0, unequal ones with infinity.
+struct GradientComparison {
+  std::int64_t count = 0;  ///< tiles times channels that carry noise or signal
+  double z_rms = 0.0, z_max = 0.0;
+  double z_limit = 0.0;  ///< a right derivative stays below with probability 1 - 1e-4 (Sidak, Student t)
+  double signal_to_noise = 0.0;  ///< rms of the difference over rms of the error bars
+};
+struct TermScales {
+  double interior = 1.0, primary = 1.0;
+};
+
+/// Derivative in `direction` (flat, over the scalars of `layout`) as seen by `camera`.
+/// Throws SceneError when a step leaves the valid scenes.
+GradientCheckResult CheckGradient(const renderer::Scene& scene,
+                                  const renderer::PerspectiveCamera& camera,
+                                  int sensor,
+                                  const renderer::ParameterLayout& layout,
+                                  const std::vector<double>& direction,
+                                  const GradientCheckOptions& options);
+
+/// `tile`: pixels per side; 0 = the whole image is one tile.
+GradientComparison Compare(const GradientCheckResult& result, const TermScales& scales, int tile);
+
+/// Mean over replicates.
+renderer::Film MeanFilm(const std::vector<renderer::Film>& films);
+
+}  // namespace pathfit::optim

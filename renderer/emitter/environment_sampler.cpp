@@ -1,0 +1,97 @@
+#include "renderer/emitter/environment_sampler.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "renderer/math/frame.h"
+#include "renderer/math/warp.h"
+
+namespace pathfit::renderer {
+namespace {
+
+constexpr double kEnvironmentFloor = 0.1;
+
+// Cells are the squares between texel centres' midlines; cos theta is linear inside, so a cell's solid angle is exact.
+double CosAtRow(int row, int height) { return std::cos(std::numbers::pi * row / height); }
+double CellSolidAngle(int row, int width, int height) {
+  return 2.0 * std::numbers::pi / width * (CosAtRow(row, height) - CosAtRow(row + 1, height));
+}
+
+}  // namespace
+
+EnvironmentSampler::EnvironmentSampler(const EnvironmentEmitter& environment)
+    : width_(environment.width), height_(environment.height) {
+  if (width_ * height_ == 1) {
+    return;
+  }
+  const auto radiance = [&](int x, int y) {
+    const int wx = (x + width_) % width_;
+    const int cy = std::clamp(y, 0, height_ - 1);
+    const Rgb& t = environment.texels[static_cast<std::size_t>(cy * width_ + wx)];
+    return std::max(0.0, Luminance(environment.intensity * t));
+  };
+  std::vector<double> weights(environment.texels.size());
+  double power = 0.0;
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      // Mean over the cell of the bilinear function, by the weights of its 3x3 neighbourhood.
+      double mean = 0.0;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          mean += (dx == 0 ? 0.75 : 0.125) * (dy == 0 ? 0.75 : 0.125) * radiance(x + dx, y + dy);
+        }
+      }
+      const double solid_angle = CellSolidAngle(y, width_, height_);
+      weights[static_cast<std::size_t>(y * width_ + x)] = mean * solid_angle;
+      power += mean * solid_angle;
+    }
+  }
+  const double floor = power > 0.0 ? kEnvironmentFloor * power / (4.0 * std::numbers::pi) : 1.0;
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      weights[static_cast<std::size_t>(y * width_ + x)] += floor * CellSolidAngle(y, width_, height_);
+    }
+  }
+  texels_ = Distribution1D(weights);
+  for (int y = 0; y <= height_; ++y) {
+    row_cos_.push_back(CosAtRow(y, height_));
+  }
+  density_.resize(weights.size());
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      const int texel = y * width_ + x;
+      density_[static_cast<std::size_t>(texel)] =
+          texels_.Probability(texel) / CellSolidAngle(y, width_, height_);
+    }
+  }
+}
+
+DirectionSample EnvironmentSampler::Sample(const Vec3& normal, double u0, double u1) const {
+  if (width_ * height_ == 1) {
+    const Vec3 local = SampleUniformHemisphere(u0, u1);
+    return {Frame::FromNormal(normal).ToWorld(local), UniformHemispherePdf()};
+  }
+  double fx = 0.0;
+  const int texel = texels_.Sample(u0, fx);
+  const int x = texel % width_;
+  const int y = texel / width_;
+  const double top = row_cos_[static_cast<std::size_t>(y)];
+  const double bottom = row_cos_[static_cast<std::size_t>(y) + 1];
+  const double cos_theta = std::clamp(top + u1 * (bottom - top), -1.0, 1.0);
+  const double sin_theta = std::sqrt(1.0 - cos_theta * cos_theta);
+  const double phi = 2.0 * std::numbers::pi * (x + fx) / width_;
+  return {{sin_theta * std::sin(phi), cos_theta, -sin_theta * std::cos(phi)},
+          density_[static_cast<std::size_t>(texel)]};
+}
+
+double EnvironmentSampler::Pdf(const Vec3& normal, const Vec3& direction) const {
+  if (width_ * height_ == 1) {
+    return Dot(normal, direction) > 0.0 ? UniformHemispherePdf() : 0.0;
+  }
+  const Vec2 uv = EnvironmentUv(direction);
+  const int x = std::min(static_cast<int>(uv.x * width_), width_ - 1);
+  const int y = std::min(static_cast<int>(uv.y * height_), height_ - 1);
+  return density_[static_cast<std::size_t>(y * width_ + x)];
+}
+
+}  // namespace pathfit::renderer

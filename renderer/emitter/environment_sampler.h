@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "renderer/emitter/emitter.h"
+#include "renderer/math/distribution_1d.h"
+
+namespace pathfit::renderer {
+
+struct DirectionSample {
+  Vec3 direction;    ///< unit, light's own frame
+  double pdf = 0.0;  ///< per solid angle
+};
+
+/// Importance sampling of an environment by the radiance of its texels (a share kEnvironmentFloor is uniform over the
+/// texels' mean, so that a dark texel is still found). A constant environment is sampled over the hemisphere of the
+/// receiver instead.
+class EnvironmentSampler {
+ public:
+  explicit EnvironmentSampler(const EnvironmentEmitter& environment);
+
+  /// `normal` in the light's own frame: used by constant environments only.
+  [[nodiscard]] DirectionSample Sample(const Vec3& normal, double u0, double u1) const;
+  [[nodiscard]] double Pdf(const Vec3& normal, const Vec3& direction) const;
+
+ private:
+  int width_, height_;
+  Distribution1D texels_;
+  std::vector<double> row_cos_;  // cos(theta) of the texel rows' upper borders
+  std::vector<double> density_;  // per solid angle, of each texel
+};
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+
+#include "renderer/math/vector.h"
+
+namespace pathfit::renderer {
+
+struct Ray {
+  Vec3 origin;
+  Vec3 direction;  ///< unit
+};
+
+/// A triangle of the scene.
+struct TriangleId {
+  std::int32_t mesh = -1;
+  std::int32_t triangle = -1;
+  [[nodiscard]] bool IsValid() const { return mesh >= 0; }
+  friend bool operator==(const TriangleId&, const TriangleId&) = default;
+};
+
+/// A point on a triangle: barycentric weights of its second and third vertex, distance along the ray in metres.
+struct Hit {
+  TriangleId id;
+  double b1 = 0.0, b2 = 0.0;
+  double distance = 0.0;
+};
+
+}  // namespace pathfit::renderer

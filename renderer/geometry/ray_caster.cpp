@@ -1,0 +1,156 @@
+#include "renderer/geometry/ray_caster.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "renderer/core/error.h"
+#include "renderer/geometry/embree_compat.h"
+
+namespace pathfit::renderer {
+namespace {
+
+constexpr int kMaxIgnoredHits = 64;
+
+void FillRay(const Ray& ray, const Vec3& center, double near, double far, RTCRay& out) {
+  out.org_x = static_cast<float>(ray.origin.x - center.x);
+  out.org_y = static_cast<float>(ray.origin.y - center.y);
+  out.org_z = static_cast<float>(ray.origin.z - center.z);
+  out.dir_x = static_cast<float>(ray.direction.x);
+  out.dir_y = static_cast<float>(ray.direction.y);
+  out.dir_z = static_cast<float>(ray.direction.z);
+  out.tnear = static_cast<float>(near);
+  out.tfar = static_cast<float>(far);
+  out.time = 0.0F;
+  out.mask = 0xFFFFFFFFU;
+  out.id = 0;
+  out.flags = 0;
+}
+
+void AddMesh(RTCDevice device, RTCScene scene, const Mesh& mesh, const Vec3& center) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry,
+                                                               RTC_BUFFER_TYPE_VERTEX,
+                                                               0,
+                                                               RTC_FORMAT_FLOAT3,
+                                                               3 * sizeof(float),
+                                                               mesh.positions.size()));
+  auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry,
+                                                                 RTC_BUFFER_TYPE_INDEX,
+                                                                 0,
+                                                                 RTC_FORMAT_UINT3,
+                                                                 3 * sizeof(unsigned),
+                                                                 mesh.triangles.size()));
+  if (vertices != nullptr && indices != nullptr) {
+    for (const Vec3& p : mesh.positions) {
+      *vertices++ = static_cast<float>(p.x - center.x);
+      *vertices++ = static_cast<float>(p.y - center.y);
+      *vertices++ = static_cast<float>(p.z - center.z);
+    }
+    for (const Triangle& t : mesh.triangles) {
+      for (const std::int32_t index : t) {
+        *indices++ = static_cast<unsigned>(index);
+      }
+    }
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene, geometry);
+  rtcReleaseGeometry(geometry);
+}
+
+}  // namespace
+
+struct RayCaster::Handles {
+  Handles() : device(rtcNewDevice(nullptr)) {}
+  Handles(const Handles&) = delete;
+  Handles& operator=(const Handles&) = delete;
+  ~Handles() {
+    if (scene != nullptr) {
+      rtcReleaseScene(scene);
+    }
+    rtcReleaseDevice(device);
+  }
+  RTCDevice device;
+  RTCScene scene = nullptr;
+};
+
+RayCaster::RayCaster() : handles_(std::make_unique<Handles>()) {}
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
+
+void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3 low{kInfinity, kInfinity, kInfinity};
+  Vec3 high = -low;
+  first_triangle_.clear();
+  triangles_.clear();
+  for (const Mesh* mesh : meshes) {
+    first_triangle_.push_back(static_cast<std::int64_t>(triangles_.size()));
+    for (const Vec3& p : mesh->positions) {
+      for (int i = 0; i < 3; ++i) {
+        low[i] = std::min(low[i], p[i]);
+        high[i] = std::max(high[i], p[i]);
+      }
+    }
+    for (const Triangle& t : mesh->triangles) {
+      const auto corner = [&](int i) {
+        return mesh->positions[static_cast<std::size_t>(t[static_cast<std::size_t>(i)])];
+      };
+      triangles_.push_back(TriangleGeometry::Make(corner(0), corner(1), corner(2)));
+    }
+  }
+  const bool empty = triangles_.empty();
+  center_ = empty ? Vec3{} : (low + high) * 0.5;
+  extent_ = empty ? 1.0 : 0.5 * Norm(high - low);
+  offset_ = kRayOffset * extent_;
+
+  if (handles_->scene != nullptr) {
+    rtcReleaseScene(handles_->scene);
+  }
+  handles_->scene = rtcNewScene(handles_->device);
+  rtcSetSceneFlags(handles_->scene, RTC_SCENE_FLAG_ROBUST);
+  for (const Mesh* mesh : meshes) {
+    AddMesh(handles_->device, handles_->scene, *mesh, center_);
+  }
+  rtcCommitScene(handles_->scene);
+  if (const RTCError error = rtcGetDeviceError(handles_->device); error != RTC_ERROR_NONE) {
+    throw SceneError("Embree could not build the scene (error " + std::to_string(error) + ")");
+  }
+}
+
+std::optional<Hit> RayCaster::Intersect(const Ray& ray) const {
+  return IntersectIgnoring(ray, 0.0, {});
+}
+
+std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
+                                                double min_distance,
+                                                std::span<const TriangleId> ignored) const {
+  double near = min_distance;
+  for (int attempt = 0; attempt < kMaxIgnoredHits; ++attempt) {
+    RTCRayHit query;
+    FillRay(ray, center_, near, std::numeric_limits<double>::infinity(), query.ray);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    EmbreeIntersect(handles_->scene, query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
+      return std::nullopt;
+    }
+    const TriangleId id{static_cast<std::int32_t>(query.hit.geomID), static_cast<std::int32_t>(query.hit.primID)};
+    if (std::find(ignored.begin(), ignored.end(), id) == ignored.end()) {
+      const PlaneHit hit = IntersectPlane(Geometry(id), ray.origin, ray.direction);
+      return Hit{id, hit.b1, hit.b2, hit.distance};
+    }
+    near = static_cast<double>(query.ray.tfar) + offset_;
+  }
+  return std::nullopt;
+}
+
+bool RayCaster::Occluded(const Ray& ray, double max_distance) const {
+  RTCRay query;
+  FillRay(ray, center_, 0.0, max_distance, query);
+  EmbreeOccluded(handles_->scene, query);
+  return query.tfar < 0.0F;
+}
+
+}  // namespace pathfit::renderer

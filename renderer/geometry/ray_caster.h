@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "renderer/geometry/mesh.h"
+#include "renderer/geometry/ray.h"
+#include "renderer/geometry/triangle_kernel.h"
+
+namespace pathfit::renderer {
+
+/// Ray queries against triangle meshes: the only door to Embree, whose float hits are refined in double on the
+/// reported triangle. Geometry is stored relative to its centre, so that float precision follows the object's size.
+class RayCaster {
+ public:
+  RayCaster();
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+  RayCaster& operator=(RayCaster&&) noexcept;
+
+  /// (Re)builds for meshes in the world frame. Embree errors become SceneError.
+  void Build(const std::vector<const Mesh*>& meshes);
+
+  [[nodiscard]] std::optional<Hit> Intersect(const Ray& ray) const;
+  /// First hit at least `min_distance` away that is on none of `ignored`.
+  [[nodiscard]] std::optional<Hit> IntersectIgnoring(const Ray& ray,
+                                                     double min_distance,
+                                                     std::span<const TriangleId> ignored) const;
+  /// Whether anything lies within `max_distance` (infinity allowed).
+  [[nodiscard]] bool Occluded(const Ray& ray, double max_distance) const;
+
+  [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
+    return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] + id.triangle)];
+  }
+  /// A point moved off the surface so that a ray from it does not meet the surface again; `n` points to the side of
+  /// the ray. The distance is kRayOffset times the extent of the scene.
+  [[nodiscard]] Vec3 OffsetPoint(const Vec3& x, const Vec3& n) const { return x + n * offset_; }
+  /// Half the diagonal of the bounding box, metres.
+  [[nodiscard]] double Extent() const { return extent_; }
+  [[nodiscard]] const Vec3& Center() const { return center_; }
+
+ private:
+  struct Handles;
+  std::unique_ptr<Handles> handles_;
+  std::vector<std::int64_t> first_triangle_;
+  std::vector<TriangleGeometry> triangles_;
+  Vec3 center_;
+  double extent_ = 0.0;
+  double offset_ = 0.0;
+};
+
+/// Offset of secondary rays relative to the scene's extent: well above float rounding (6e-8) of Embree's geometry.
+inline constexpr double kRayOffset = 4e-6;
+
+}  // namespace pathfit::renderer

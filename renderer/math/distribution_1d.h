@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+namespace pathfit::renderer {
+
+/// Discrete distribution over indices with given non-negative weights.
+class Distribution1D {
+ public:
+  Distribution1D() = default;
+  /// A total weight of zero leaves the distribution empty.
+  explicit Distribution1D(const std::vector<double>& weights);
+
+  [[nodiscard]] bool Empty() const { return total_ <= 0.0; }
+  [[nodiscard]] double Total() const { return total_; }
+  /// Index of the cell holding u in [0,1); `remainder` is u rescaled to [0,1) inside that cell.
+  [[nodiscard]] int Sample(double u, double& remainder) const;
+  [[nodiscard]] double Probability(int index) const;
+
+ private:
+  std::vector<double> cumulative_;  // cumulative_[i] = sum of weights before i
+  std::vector<double> probability_;
+  double total_ = 0.0;
+};
+
+}  // namespace pathfit::renderer
