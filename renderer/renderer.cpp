@@ -66,10 +66,11 @@ struct Renderer::Impl {
     }
   }
 
-  [[nodiscard]] PathContext Context(const PerspectiveCamera& camera, const RenderOptions& options) const {
+  [[nodiscard]] PathContext Context(const CameraModel& camera, const RenderOptions& options) const {
     return {&scene,
             &caster,
-            LightSet::Make(scene, environment_sampler.get(), camera.world_from_camera),
+            LightSet::Make(scene, environment_sampler.get(), camera.camera().world_from_camera),
+            BoundsOfMeshes(scene, camera),
             options.max_bounces,
             options.rr_depth};
   }
@@ -111,10 +112,12 @@ void Renderer::SetParameters(const ParameterLayout& layout, const std::vector<do
   }
 }
 
-Film Renderer::RenderPrimal(const PerspectiveCamera& camera, const RenderOptions& options, RenderStats* stats) const {
+Film Renderer::RenderPrimal(const PerspectiveCamera& camera,
+                            const RenderOptions& options,
+                            RenderStats* stats) const {
   PATHFIT_CHECK(options.spp > 0);
   const CameraModel model(camera);
-  const PathContext context = impl_->Context(camera, options);
+  const PathContext context = impl_->Context(model, options);
   Film film(camera.width, camera.height);
   ForEachRow(camera.height, options, stats, [&](int y, RenderStats& row_stats) {
     for (int x = 0; x < camera.width; ++x) {
@@ -135,7 +138,7 @@ Film Renderer::RenderDerivative(const PerspectiveCamera& camera,
                                 RenderStats* stats) const {
   PATHFIT_CHECK(options.spp > 0);
   const CameraModel model(camera);
-  const PathContext context = impl_->Context(camera, options);
+  const PathContext context = impl_->Context(model, options);
   const ActiveParameters active = ActiveParameters::Make(impl_->scene, layout, sensor);
   Film film(camera.width, camera.height);
   ForEachRow(camera.height, options, stats, [&](int y, RenderStats& row_stats) {
@@ -144,10 +147,10 @@ Film Renderer::RenderDerivative(const PerspectiveCamera& camera,
     for (int x = 0; x < camera.width; ++x) {
       const std::int64_t pixel = static_cast<std::int64_t>(y) * camera.width + x;
       sum.Clear();
-      Rgba value =
-          options.terms.interior
-              ? EstimatePixelWithDerivative(context, model, options, active, x, y, recorder, sum, row_stats)
-              : EstimatePixel(context, model, options, x, y, row_stats);
+      Rgba value = options.terms.interior
+                       ? EstimatePixelWithDerivative(
+                             context, model, options, active, x, y, recorder, sum, row_stats)
+                       : EstimatePixel(context, model, options, x, y, row_stats);
       for (ParameterDerivative& entry : sum.Entries()) {
         for (Rgba& d : entry.d) {
           d *= camera.gain / options.spp;

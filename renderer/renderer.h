@@ -12,8 +12,8 @@
 
 namespace pathfit::renderer {
 
-/// Renders a scene and its derivatives. Owns the acceleration structure; all results are a pure function of
-/// (scene, sensor, options) and do not depend on the number of threads.
+/// Renders a scene and its derivatives. Owns the acceleration structure; all results are a pure
+/// function of (scene, sensor, options) and do not depend on the number of threads.
 class Renderer {
  public:
   /// Throws SceneError if the scene is not valid.
@@ -31,8 +31,8 @@ class Renderer {
                                   const RenderOptions& options,
                                   RenderStats* stats = nullptr) const;
 
-  /// Emits the derivative of every pixel by every block of `layout` into `sink` and returns the image of the
-  /// same interior samples (equal to RenderPrimal with the same options, bit for bit).
+  /// Emits the derivative of every pixel by every block of `layout` into `sink` and returns the
+  /// image of the same interior samples (equal to RenderPrimal with the same options, bit for bit).
   /// `sensor` is the index whose exposure the camera carries, -1 for none.
   Film RenderDerivative(const PerspectiveCamera& camera,
                         int sensor,

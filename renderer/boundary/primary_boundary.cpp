@@ -8,9 +8,11 @@ namespace pathfit::renderer {
 namespace {
 
 constexpr std::uint64_t kPrimaryDomain = 3;
-// Faces are told apart by looking this far beside the edge, in pixels; only planes are intersected there.
+// Faces are told apart by looking this far beside the edge, in pixels; only planes are intersected
+// there.
 constexpr double kSideStep = 1e-3;
-// Faces are shaded this far inside, as a share of the way to their centre, so that shadow rays clear the fold.
+// Faces are shaded this far inside, as a share of the way to their centre, so that shadow rays
+// clear the fold.
 constexpr double kInset = 2e-3;
 // An edge point is hidden if something lies this share of the scene's extent in front of it.
 constexpr double kDepthTolerance = 2e-5;
@@ -52,7 +54,8 @@ PrimaryBoundary::Sides PrimaryBoundary::FacesBySide(const EdgePoint& point) cons
   const double length = std::hypot(point.m.x, point.m.y);
   const Vec2 step = point.m * (kSideStep / length);
   const Ray plus_ray = camera_.RayThrough(point.projection.u + step.x, point.projection.v + step.y);
-  const Ray minus_ray = camera_.RayThrough(point.projection.u - step.x, point.projection.v - step.y);
+  const Ray minus_ray =
+      camera_.RayThrough(point.projection.u - step.x, point.projection.v - step.y);
   const double plus_sign = Dot(plane, plus_ray.direction) > 0.0 ? 1.0 : -1.0;
   const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(point.mesh)].mesh;
 
@@ -64,7 +67,8 @@ PrimaryBoundary::Sides PrimaryBoundary::FacesBySide(const EdgePoint& point) cons
     const bool on_plus = Dot(plane, apex - eye) * plus_sign > 0.0;
     const Ray& beside = on_plus ? plus_ray : minus_ray;
     // Depth beside the edge, relative to the edge: the nearer face hides the other.
-    const double depth = IntersectPlane(context_.caster->Geometry(face), eye, beside.direction).distance;
+    const double depth =
+        IntersectPlane(context_.caster->Geometry(face), eye, beside.direction).distance;
     TriangleId& side = on_plus ? sides.plus : sides.minus;
     double& best = nearest[on_plus ? 1 : 0];
     if (!side.IsValid() || depth < best) {
@@ -88,7 +92,9 @@ Rgba PrimaryBoundary::ShadeFace(const EdgePoint& point, TriangleId face, Counter
   return {TraceRadiance(context_, p, sampler, recorder), 1.0};
 }
 
-Rgba PrimaryBoundary::ShadeBackground(const EdgePoint& point, const std::optional<Hit>& hit, CounterRng rng) const {
+Rgba PrimaryBoundary::ShadeBackground(const EdgePoint& point,
+                                      const std::optional<Hit>& hit,
+                                      CounterRng rng) const {
   if (!hit) {
     const LightSet& lights = context_.lights;
     if (!lights.environment || !lights.environment_visible) {
@@ -109,12 +115,12 @@ std::optional<PrimaryBoundarySample> PrimaryBoundary::Sample(const RenderOptions
   ++stats.edge_samples;
   CounterRng rng(options.seed, kPrimaryDomain, options.view, static_cast<std::uint64_t>(index), 0);
   double remainder = 0.0;
-  const int choice =
-      edges_.distribution().Sample((static_cast<double>(index) + rng.Next()) / static_cast<double>(count), remainder);
+  const int choice = edges_.distribution().Sample(
+      (static_cast<double>(index) + rng.Next()) / static_cast<double>(count), remainder);
   const ViewEdge& view_edge = edges_.edge(choice);
   const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(view_edge.mesh)].mesh;
-  const MeshEdge& edge =
-      topologies_[static_cast<std::size_t>(view_edge.mesh)].edges[static_cast<std::size_t>(view_edge.edge)];
+  const MeshEdge& edge = topologies_[static_cast<std::size_t>(view_edge.mesh)]
+                             .edges[static_cast<std::size_t>(view_edge.edge)];
 
   EdgePoint point;
   point.edge = &edge;
@@ -156,7 +162,8 @@ std::optional<PrimaryBoundarySample> PrimaryBoundary::Sample(const RenderOptions
   const auto shade = [&](TriangleId face) {
     return face.IsValid() ? ShadeFace(point, face, rng) : ShadeBackground(point, beyond, rng);
   };
-  const double probability = edges_.distribution().Probability(choice) / (view_edge.t1 - view_edge.t0);
+  const double probability =
+      edges_.distribution().Probability(choice) / (view_edge.t1 - view_edge.t0);
   PrimaryBoundarySample sample;
   sample.x = static_cast<int>(px);
   sample.y = static_cast<int>(py);

@@ -10,22 +10,25 @@
 
 namespace pathfit::renderer {
 
-/// One sample of the primary boundary: pixel `x, y` gains `jump` per unit by which `direction . x_B'` moves the edge
-/// point x_B = (1 - t) a + t b.
+/// One sample of the primary boundary: pixel `x, y` gains `jump` per unit by which `direction .
+/// x_B'` moves the edge point x_B = (1 - t) a + t b.
 struct PrimaryBoundarySample {
   int x = 0, y = 0;
   std::int32_t mesh = 0;
   std::int32_t vertex_a = 0, vertex_b = 0;
   double t = 0.0;
   Vec3 direction;  ///< pixel^2 per metre, sampling density included
-  Rgba jump;       ///< radiance and coverage on the side the edge moves away from, minus the side it moves to
+  Rgba jump;  ///< radiance and coverage on the side the edge moves away from, minus the side it
+              ///< moves to
 };
 
-/// Estimator of the primary boundary integral in image form: mesh edges seen by the sensor sweep over pixels.
+/// Estimator of the primary boundary integral in image form: mesh edges seen by the sensor sweep
+/// over pixels.
 ///
-/// With the edge's image u(t) and any velocity x_B', dI = integral over t of (L_minus - L_plus) (m . u') dt, where
-/// m = perp(du/dt) points to the plus side and u' = (du/dx) x_B'. Right for any smooth projection, distortion included.
-/// Source: path_space 1.9, eq. (B1); [Zhang2020, primary boundary].
+/// With the edge's image u(t) and any velocity x_B', dI = integral over t of (L_minus - L_plus) (m
+/// . u') dt, where m = perp(du/dt) points to the plus side and u' = (du/dx) x_B'. Right for any
+/// smooth projection, distortion included. Source: path_space 1.9, eq. (B1); [Zhang2020, primary
+/// boundary].
 class PrimaryBoundary {
  public:
   PrimaryBoundary(const PathContext& context,
@@ -49,7 +52,9 @@ class PrimaryBoundary {
   [[nodiscard]] Sides FacesBySide(const EdgePoint& point) const;
   /// Radiance and coverage of a face at the edge point.
   [[nodiscard]] Rgba ShadeFace(const EdgePoint& point, TriangleId face, CounterRng rng) const;
-  [[nodiscard]] Rgba ShadeBackground(const EdgePoint& point, const std::optional<Hit>& hit, CounterRng rng) const;
+  [[nodiscard]] Rgba ShadeBackground(const EdgePoint& point,
+                                     const std::optional<Hit>& hit,
+                                     CounterRng rng) const;
 
   const PathContext& context_;
   const std::vector<MeshTopology>& topologies_;

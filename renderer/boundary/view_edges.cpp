@@ -13,8 +13,8 @@ constexpr double kCoplanar = 1e-7;
 constexpr double kNearPlane = 1e-6;
 
 struct FaceNormal {
-  Vec3 n;        // unit
-  double facing; // positive if the face looks at the camera
+  Vec3 n;         // unit
+  double facing;  // positive if the face looks at the camera
 };
 
 FaceNormal NormalTowards(const Mesh& mesh, std::int32_t face, const Vec3& eye) {
@@ -46,7 +46,8 @@ bool HasColorSeam(const Mesh& mesh, const MeshEdge& edge) {
          !(color_of(0, edge.vertices[1]) == color_of(1, edge.vertices[1]));
 }
 
-/// Part of segment a..b (camera frame, looking along -z) with |x|, |y| <= limit * depth and depth > near.
+/// Part of segment a..b (camera frame, looking along -z) with |x|, |y| <= limit * depth and depth >
+/// near.
 std::optional<std::pair<double, double>> ClipToView(const Vec3& a, const Vec3& b, double limit) {
   double t0 = 0.0;
   double t1 = 1.0;
@@ -72,7 +73,11 @@ std::optional<std::pair<double, double>> ClipToView(const Vec3& a, const Vec3& b
 }
 
 /// How much the image may jump across the edge, 0 if not at all.
-double JumpEstimate(const SceneMesh& mesh, const Material& material, const MeshEdge& edge, const Vec3& eye, bool opaque) {
+double JumpEstimate(const SceneMesh& mesh,
+                    const Material& material,
+                    const MeshEdge& edge,
+                    const Vec3& eye,
+                    bool opaque) {
   if (edge.faces[1] < 0) {
     return 1.0;
   }
@@ -112,7 +117,8 @@ ViewEdges::ViewEdges(const Scene& scene,
     const auto& edges = topologies[m].edges;
     for (std::size_t e = 0; e < edges.size(); ++e) {
       const auto end = [&](std::size_t i) {
-        return camera_from_world.Point(mesh.mesh.positions[static_cast<std::size_t>(edges[e].vertices[i])]);
+        return camera_from_world.Point(
+            mesh.mesh.positions[static_cast<std::size_t>(edges[e].vertices[i])]);
       };
       const Vec3 a = end(0);
       const Vec3 b = end(1);
@@ -130,7 +136,8 @@ ViewEdges::ViewEdges(const Scene& scene,
       };
       const Vec2 span = pixel(part->second) - pixel(part->first);
       weights.push_back(jump * std::hypot(span.x, span.y));
-      edges_.push_back({static_cast<int>(m), static_cast<std::int32_t>(e), part->first, part->second});
+      edges_.push_back(
+          {static_cast<int>(m), static_cast<std::int32_t>(e), part->first, part->second});
     }
   }
   distribution_ = Distribution1D(weights);

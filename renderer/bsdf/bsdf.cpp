@@ -20,12 +20,15 @@ bool IsReflection(const BsdfCosines& c) { return c.cos_i > 0.0 && c.cos_o > 0.0;
 double ClampedDot(const BsdfCosines& c) { return std::max(c.dot_io, kMinOnePlusDot - 1.0); }
 double Alpha(const MetallicRoughnessBsdf& m) { return m.roughness * m.roughness; }
 
-Rgb DiffuseAlbedo(const MetallicRoughnessBsdf& m, const Rgb& base) { return base * (1.0 - m.metallic); }
+Rgb DiffuseAlbedo(const MetallicRoughnessBsdf& m, const Rgb& base) {
+  return base * (1.0 - m.metallic);
+}
 Rgb NormalReflectance(const MetallicRoughnessBsdf& m, const Rgb& base) {
   return Rgb::Constant(kDielectricF0 * (1.0 - m.metallic)) + base * m.metallic;
 }
 
-/// Share of samples drawn from the specular lobe; both lobes keep some, so that derivatives have support too.
+/// Share of samples drawn from the specular lobe; both lobes keep some, so that derivatives have
+/// support too.
 double SpecularProbability(const MetallicRoughnessBsdf& m, const Rgb& base, double cos_o) {
   const double c = 1.0 - cos_o;
   const double weight = c * c * c * c * c;
@@ -43,18 +46,21 @@ double VisibleNormalPdf(double alpha, const BsdfCosines& c) {
   const double cos_h2 = sum * sum / (2.0 + 2.0 * ClampedDot(c));
   const double base = cos_h2 * (alpha2 - 1.0) + 1.0;
   const double distribution = alpha2 / (std::numbers::pi * base * base);
-  const double g1_over_cos = 2.0 / (c.cos_o + std::sqrt(alpha2 + (1.0 - alpha2) * c.cos_o * c.cos_o));
+  const double g1_over_cos =
+      2.0 / (c.cos_o + std::sqrt(alpha2 + (1.0 - alpha2) * c.cos_o * c.cos_o));
   return 0.25 * distribution * g1_over_cos;
 }
 
-/// Visible GGX normal in the local frame.  [Heitz 2018, Sampling the GGX Distribution of Visible Normals]
+/// Visible GGX normal in the local frame.  [Heitz 2018, Sampling the GGX Distribution of Visible
+/// Normals]
 Vec3 SampleVisibleNormal(const Vec3& wo, double alpha, double u0, double u1) {
   const Vec3 stretched = Normalized(Vec3{alpha * wo.x, alpha * wo.y, wo.z});
   const Frame frame = Frame::FromNormal(stretched);
   const double radius = std::sqrt(u0);
   const double phi = 2.0 * std::numbers::pi * u1;
   const double s = 0.5 * (1.0 + stretched.z);
-  // The projected hemisphere is a half disk towards +z of the local frame; align the frame's t with it.
+  // The projected hemisphere is a half disk towards +z of the local frame; align the frame's t with
+  // it.
   const double planar = std::hypot(stretched.x, stretched.y);
   const Vec3 t1 = planar > 1e-9 ? Vec3{-stretched.y / planar, stretched.x / planar, 0.0} : frame.s;
   const Vec3 t2 = Cross(stretched, t1);
@@ -80,7 +86,9 @@ Rgb EvalMetallicRoughness(const MetallicRoughnessBsdf& m, const Rgb& base, const
   return value;
 }
 
-BsdfPartials PartialsMetallicRoughness(const MetallicRoughnessBsdf& m, const Rgb& base, const BsdfCosines& c) {
+BsdfPartials PartialsMetallicRoughness(const MetallicRoughnessBsdf& m,
+                                       const Rgb& base,
+                                       const BsdfCosines& c) {
   using D4 = Dual<4>;
   const double dot = ClampedDot(c);
   const double alpha = Alpha(m);
@@ -132,8 +140,13 @@ BsdfPartials EvalBsdfPartials(const Bsdf& bsdf, const Rgb& base_color, const Bsd
   return p;
 }
 
-std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf, const Rgb& base_color, const Vec3& n, const Vec3& wo,
-                                     double u0, double u1, double u2) {
+std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf,
+                                     const Rgb& base_color,
+                                     const Vec3& n,
+                                     const Vec3& wo,
+                                     double u0,
+                                     double u1,
+                                     double u2) {
   const Frame frame = Frame::FromNormal(n);
   const auto* m = std::get_if<MetallicRoughnessBsdf>(&bsdf);
   if (m == nullptr) {

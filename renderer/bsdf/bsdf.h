@@ -13,8 +13,8 @@ struct LambertBsdf {
   friend bool operator==(const LambertBsdf&, const LambertBsdf&) = default;
 };
 
-/// glTF 2.0 metallic-roughness: GGX (alpha = roughness^2), height-correlated Smith, Schlick Fresnel with
-/// F0 = lerp(0.04, base_color, metallic). Source: glTF 2.0 specification, appendix B.
+/// glTF 2.0 metallic-roughness: GGX (alpha = roughness^2), height-correlated Smith, Schlick Fresnel
+/// with F0 = lerp(0.04, base_color, metallic). Source: glTF 2.0 specification, appendix B.
 struct MetallicRoughnessBsdf {
   double roughness = 0.5;  ///< perceptual, in [kMinRoughness, 1]
   double metallic = 0.0;   ///< 0..1
@@ -26,8 +26,8 @@ using Bsdf = std::variant<LambertBsdf, MetallicRoughnessBsdf>;
 /// Below this the lobe is nearly a delta, whose material-form derivative does not exist.
 inline constexpr double kMinRoughness = 0.1;
 
-/// Isotropic BSDFs depend on directions through three cosines only. `wi` points to the light, `wo` to the camera,
-/// both unit and away from the surface; the normal is turned to the side of wo.
+/// Isotropic BSDFs depend on directions through three cosines only. `wi` points to the light, `wo`
+/// to the camera, both unit and away from the surface; the normal is turned to the side of wo.
 struct BsdfCosines {
   double cos_i = 0.0;   ///< n . wi
   double cos_o = 0.0;   ///< n . wo
@@ -51,8 +51,13 @@ Rgb EvalBsdf(const Bsdf& bsdf, const Rgb& base_color, const BsdfCosines& cosines
 BsdfPartials EvalBsdfPartials(const Bsdf& bsdf, const Rgb& base_color, const BsdfCosines& cosines);
 
 /// Draws wi given wo from three uniform numbers. Empty when the draw falls below the surface.
-std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf, const Rgb& base_color, const Vec3& n, const Vec3& wo,
-                                     double u0, double u1, double u2);
+std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf,
+                                     const Rgb& base_color,
+                                     const Vec3& n,
+                                     const Vec3& wo,
+                                     double u0,
+                                     double u1,
+                                     double u2);
 /// Solid-angle density of SampleBsdf.
 double BsdfPdf(const Bsdf& bsdf, const Rgb& base_color, const BsdfCosines& cosines);
 

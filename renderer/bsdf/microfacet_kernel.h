@@ -5,9 +5,9 @@
 
 namespace pathfit::renderer {
 
-/// GGX distribution times height-correlated Smith visibility, D(h) V(i, o) with V = G2 / (4 cos_i cos_o), from the
-/// three cosines of a reflection. Template on the number type: double, Dual or ceres::Jet.
-/// Source: glTF 2.0 specification, appendix B; [Heitz 2014, eqs. 71, 99].
+/// GGX distribution times height-correlated Smith visibility, D(h) V(i, o) with V = G2 / (4 cos_i
+/// cos_o), from the three cosines of a reflection. Template on the number type: double, Dual or
+/// ceres::Jet. Source: glTF 2.0 specification, appendix B; [Heitz 2014, eqs. 71, 99].
 template <class T>
 T MicrofacetReflection(const T& cos_i, const T& cos_o, const T& dot_io, const T& alpha) {
   using std::sqrt;

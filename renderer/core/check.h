@@ -13,11 +13,11 @@ namespace pathfit::renderer {
 }  // namespace pathfit::renderer
 
 /// Our own mistake, always checked. User input is reported by exceptions (error.h) instead.
-#define PATHFIT_CHECK(condition)                                                 \
-  do {                                                                           \
-    if (!(condition)) {                                                          \
-      ::pathfit::renderer::CheckFailed(__FILE__, __LINE__, #condition);          \
-    }                                                                            \
+#define PATHFIT_CHECK(condition)                                        \
+  do {                                                                  \
+    if (!(condition)) {                                                 \
+      ::pathfit::renderer::CheckFailed(__FILE__, __LINE__, #condition); \
+    }                                                                   \
   } while (false)
 
 #if PATHFIT_CHECKS

@@ -20,7 +20,8 @@ class ThreadLimit {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Threads a program should use by default: the affinity mask, cgroup quota and SLURM_CPUS_PER_TASK, whichever is least.
+/// Threads a program should use by default: the affinity mask, cgroup quota and
+/// SLURM_CPUS_PER_TASK, whichever is least.
 int DefaultNumThreads();
 
 /// Runs body(i) for i in [0, count). The order is free, so bodies write to their own slots only;

@@ -4,7 +4,9 @@
 
 namespace pathfit::renderer {
 
-ActiveParameters ActiveParameters::Make(const Scene& scene, const ParameterLayout& layout, int sensor) {
+ActiveParameters ActiveParameters::Make(const Scene& scene,
+                                        const ParameterLayout& layout,
+                                        int sensor) {
   const auto blocks = [&](ParameterKind kind, std::size_t count) {
     std::vector<std::int32_t> first(count);
     for (std::size_t i = 0; i < count; ++i) {

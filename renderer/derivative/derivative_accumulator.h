@@ -8,12 +8,14 @@
 
 namespace pathfit::renderer {
 
-/// Sums the derivatives of one pixel over its samples, one entry per block, in order of first appearance.
+/// Sums the derivatives of one pixel over its samples, one entry per block, in order of first
+/// appearance.
 class DerivativeAccumulator {
  public:
   DerivativeAccumulator() : slots_(kInitialSlots, -1) {}
 
-  /// The three components of a block, zero when first asked for. The reference holds until the next call.
+  /// The three components of a block, zero when first asked for. The reference holds until the next
+  /// call.
   std::array<Rgba, 3>& Entry(std::int32_t block) {
     std::size_t slot = Slot(block);
     while (slots_[slot] >= 0) {

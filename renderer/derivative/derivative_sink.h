@@ -23,8 +23,9 @@ class DerivativeSink {
   DerivativeSink& operator=(const DerivativeSink&) = delete;
   virtual ~DerivativeSink() = default;
 
-  /// Adds to the derivative of a pixel (index y * width + x). Calls for different image rows may come from different
-  /// threads at once; calls for one row come one after another, and for one pixel in an order fixed by the seed.
+  /// Adds to the derivative of a pixel (index y * width + x). Calls for different image rows may
+  /// come from different threads at once; calls for one row come one after another, and for one
+  /// pixel in an order fixed by the seed.
   virtual void Add(std::int64_t pixel, std::span<const ParameterDerivative> derivatives) = 0;
 };
 

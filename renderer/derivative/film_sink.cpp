@@ -4,7 +4,10 @@
 
 namespace pathfit::renderer {
 
-FilmSink::FilmSink(const ParameterLayout& layout, std::vector<double> direction, int width, int height)
+FilmSink::FilmSink(const ParameterLayout& layout,
+                   std::vector<double> direction,
+                   int width,
+                   int height)
     : film_(width, height) {
   PATHFIT_CHECK(direction.size() == static_cast<std::size_t>(layout.NumScalars()));
   block_direction_.resize(3 * static_cast<std::size_t>(layout.NumBlocks()));
@@ -12,7 +15,8 @@ FilmSink::FilmSink(const ParameterLayout& layout, std::vector<double> direction,
     for (std::int32_t i = 0; i < group.num_blocks; ++i) {
       for (int c = 0; c < group.block_size; ++c) {
         const auto scalar = static_cast<std::size_t>(group.first_scalar + i * group.block_size + c);
-        block_direction_[static_cast<std::size_t>(3 * (group.first_block + i) + c)] = direction[scalar];
+        block_direction_[static_cast<std::size_t>(3 * (group.first_block + i) + c)] =
+            direction[scalar];
       }
     }
   }

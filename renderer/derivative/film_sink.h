@@ -8,8 +8,8 @@
 
 namespace pathfit::renderer {
 
-/// Derivative image in one direction of parameter space: each pixel's derivative times `direction`, a flat vector over
-/// the layout's scalars.
+/// Derivative image in one direction of parameter space: each pixel's derivative times `direction`,
+/// a flat vector over the layout's scalars.
 class FilmSink : public DerivativeSink {
  public:
   FilmSink(const ParameterLayout& layout, std::vector<double> direction, int width, int height);
@@ -21,7 +21,8 @@ class FilmSink : public DerivativeSink {
   Film film_;
 };
 
-/// Gradient of a scalar: sum over pixels and channels of weight * derivative, as a flat vector over the layout.
+/// Gradient of a scalar: sum over pixels and channels of weight * derivative, as a flat vector over
+/// the layout.
 class AdjointSink : public DerivativeSink {
  public:
   /// `weights`: dLoss / dPixel of each channel, one per pixel; must outlive the sink.

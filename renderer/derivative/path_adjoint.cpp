@@ -19,14 +19,18 @@ void AddDiagonal(std::array<Rgba, 3>& entry, const Rgb& d) {
 
 void AddScalar(std::array<Rgba, 3>& entry, const Rgb& d) { entry[0] += Rgba(d, 0.0); }
 
-/// Moves the adjoint of a unit vector (b - a) / r to its end point b; the start point receives the negative.
+/// Moves the adjoint of a unit vector (b - a) / r to its end point b; the start point receives the
+/// negative.
 Vec3 EndPointAdjoint(const Vec3& unit, double r, const Vec3& adjoint) {
   return (adjoint - unit * Dot(unit, adjoint)) / r;
 }
 
 class Sweep {
  public:
-  Sweep(const PathContext& context, const ActiveParameters& active, PathRecorder& path, DerivativeAccumulator& sum)
+  Sweep(const PathContext& context,
+        const ActiveParameters& active,
+        PathRecorder& path,
+        DerivativeAccumulator& sum)
       : context_(context), active_(active), path_(path), sum_(sum) {}
 
   void Run() {
@@ -48,7 +52,8 @@ class Sweep {
   }
 
  private:
-  /// All that leaves vertex k; returns it and leaves its derivative by the vertices' positions, normals and materials.
+  /// All that leaves vertex k; returns it and leaves its derivative by the vertices' positions,
+  /// normals and materials.
   Rgb AdjointOfVertex(std::size_t k, const Rgb& beyond) {
     Vertex& v = path_.vertices[k];
     Rgb leaving;
@@ -102,8 +107,8 @@ class Sweep {
     return bsdf * beyond * v.factor;
   }
 
-  /// Adjoint of weight * bsdf * (cosine, which is inside weight) at vertex k for incident direction wi: fills the
-  /// vertex' own adjoints, adds to d_wi, and returns the bsdf.
+  /// Adjoint of weight * bsdf * (cosine, which is inside weight) at vertex k for incident direction
+  /// wi: fills the vertex' own adjoints, adds to d_wi, and returns the bsdf.
   Rgb AdjointOfBsdf(std::size_t k, const Vec3& wi, const Rgb& weight, ColorGradient& d_wi) {
     Vertex& v = path_.vertices[k];
     const BsdfCosines cosines{Dot(v.p.n, wi), Dot(v.p.n, v.p.wo), Dot(wi, v.p.wo)};
@@ -122,7 +127,8 @@ class Sweep {
       v.d_n[i] += wi * by_cos_i + v.p.wo * by_cos_o;
       d_wi[i] += v.p.n * by_cos_i + v.p.wo * by_dot;
       if (k > 0) {
-        // wo runs from this vertex to the previous one; at the camera vertex it is the fixed pixel ray.
+        // wo runs from this vertex to the previous one; at the camera vertex it is the fixed pixel
+        // ray.
         Vertex& previous = path_.vertices[k - 1];
         const Vec3 d_wo = v.p.n * by_cos_o + wi * by_dot;
         const Vec3 d_end = EndPointAdjoint(v.p.wo, Norm(previous.p.x - v.p.x), d_wo);
@@ -154,7 +160,10 @@ class Sweep {
     }
   }
 
-  void ScatterMaterial(const Vertex& v, const SceneMesh& mesh, std::size_t mesh_index, std::size_t material) {
+  void ScatterMaterial(const Vertex& v,
+                       const SceneMesh& mesh,
+                       std::size_t mesh_index,
+                       std::size_t material) {
     if (v.p.material->vertex_colors) {
       if (const std::int32_t first = active_.colors[mesh_index]; first >= 0) {
         const Triangle& t = mesh.mesh.color_triangles[static_cast<std::size_t>(v.p.id.triangle)];
@@ -173,7 +182,10 @@ class Sweep {
     }
   }
 
-  void ScatterPositions(const Vertex& v, const SceneMesh& mesh, std::int32_t first, bool is_camera_vertex) {
+  void ScatterPositions(const Vertex& v,
+                        const SceneMesh& mesh,
+                        std::int32_t first,
+                        bool is_camera_vertex) {
     const TriangleGeometry& geometry = context_.caster->Geometry(v.p.id);
     const std::array<Vec3, 3> gradients = BarycentricGradients(geometry);
     const std::array<double, 3> b = {1.0 - v.p.b1 - v.p.b2, v.p.b1, v.p.b2};
@@ -188,7 +200,8 @@ class Sweep {
       }
       const std::array<Vec3, 3> by_normal = NormalAdjoint(geometry, v.d_n[i] * v.p.side);
       for (std::size_t corner = 0; corner < 3; ++corner) {
-        d_corner[corner][i] = by_normal[corner] + d_material * b[corner] + gradients[corner] * v.d_log_area[c];
+        d_corner[corner][i] =
+            by_normal[corner] + d_material * b[corner] + gradients[corner] * v.d_log_area[c];
       }
     }
     const Triangle& t = mesh.mesh.triangles[static_cast<std::size_t>(v.p.id.triangle)];
@@ -200,7 +213,8 @@ class Sweep {
     }
   }
 
-  /// Gradient of a channel by moving over the material: vertex colours change with the barycentrics.
+  /// Gradient of a channel by moving over the material: vertex colours change with the
+  /// barycentrics.
   static Vec3 ColorGradientInPlane(const Vertex& v,
                                    const SceneMesh& mesh,
                                    const std::array<Vec3, 3>& gradients,
@@ -242,14 +256,15 @@ void AccumulateEnvironmentAdjoint(const LightSet::Environment& environment,
   if (texels < 0 && intensity < 0) {
     return;
   }
-  const TexelWeights lookup =
-      EnvironmentTexelWeights(*environment.light, environment.light_from_world * direction);
+  const TexelWeights lookup = EnvironmentTexelWeights(
+      *environment.light, EnvironmentUv(environment.light_from_world * direction));
   Rgb texel_mean;
   for (std::size_t i = 0; i < 4; ++i) {
     if (lookup.weight[i] == 0.0) {
       continue;
     }
-    texel_mean += environment.light->texels[static_cast<std::size_t>(lookup.texel[i])] * lookup.weight[i];
+    texel_mean +=
+        environment.light->texels[static_cast<std::size_t>(lookup.texel[i])] * lookup.weight[i];
     if (texels >= 0) {
       AddDiagonal(sum.Entry(texels + lookup.texel[i]),
                   weight * environment.light->intensity * lookup.weight[i]);

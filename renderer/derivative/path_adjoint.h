@@ -53,20 +53,22 @@ class PathRecorder {
   std::vector<DirectContribution> directs;
 };
 
-/// Adds the derivative of the path's radiance by every active parameter to `sum`, by one reverse sweep.
+/// Adds the derivative of the path's radiance by every active parameter to `sum`, by one reverse
+/// sweep.
 ///
-/// The camera vertex is in image form: its pixel is fixed, so it slides along the camera ray when its triangle moves,
-/// x' = w (n.v) / (n.w), and its barycentrics change by their in-plane gradient. All later vertices are in material form:
-/// barycentrics fixed, the factor G J of each segment attached, sampling densities and MIS weights detached.
-/// Visibility is constant here; its change is the boundary estimators' part.
-/// Source: path_space 1.4, 1.5 (table, row "image"), 1.12; [Zhang2020].
+/// The camera vertex is in image form: its pixel is fixed, so it slides along the camera ray when
+/// its triangle moves, x' = w (n.v) / (n.w), and its barycentrics change by their in-plane
+/// gradient. All later vertices are in material form: barycentrics fixed, the factor G J of each
+/// segment attached, sampling densities and MIS weights detached. Visibility is constant here; its
+/// change is the boundary estimators' part. Source: path_space 1.4, 1.5 (table, row "image"), 1.12;
+/// [Zhang2020].
 void AccumulatePathAdjoint(const PathContext& context,
                            const ActiveParameters& active,
                            PathRecorder& path,
                            DerivativeAccumulator& sum);
 
-/// Adds the derivative of an environment's radiance in a direction (world frame), times `weight`, by its texels and
-/// its intensity.
+/// Adds the derivative of an environment's radiance in a direction (world frame), times `weight`,
+/// by its texels and its intensity.
 void AccumulateEnvironmentAdjoint(const LightSet::Environment& environment,
                                   const Vec3& direction,
                                   const Rgb& weight,

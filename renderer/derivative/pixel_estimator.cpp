@@ -6,7 +6,8 @@ namespace {
 constexpr std::uint64_t kShiftDomain = 1;
 constexpr std::uint64_t kInteriorDomain = 2;
 
-/// One camera path. `on_miss(direction)` and `on_path()` are called after the path, if its radiance is finite.
+/// One camera path. `on_miss(direction)` and `on_path()` are called after the path, if its radiance
+/// is finite.
 template <class Recorder, class OnMiss, class OnPath>
 Rgba SamplePixel(const PathContext& context,
                  const CameraModel& camera,
@@ -36,14 +37,27 @@ Rgba SamplePixel(const PathContext& context,
 }
 
 template <class Sample>
-Rgba MeanOfSamples(const CameraModel& camera, const RenderOptions& options, int x, int y, RenderStats& stats, Sample sample) {
-  const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(camera.camera().width) +
-                     static_cast<std::uint64_t>(x);
+Rgba MeanOfSamples(const PathContext& context,
+                   const CameraModel& camera,
+                   const RenderOptions& options,
+                   int x,
+                   int y,
+                   RenderStats& stats,
+                   Sample sample) {
+  const bool background_is_black =
+      !context.lights.environment || !context.lights.environment_visible;
+  if (background_is_black && !context.bounds.Contains(x, y)) {
+    return {};
+  }
+  const auto pixel =
+      static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(camera.camera().width) +
+      static_cast<std::uint64_t>(x);
   const CounterRng shift(options.seed, kShiftDomain, options.view, pixel, 0);
   Rgba sum;
   for (int s = 0; s < options.spp; ++s) {
     const auto index = static_cast<std::uint64_t>(s);
-    LatticeSampler sampler(shift, CounterRng(options.seed, kInteriorDomain, options.view, pixel, index), index);
+    LatticeSampler sampler(
+        shift, CounterRng(options.seed, kInteriorDomain, options.view, pixel, index), index);
     const Rgba value = sample(sampler);
     if (IsFinite(value.Color())) {
       sum += value;
@@ -64,8 +78,9 @@ Rgba EstimatePixel(const PathContext& context,
                    int y,
                    RenderStats& stats) {
   NullPathRecorder recorder;
-  return MeanOfSamples(camera, options, x, y, stats, [&](LatticeSampler& sampler) {
-    return SamplePixel(context, camera, x, y, sampler, recorder, [](const Vec3&) {}, [] {});
+  return MeanOfSamples(context, camera, options, x, y, stats, [&](LatticeSampler& sampler) {
+    return SamplePixel(
+        context, camera, x, y, sampler, recorder, [](const Vec3&) {}, [] {});
   });
 }
 
@@ -78,7 +93,7 @@ Rgba EstimatePixelWithDerivative(const PathContext& context,
                                  PathRecorder& recorder,
                                  DerivativeAccumulator& sum,
                                  RenderStats& stats) {
-  return MeanOfSamples(camera, options, x, y, stats, [&](LatticeSampler& sampler) {
+  return MeanOfSamples(context, camera, options, x, y, stats, [&](LatticeSampler& sampler) {
     recorder.Clear();
     return SamplePixel(
         context,

@@ -7,8 +7,9 @@
 
 namespace pathfit::renderer {
 
-/// Mean radiance and coverage of one pixel under the box filter, before the sensor's gain. The numbers of a pixel are
-/// a function of (seed, view, pixel, sample) only. `view` must have been made for the same camera.
+/// Mean radiance and coverage of one pixel under the box filter, before the sensor's gain. The
+/// numbers of a pixel are a function of (seed, view, pixel, sample) only. `view` must have been
+/// made for the same camera.
 Rgba EstimatePixel(const PathContext& context,
                    const CameraModel& camera,
                    const RenderOptions& options,
@@ -16,8 +17,8 @@ Rgba EstimatePixel(const PathContext& context,
                    int y,
                    RenderStats& stats);
 
-/// The same number, bit for bit, and the sum over its samples of the interior derivative (image form) in `sum`, not yet
-/// divided by the sample count. `recorder` is scratch space.
+/// The same number, bit for bit, and the sum over its samples of the interior derivative (image
+/// form) in `sum`, not yet divided by the sample count. `recorder` is scratch space.
 Rgba EstimatePixelWithDerivative(const PathContext& context,
                                  const CameraModel& camera,
                                  const RenderOptions& options,

@@ -37,13 +37,12 @@ Vec3 EnvironmentDirection(const Vec2& uv) {
   return {s * std::sin(phi), std::cos(theta), -s * std::cos(phi)};
 }
 
-TexelWeights EnvironmentTexelWeights(const EnvironmentEmitter& environment, const Vec3& direction_in_light) {
+TexelWeights EnvironmentTexelWeights(const EnvironmentEmitter& environment, const Vec2& uv) {
   const int w = environment.width;
   const int h = environment.height;
   if (w == 1 && h == 1) {
     return {{0, 0, 0, 0}, {1.0, 0.0, 0.0, 0.0}};
   }
-  const Vec2 uv = EnvironmentUv(direction_in_light);
   const double x = uv.x * w - 0.5;
   const double y = std::clamp(uv.y * h - 0.5, 0.0, static_cast<double>(h - 1));
   const double floor_x = std::floor(x);
@@ -57,11 +56,11 @@ TexelWeights EnvironmentTexelWeights(const EnvironmentEmitter& environment, cons
           {(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy}};
 }
 
-Rgb EnvironmentRadiance(const EnvironmentEmitter& environment, const Vec3& direction_in_light) {
+Rgb EnvironmentRadianceAt(const EnvironmentEmitter& environment, const Vec2& uv) {
   if (environment.texels.size() == 1) {
     return environment.intensity * environment.texels[0];
   }
-  const TexelWeights lookup = EnvironmentTexelWeights(environment, direction_in_light);
+  const TexelWeights lookup = EnvironmentTexelWeights(environment, uv);
   Rgb sum;
   for (std::size_t i = 0; i < 4; ++i) {
     sum += environment.texels[static_cast<std::size_t>(lookup.texel[i])] * lookup.weight[i];

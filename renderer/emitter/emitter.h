@@ -11,13 +11,13 @@
 
 namespace pathfit::renderer {
 
-/// What a light is attached to. A camera-frame light turns and moves with the sensor that is rendered
-/// (turntable, flash): its own frame is the camera's (x right, y up, -z forward).
+/// What a light is attached to. A camera-frame light turns and moves with the sensor that is
+/// rendered (turntable, flash): its own frame is the camera's (x right, y up, -z forward).
 enum class LightFrame { kWorld, kCamera };
 
-/// Light at infinity, equirectangular texels, bilinear; direction d in the light's own frame maps to
-/// u = atan2(d.x, -d.z) / (2 pi) mod 1, v = acos(d.y) / pi; texel centres at half-integers, u wraps, v clamps.
-/// Radiance is intensity * texel. One texel means a constant environment.
+/// Light at infinity, equirectangular texels, bilinear; direction d in the light's own frame maps
+/// to u = atan2(d.x, -d.z) / (2 pi) mod 1, v = acos(d.y) / pi; texel centres at half-integers, u
+/// wraps, v clamps. Radiance is intensity * texel. One texel means a constant environment.
 struct EnvironmentEmitter {
   int width = 1;
   int height = 1;
@@ -50,14 +50,14 @@ const Rgb& LightIntensity(const Emitter& emitter);
 Vec2 EnvironmentUv(const Vec3& direction_in_light);
 Vec3 EnvironmentDirection(const Vec2& uv);
 
-/// Bilinear lookup weights of a direction (light's own frame): up to four texels, weights sum to one.
+/// Bilinear lookup weights: up to four texels, weights sum to one.
 struct TexelWeights {
   std::array<int, 4> texel{};
   std::array<double, 4> weight{};
 };
-TexelWeights EnvironmentTexelWeights(const EnvironmentEmitter& environment, const Vec3& direction_in_light);
+TexelWeights EnvironmentTexelWeights(const EnvironmentEmitter& environment, const Vec2& uv);
 
 /// intensity * texel lookup.
-Rgb EnvironmentRadiance(const EnvironmentEmitter& environment, const Vec3& direction_in_light);
+Rgb EnvironmentRadianceAt(const EnvironmentEmitter& environment, const Vec2& uv);
 
 }  // namespace pathfit::renderer

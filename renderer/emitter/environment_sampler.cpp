@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kEnvironmentFloor = 0.1;
 
-// Cells are the squares between texel centres' midlines; cos theta is linear inside, so a cell's solid angle is exact.
+// Cells are the squares between texel centres' midlines; cos theta is linear inside, so a cell's
+// solid angle is exact.
 double CosAtRow(int row, int height) { return std::cos(std::numbers::pi * row / height); }
 double CellSolidAngle(int row, int width, int height) {
   return 2.0 * std::numbers::pi / width * (CosAtRow(row, height) - CosAtRow(row + 1, height));
@@ -49,7 +50,8 @@ EnvironmentSampler::EnvironmentSampler(const EnvironmentEmitter& environment)
   const double floor = power > 0.0 ? kEnvironmentFloor * power / (4.0 * std::numbers::pi) : 1.0;
   for (int y = 0; y < height_; ++y) {
     for (int x = 0; x < width_; ++x) {
-      weights[static_cast<std::size_t>(y * width_ + x)] += floor * CellSolidAngle(y, width_, height_);
+      weights[static_cast<std::size_t>(y * width_ + x)] +=
+          floor * CellSolidAngle(y, width_, height_);
     }
   }
   texels_ = Distribution1D(weights);
@@ -69,7 +71,7 @@ EnvironmentSampler::EnvironmentSampler(const EnvironmentEmitter& environment)
 DirectionSample EnvironmentSampler::Sample(const Vec3& normal, double u0, double u1) const {
   if (width_ * height_ == 1) {
     const Vec3 local = SampleUniformHemisphere(u0, u1);
-    return {Frame::FromNormal(normal).ToWorld(local), UniformHemispherePdf()};
+    return {Frame::FromNormal(normal).ToWorld(local), UniformHemispherePdf(), {}};
   }
   double fx = 0.0;
   const int texel = texels_.Sample(u0, fx);
@@ -81,14 +83,14 @@ DirectionSample EnvironmentSampler::Sample(const Vec3& normal, double u0, double
   const double sin_theta = std::sqrt(1.0 - cos_theta * cos_theta);
   const double phi = 2.0 * std::numbers::pi * (x + fx) / width_;
   return {{sin_theta * std::sin(phi), cos_theta, -sin_theta * std::cos(phi)},
-          density_[static_cast<std::size_t>(texel)]};
+          density_[static_cast<std::size_t>(texel)],
+          {(x + fx) / width_, std::acos(cos_theta) * std::numbers::inv_pi}};
 }
 
-double EnvironmentSampler::Pdf(const Vec3& normal, const Vec3& direction) const {
+double EnvironmentSampler::Pdf(const Vec2& uv) const {
   if (width_ * height_ == 1) {
-    return Dot(normal, direction) > 0.0 ? UniformHemispherePdf() : 0.0;
+    return UniformHemispherePdf();
   }
-  const Vec2 uv = EnvironmentUv(direction);
   const int x = std::min(static_cast<int>(uv.x * width_), width_ - 1);
   const int y = std::min(static_cast<int>(uv.y * height_), height_ - 1);
   return density_[static_cast<std::size_t>(y * width_ + x)];

@@ -10,18 +10,20 @@ namespace pathfit::renderer {
 struct DirectionSample {
   Vec3 direction;    ///< unit, light's own frame
   double pdf = 0.0;  ///< per solid angle
+  Vec2 uv;  ///< EnvironmentUv(direction); not set for a constant environment, which needs none
 };
 
-/// Importance sampling of an environment by the radiance of its texels (a share kEnvironmentFloor is uniform over the
-/// texels' mean, so that a dark texel is still found). A constant environment is sampled over the hemisphere of the
-/// receiver instead.
+/// Importance sampling of an environment by the radiance of its texels (a share kEnvironmentFloor
+/// is uniform over the texels' mean, so that a dark texel is still found). A constant environment
+/// is sampled over the hemisphere of the receiver instead.
 class EnvironmentSampler {
  public:
   explicit EnvironmentSampler(const EnvironmentEmitter& environment);
 
   /// `normal` in the light's own frame: used by constant environments only.
   [[nodiscard]] DirectionSample Sample(const Vec3& normal, double u0, double u1) const;
-  [[nodiscard]] double Pdf(const Vec3& normal, const Vec3& direction) const;
+  /// Density of a direction above the receiver, by its map coordinates.
+  [[nodiscard]] double Pdf(const Vec2& uv) const;
 
  private:
   int width_, height_;

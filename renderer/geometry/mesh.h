@@ -13,15 +13,16 @@ namespace pathfit::renderer {
 
 using Triangle = std::array<std::int32_t, 3>;
 
-/// Triangle mesh. Positions, normals, UVs and colours are indexed separately, so a UV or colour seam never
-/// splits the surface: topology lives on positions, which are unique after WeldPositions.
+/// Triangle mesh. Positions, normals, UVs and colours are indexed separately, so a UV or colour
+/// seam never splits the surface: topology lives on positions, which are unique after
+/// WeldPositions.
 struct Mesh {
   std::vector<Vec3> positions;  ///< metres of the world
   std::vector<Vec3> normals;    ///< unit; may be empty
   std::vector<Vec2> uvs;        ///< may be empty
   std::vector<Rgb> colors;      ///< linear base colour; may be empty
 
-  std::vector<Triangle> triangles;         ///< indices into positions, counter-clockwise from outside
+  std::vector<Triangle> triangles;  ///< indices into positions, counter-clockwise from outside
   std::vector<Triangle> normal_triangles;  ///< into normals; empty, or one per triangle
   std::vector<Triangle> uv_triangles;      ///< into uvs; empty, or one per triangle
   std::vector<Triangle> color_triangles;   ///< into colors; empty, or one per triangle
@@ -29,11 +30,13 @@ struct Mesh {
   [[nodiscard]] bool HasColors() const { return !color_triangles.empty(); }
 };
 
-/// Merges positions with bit-equal coordinates (in order of first appearance) and drops unused ones.
+/// Merges positions with bit-equal coordinates (in order of first appearance) and drops unused
+/// ones.
 void WeldPositions(Mesh& mesh);
 
-/// Throws SceneError naming `name` and the first offending element: no triangle, index out of range, repeated
-/// index in a triangle, non-finite number, zero area, edge with more than two triangles, inconsistent winding.
+/// Throws SceneError naming `name` and the first offending element: no triangle, index out of
+/// range, repeated index in a triangle, non-finite number, zero area, edge with more than two
+/// triangles, inconsistent winding.
 void ValidateMesh(const Mesh& mesh, const std::string& name);
 
 void ApplyTransform(const Transform& world_from_object, Mesh& mesh);

@@ -9,7 +9,8 @@
 namespace pathfit::renderer {
 
 /// An edge of the welded mesh with its one (border) or two faces. `faces[1]` is -1 at a border.
-/// `vertices` are in the winding order of faces[0]; `apex[i]` is the vertex of faces[i] that is not on the edge.
+/// `vertices` are in the winding order of faces[0]; `apex[i]` is the vertex of faces[i] that is not
+/// on the edge.
 struct MeshEdge {
   std::array<std::int32_t, 2> vertices;
   std::array<std::int32_t, 2> faces;

@@ -19,7 +19,8 @@ struct TriangleId {
   friend bool operator==(const TriangleId&, const TriangleId&) = default;
 };
 
-/// A point on a triangle: barycentric weights of its second and third vertex, distance along the ray in metres.
+/// A point on a triangle: barycentric weights of its second and third vertex, distance along the
+/// ray in metres.
 struct Hit {
   TriangleId id;
   double b1 = 0.0, b2 = 0.0;

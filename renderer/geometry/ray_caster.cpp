@@ -136,7 +136,8 @@ std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
       return std::nullopt;
     }
-    const TriangleId id{static_cast<std::int32_t>(query.hit.geomID), static_cast<std::int32_t>(query.hit.primID)};
+    const TriangleId id{static_cast<std::int32_t>(query.hit.geomID),
+                        static_cast<std::int32_t>(query.hit.primID)};
     if (std::find(ignored.begin(), ignored.end(), id) == ignored.end()) {
       const PlaneHit hit = IntersectPlane(Geometry(id), ray.origin, ray.direction);
       return Hit{id, hit.b1, hit.b2, hit.distance};

@@ -12,8 +12,9 @@
 
 namespace pathfit::renderer {
 
-/// Ray queries against triangle meshes: the only door to Embree, whose float hits are refined in double on the
-/// reported triangle. Geometry is stored relative to its centre, so that float precision follows the object's size.
+/// Ray queries against triangle meshes: the only door to Embree, whose float hits are refined in
+/// double on the reported triangle. Geometry is stored relative to its centre, so that float
+/// precision follows the object's size.
 class RayCaster {
  public:
   RayCaster();
@@ -33,10 +34,11 @@ class RayCaster {
   [[nodiscard]] bool Occluded(const Ray& ray, double max_distance) const;
 
   [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
-    return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] + id.triangle)];
+    return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] +
+                                               id.triangle)];
   }
-  /// A point moved off the surface so that a ray from it does not meet the surface again; `n` points to the side of
-  /// the ray. The distance is kRayOffset times the extent of the scene.
+  /// A point moved off the surface so that a ray from it does not meet the surface again; `n`
+  /// points to the side of the ray. The distance is kRayOffset times the extent of the scene.
   [[nodiscard]] Vec3 OffsetPoint(const Vec3& x, const Vec3& n) const { return x + n * offset_; }
   /// Half the diagonal of the bounding box, metres.
   [[nodiscard]] double Extent() const { return extent_; }
@@ -52,7 +54,8 @@ class RayCaster {
   double offset_ = 0.0;
 };
 
-/// Offset of secondary rays relative to the scene's extent: well above float rounding (6e-8) of Embree's geometry.
+/// Offset of secondary rays relative to the scene's extent: well above float rounding (6e-8) of
+/// Embree's geometry.
 inline constexpr double kRayOffset = 4e-6;
 
 }  // namespace pathfit::renderer

@@ -22,21 +22,27 @@ struct TriangleGeometry {
   [[nodiscard]] Vec3 Point(double b1, double b2) const { return p0 + e1 * b1 + e2 * b2; }
 };
 
-/// Distance and barycentrics of a line with the triangle's plane; barycentrics may lie outside the triangle.
+/// Distance and barycentrics of a line with the triangle's plane; barycentrics may lie outside the
+/// triangle.
 struct PlaneHit {
   double distance = 0.0;
   double b1 = 0.0, b2 = 0.0;
 };
-inline PlaneHit IntersectPlane(const TriangleGeometry& t, const Vec3& origin, const Vec3& direction) {
+inline PlaneHit IntersectPlane(const TriangleGeometry& t,
+                               const Vec3& origin,
+                               const Vec3& direction) {
   const Vec3 to_corner = t.p0 - origin;
   const double distance = Dot(t.n, to_corner) / Dot(t.n, direction);
   const Vec3 in_plane = direction * distance - to_corner;  // from p0 to the point
   const double inverse = 1.0 / t.double_area;
-  return {distance, Dot(t.n, Cross(in_plane, t.e2)) * inverse, Dot(t.n, Cross(t.e1, in_plane)) * inverse};
+  return {distance,
+          Dot(t.n, Cross(in_plane, t.e2)) * inverse,
+          Dot(t.n, Cross(t.e1, in_plane)) * inverse};
 }
 
-/// In-plane gradients of the barycentric weights of the three corners: d b_i / d x for a point moving in the plane.
-/// The same vectors are the gradients of log(area) by the corners, J'(0) of path_space 1.3.
+/// In-plane gradients of the barycentric weights of the three corners: d b_i / d x for a point
+/// moving in the plane. The same vectors are the gradients of log(area) by the corners, J'(0) of
+/// path_space 1.3.
 inline std::array<Vec3, 3> BarycentricGradients(const TriangleGeometry& t) {
   const double inverse = 1.0 / t.double_area;
   const Vec3 g1 = Cross(t.e2, t.n) * inverse;

@@ -7,7 +7,8 @@
 
 namespace pathfit::renderer {
 
-/// Interleaved float image, row 0 on top. Values are linear Rec.709 unless a function says otherwise.
+/// Interleaved float image, row 0 on top. Values are linear Rec.709 unless a function says
+/// otherwise.
 struct Image {
   int width = 0;
   int height = 0;
@@ -19,13 +20,17 @@ struct Image {
       : width(w),
         height(h),
         channels(c),
-        data(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(c)) {}
+        data(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) *
+             static_cast<std::size_t>(c)) {}
 
   [[nodiscard]] std::size_t Offset(int x, int y) const {
-    return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+    return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+            static_cast<std::size_t>(x)) *
            static_cast<std::size_t>(channels);
   }
-  [[nodiscard]] float& At(int x, int y, int c) { return data[Offset(x, y) + static_cast<std::size_t>(c)]; }
+  [[nodiscard]] float& At(int x, int y, int c) {
+    return data[Offset(x, y) + static_cast<std::size_t>(c)];
+  }
   [[nodiscard]] float At(int x, int y, int c) const {
     return data[Offset(x, y) + static_cast<std::size_t>(c)];
   }

@@ -25,10 +25,13 @@ int Distribution1D::Sample(double u, double& remainder) const {
   auto index = static_cast<std::size_t>(std::distance(cumulative_.begin(), above)) - 1;
   index = std::min(index, probability_.size() - 1);
   const double width = cumulative_[index + 1] - cumulative_[index];
-  remainder = width > 0.0 ? std::clamp((target - cumulative_[index]) / width, 0.0, 1.0 - 1e-16) : 0.5;
+  remainder =
+      width > 0.0 ? std::clamp((target - cumulative_[index]) / width, 0.0, 1.0 - 1e-16) : 0.5;
   return static_cast<int>(index);
 }
 
-double Distribution1D::Probability(int index) const { return probability_[static_cast<std::size_t>(index)]; }
+double Distribution1D::Probability(int index) const {
+  return probability_[static_cast<std::size_t>(index)];
+}
 
 }  // namespace pathfit::renderer

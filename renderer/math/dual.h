@@ -13,7 +13,8 @@ struct Dual {
   std::array<double, N> d{};
 
   Dual() = default;
-  Dual(double value) : v(value) {}  // NOLINT(google-explicit-constructor): constants mix freely in kernels.
+  Dual(double value)  // NOLINT(google-explicit-constructor): constants mix freely in kernels
+      : v(value) {}
   /// The i-th independent variable.
   static Dual Variable(double value, int i) {
     Dual x(value);

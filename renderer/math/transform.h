@@ -17,7 +17,8 @@ inline Mat3 Transposed(const Mat3& m) {
 }
 inline double Determinant(const Mat3& m) { return Dot(m.x, Cross(m.y, m.z)); }
 
-/// x_in_b = linear * x_in_a + translation, named b_from_a. Rigid for cameras; meshes may also scale.
+/// x_in_b = linear * x_in_a + translation, named b_from_a. Rigid for cameras; meshes may also
+/// scale.
 struct Transform {
   Mat3 linear;
   Vec3 translation;
@@ -38,8 +39,8 @@ inline Transform RigidInverse(const Transform& t) {
 /// Rotation about a unit axis, right-handed, in radians.
 Mat3 RotationAboutAxis(const Vec3& unit_axis, double angle);
 
-/// Camera (x right, y up, looking along -z) at `origin` towards `target`. Units: metres of the world.
-/// Fails: std::invalid_argument when the direction is zero or parallel to `up`.
+/// Camera (x right, y up, looking along -z) at `origin` towards `target`. Units: metres of the
+/// world. Fails: std::invalid_argument when the direction is zero or parallel to `up`.
 Transform LookAt(const Vec3& origin, const Vec3& target, const Vec3& up);
 
 }  // namespace pathfit::renderer

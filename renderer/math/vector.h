@@ -4,7 +4,8 @@
 
 namespace pathfit::renderer {
 
-/// Three components on one number type (double, dual numbers, ceres::Jet): kernels are templates on T.
+/// Three components on one number type (double, dual numbers, ceres::Jet): kernels are templates on
+/// T.
 template <class T>
 struct Vector3 {
   T x{}, y{}, z{};

@@ -5,6 +5,7 @@
 
 #include "renderer/path/surface_point.h"
 #include "renderer/scene/light_set.h"
+#include "renderer/scene/view_bounds.h"
 
 namespace pathfit::renderer {
 
@@ -13,6 +14,7 @@ struct PathContext {
   const Scene* scene = nullptr;
   const RayCaster* caster = nullptr;
   LightSet lights;
+  PixelBounds bounds;  ///< rays of pixels outside meet nothing
   int max_bounces = 1;
   int rr_depth = 5;
 };
@@ -21,13 +23,14 @@ struct PathContext {
 /// The contribution to the radiance leaving the vertex is bsdf(wi, wo) * factor * radiance.
 struct DirectContribution {
   int emitter = -1;
-  Vec3 wi;               ///< unit, towards the light
-  double distance = 0.0; ///< of a point light; 0 at infinity
-  double factor = 0.0;   ///< cosine * MIS weight / density (and 1/r^2 for points)
-  Rgb radiance;          ///< radiance, intensity or irradiance
+  Vec3 wi;                ///< unit, towards the light
+  double distance = 0.0;  ///< of a point light; 0 at infinity
+  double factor = 0.0;    ///< cosine * MIS weight / density (and 1/r^2 for points)
+  Rgb radiance;           ///< radiance, intensity or irradiance
 };
 
-/// Listens to one path; vertices come in order from the sensor. The primal listens with NullPathRecorder, at no cost.
+/// Listens to one path; vertices come in order from the sensor. The primal listens with
+/// NullPathRecorder, at no cost.
 struct NullPathRecorder {
   void OnVertex(const SurfacePoint&) {}
   void OnDirect(const DirectContribution&) {}
@@ -35,16 +38,24 @@ struct NullPathRecorder {
   void OnContinue(const Vec3& /*wi*/, const Rgb& /*bsdf*/, double /*factor*/) {}
 };
 
-inline Rgb EnvironmentRadianceInWorld(const LightSet::Environment& environment, const Vec3& direction) {
-  return EnvironmentRadiance(*environment.light, environment.light_from_world * direction);
+inline Rgb EnvironmentRadianceInWorld(const LightSet::Environment& environment,
+                                      const Vec3& direction) {
+  return EnvironmentRadianceAt(*environment.light,
+                               EnvironmentUv(environment.light_from_world * direction));
 }
 
 /// Russian roulette survival probability from the path's throughput.
-inline double SurvivalProbability(const Rgb& throughput) { return std::min(0.95, std::max(0.05, MaxChannel(throughput))); }
+inline double SurvivalProbability(const Rgb& throughput) {
+  return std::min(0.95, std::max(0.05, MaxChannel(throughput)));
+}
 
-/// Light sampling at a vertex: one sample of the environment (MIS with the BSDF, balance heuristic), all delta lights.
+/// Light sampling at a vertex: one sample of the environment (MIS with the BSDF, balance
+/// heuristic), all delta lights.
 template <class Sampler, class Recorder>
-Rgb SampleLights(const PathContext& context, const SurfacePoint& p, Sampler& sampler, Recorder& recorder) {
+Rgb SampleLights(const PathContext& context,
+                 const SurfacePoint& p,
+                 Sampler& sampler,
+                 Recorder& recorder) {
   const RayCaster& caster = *context.caster;
   const Vec3 origin = caster.OffsetPoint(p.x, p.n);
   const double cos_o = Dot(p.n, p.wo);
@@ -59,13 +70,18 @@ Rgb SampleLights(const PathContext& context, const SurfacePoint& p, Sampler& sam
     const auto& environment = *context.lights.environment;
     const double u0 = sampler.Next();
     const double u1 = sampler.Next();
-    const DirectionSample sample = environment.sampler->Sample(environment.light_from_world * p.n, u0, u1);
+    const DirectionSample sample =
+        environment.sampler->Sample(environment.light_from_world * p.n, u0, u1);
     const Vec3 wi = environment.world_from_light * sample.direction;
     const BsdfCosines cosines{Dot(p.n, wi), cos_o, Dot(wi, p.wo)};
     if (cosines.cos_i > 0.0 && sample.pdf > 0.0) {
       const double other = BsdfPdf(p.material->bsdf, p.base_color, cosines);
       const double factor = cosines.cos_i / (sample.pdf + other);
-      add({environment.emitter, wi, 0.0, factor, EnvironmentRadiance(*environment.light, sample.direction)},
+      add({environment.emitter,
+           wi,
+           0.0,
+           factor,
+           EnvironmentRadianceAt(*environment.light, sample.uv)},
           EvalBsdf(p.material->bsdf, p.base_color, cosines),
           std::numeric_limits<double>::infinity());
     }
@@ -93,10 +109,14 @@ Rgb SampleLights(const PathContext& context, const SurfacePoint& p, Sampler& sam
   return sum;
 }
 
-/// Radiance leaving a surface point towards where it is seen from: unidirectional path tracing with light sampling and
-/// MIS at every vertex. `p` is vertex 1, so light after b bounces is counted for b <= max_bounces.
+/// Radiance leaving a surface point towards where it is seen from: unidirectional path tracing with
+/// light sampling and MIS at every vertex. `p` is vertex 1, so light after b bounces is counted for
+/// b <= max_bounces.
 template <class Sampler, class Recorder>
-Rgb TraceRadiance(const PathContext& context, SurfacePoint p, Sampler& sampler, Recorder& recorder) {
+Rgb TraceRadiance(const PathContext& context,
+                  SurfacePoint p,
+                  Sampler& sampler,
+                  Recorder& recorder) {
   Rgb radiance;
   Rgb throughput{1.0, 1.0, 1.0};
   for (int bounce = 1; bounce <= context.max_bounces && p.Reflects(); ++bounce) {
@@ -127,13 +147,13 @@ Rgb TraceRadiance(const PathContext& context, SurfacePoint p, Sampler& sampler, 
     }
     if (escaped && context.lights.environment) {
       const auto& environment = *context.lights.environment;
-      const Vec3 wi_in_light = environment.light_from_world * sample->wi;
-      const double other = environment.sampler->Pdf(environment.light_from_world * p.n, wi_in_light);
+      const Vec2 uv = EnvironmentUv(environment.light_from_world * sample->wi);
+      const double other = environment.sampler->Pdf(uv);
       const DirectContribution direct{environment.emitter,
                                       sample->wi,
                                       0.0,
                                       cosines.cos_i / (sample->pdf + other),
-                                      EnvironmentRadiance(*environment.light, wi_in_light)};
+                                      EnvironmentRadianceAt(*environment.light, uv)};
       recorder.OnDirect(direct);
       radiance += throughput * bsdf * direct.radiance * direct.factor;
     }

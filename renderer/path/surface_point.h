@@ -21,7 +21,10 @@ struct SurfacePoint {
 };
 
 /// `viewer` is where the point is seen from.
-inline SurfacePoint MakeSurfacePoint(const Scene& scene, const RayCaster& caster, const Hit& hit, const Ray& ray) {
+inline SurfacePoint MakeSurfacePoint(const Scene& scene,
+                                     const RayCaster& caster,
+                                     const Hit& hit,
+                                     const Ray& ray) {
   const TriangleGeometry& triangle = caster.Geometry(hit.id);
   const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(hit.id.mesh)];
   SurfacePoint p;
@@ -35,7 +38,9 @@ inline SurfacePoint MakeSurfacePoint(const Scene& scene, const RayCaster& caster
   p.material = &scene.materials[static_cast<std::size_t>(mesh.material)];
   if (p.material->vertex_colors) {
     const Triangle& t = mesh.mesh.color_triangles[static_cast<std::size_t>(hit.id.triangle)];
-    const auto color = [&](std::size_t i) { return mesh.mesh.colors[static_cast<std::size_t>(t[i])]; };
+    const auto color = [&](std::size_t i) {
+      return mesh.mesh.colors[static_cast<std::size_t>(t[i])];
+    };
     p.base_color = color(0) * (1.0 - p.b1 - p.b2) + color(1) * p.b1 + color(2) * p.b2;
   } else {
     p.base_color = p.material->base_color;

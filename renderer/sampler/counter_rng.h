@@ -4,13 +4,18 @@
 
 namespace pathfit::renderer {
 
-/// One sample's stream of uniform numbers, a pure function of its key: no state is shared, so results do not
-/// depend on threads or order, and two streams with equal keys are equal (common random numbers).
-/// The generator hashes (key, dimension) with the 64-bit finaliser of splitmix64 [Steele et al. 2014].
+/// One sample's stream of uniform numbers, a pure function of its key: no state is shared, so
+/// results do not depend on threads or order, and two streams with equal keys are equal (common
+/// random numbers). The generator hashes (key, dimension) with the 64-bit finaliser of splitmix64
+/// [Steele et al. 2014].
 class CounterRng {
  public:
-  /// `domain` separates the uses (interior, primary boundary, ...); `element` is a pixel or edge-sample index.
-  CounterRng(std::uint64_t seed, std::uint64_t domain, std::uint64_t view, std::uint64_t element,
+  /// `domain` separates the uses (interior, primary boundary, ...); `element` is a pixel or
+  /// edge-sample index.
+  CounterRng(std::uint64_t seed,
+             std::uint64_t domain,
+             std::uint64_t view,
+             std::uint64_t element,
              std::uint64_t sample)
       : state_(Mix(Mix(Mix(seed + kGolden * (domain + 1)) ^ (view + kGolden)) ^
                    (element * kGolden + sample + 1))) {}

@@ -8,9 +8,9 @@
 
 namespace pathfit::renderer {
 
-/// Uniform numbers of one sample of a pixel. The first kDimensions (pixel position, first light and direction choice)
-/// come from a rank-1 lattice shifted per pixel, so that the samples of one pixel spread evenly; each alone is
-/// uniform. Later dimensions are independent.
+/// Uniform numbers of one sample of a pixel. The first kDimensions (pixel position, first light and
+/// direction choice) come from a rank-1 lattice shifted per pixel, so that the samples of one pixel
+/// spread evenly; each alone is uniform. Later dimensions are independent.
 class LatticeSampler {
  public:
   static constexpr int kDimensions = 7;
@@ -28,16 +28,17 @@ class LatticeSampler {
   }
 
  private:
-  // Powers of 1/phi_7, where phi_7 is the root of x^8 = x + 1: the generalised golden ratio of seven dimensions.
+  // Powers of 1/phi_7, where phi_7 is the root of x^8 = x + 1: the generalised golden ratio of
+  // seven dimensions.
   static constexpr double kInversePhi = 0.9115923534820549;
   static constexpr std::array<double, kDimensions> kAlpha = {
       kInversePhi,
-      kInversePhi * kInversePhi,
-      kInversePhi * kInversePhi * kInversePhi,
-      kInversePhi * kInversePhi * kInversePhi * kInversePhi,
-      kInversePhi * kInversePhi * kInversePhi * kInversePhi * kInversePhi,
-      kInversePhi * kInversePhi * kInversePhi * kInversePhi * kInversePhi * kInversePhi,
-      kInversePhi * kInversePhi * kInversePhi * kInversePhi * kInversePhi * kInversePhi * kInversePhi};
+      kInversePhi* kInversePhi,
+      kInversePhi* kInversePhi* kInversePhi,
+      kInversePhi* kInversePhi* kInversePhi* kInversePhi,
+      kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi,
+      kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi,
+      kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi};
   CounterRng shift_, independent_;
   double sample_;
   int dimension_ = 0;

@@ -8,8 +8,8 @@
 
 namespace pathfit::renderer {
 
-/// Emitters of a scene as one sensor meets them: camera-frame lights are turned into the world. Indices are those of
-/// Scene::emitters.
+/// Emitters of a scene as one sensor meets them: camera-frame lights are turned into the world.
+/// Indices are those of Scene::emitters.
 struct LightSet {
   struct Environment {
     int emitter = -1;
@@ -32,8 +32,11 @@ struct LightSet {
   std::vector<Directional> directionals;
   bool environment_visible = true;
 
-  /// `sampler` belongs to the scene's environment (null if there is none) and must outlive the result, as the scene.
-  static LightSet Make(const Scene& scene, const EnvironmentSampler* sampler, const Transform& world_from_camera);
+  /// `sampler` belongs to the scene's environment (null if there is none) and must outlive the
+  /// result, as the scene.
+  static LightSet Make(const Scene& scene,
+                       const EnvironmentSampler* sampler,
+                       const Transform& world_from_camera);
 };
 
 }  // namespace pathfit::renderer

@@ -31,7 +31,8 @@ const char* PropertyName(ParameterKind kind) {
 }
 
 bool IsScalar(ParameterKind kind) {
-  return kind == ParameterKind::kRoughness || kind == ParameterKind::kMetallic || kind == ParameterKind::kExposure;
+  return kind == ParameterKind::kRoughness || kind == ParameterKind::kMetallic ||
+         kind == ParameterKind::kExposure;
 }
 
 /// Calls visit(double&) for every scalar of a group, in layout order. `scene` may be const.
@@ -81,7 +82,8 @@ ParameterLayout::ParameterLayout(const Scene& scene) {
   for (const Emitter& e : scene.emitters) {
     sizes_.emitters.push_back(e.name);
     const auto* environment = std::get_if<EnvironmentEmitter>(&e.light);
-    sizes_.texels.push_back(environment != nullptr ? static_cast<std::int32_t>(environment->texels.size()) : 0);
+    sizes_.texels.push_back(
+        environment != nullptr ? static_cast<std::int32_t>(environment->texels.size()) : 0);
   }
   for (const PerspectiveCamera& c : scene.sensors) {
     sizes_.sensors.push_back(c.name);
@@ -144,21 +146,25 @@ void ParameterLayout::Add(ParameterKind kind, int object) {
 }
 
 std::int32_t ParameterLayout::FirstBlock(ParameterKind kind, int object) const {
-  const auto found = std::find_if(
-      groups_.begin(), groups_.end(), [&](const auto& g) { return g.kind == kind && g.object == object; });
+  const auto found = std::find_if(groups_.begin(), groups_.end(), [&](const auto& g) {
+    return g.kind == kind && g.object == object;
+  });
   return found == groups_.end() ? -1 : found->first_block;
 }
 
 const ParameterGroup& ParameterLayout::GroupOfBlock(std::int32_t block) const {
   PATHFIT_CHECK(block >= 0 && block < num_blocks_);
-  const auto above = std::upper_bound(
-      groups_.begin(), groups_.end(), block, [](std::int32_t b, const auto& g) { return b < g.first_block; });
+  const auto above =
+      std::upper_bound(groups_.begin(), groups_.end(), block, [](std::int32_t b, const auto& g) {
+        return b < g.first_block;
+      });
   return *std::prev(above);
 }
 
 std::int64_t ParameterLayout::FirstScalarOfBlock(std::int32_t block) const {
   const ParameterGroup& group = GroupOfBlock(block);
-  return group.first_scalar + static_cast<std::int64_t>(block - group.first_block) * group.block_size;
+  return group.first_scalar +
+         static_cast<std::int64_t>(block - group.first_block) * group.block_size;
 }
 
 std::string ParameterLayout::ScalarName(std::int32_t block, int component) const {

@@ -20,7 +20,8 @@ enum class ParameterKind {
   kExposure,           ///< sensors; one block of 1: the gain
 };
 
-/// Parameters of one object, e.g. all vertices of a mesh. Blocks are numbered through all groups of a layout.
+/// Parameters of one object, e.g. all vertices of a mesh. Blocks are numbered through all groups of
+/// a layout.
 struct ParameterGroup {
   ParameterKind kind = ParameterKind::kVertexPositions;
   int object = 0;
@@ -31,7 +32,8 @@ struct ParameterGroup {
   std::int64_t first_scalar = 0;  ///< offset of the group in a flat vector of all parameters
 };
 
-/// The active parameters of a scene in a fixed order: flat vector of doubles <-> blocks <-> scene values.
+/// The active parameters of a scene in a fixed order: flat vector of doubles <-> blocks <-> scene
+/// values.
 class ParameterLayout {
  public:
   ParameterLayout() = default;

@@ -19,18 +19,24 @@ bool InRange(const Rgb& c, double low, double high) {
 
 void ValidateMaterial(const Material& material) {
   const std::string where = "material '" + material.name + "'";
-  Require(InRange(material.base_color, 0.0, 1e6), where, "base_color must be finite and not negative");
+  Require(
+      InRange(material.base_color, 0.0, 1e6), where, "base_color must be finite and not negative");
   if (const auto* m = std::get_if<MetallicRoughnessBsdf>(&material.bsdf)) {
-    Require(m->roughness >= kMinRoughness && m->roughness <= 1.0, where, "roughness must lie in [0.1, 1]");
+    Require(m->roughness >= kMinRoughness && m->roughness <= 1.0,
+            where,
+            "roughness must lie in [0.1, 1]");
     Require(m->metallic >= 0.0 && m->metallic <= 1.0, where, "metallic must lie in [0, 1]");
   }
 }
 
 void ValidateEmitter(const Emitter& emitter) {
   const std::string where = "light '" + emitter.name + "'";
-  Require(InRange(LightIntensity(emitter), 0.0, 1e30), where, "intensity must be finite and not negative");
+  Require(InRange(LightIntensity(emitter), 0.0, 1e30),
+          where,
+          "intensity must be finite and not negative");
   if (const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light)) {
-    const auto size = static_cast<std::size_t>(environment->width) * static_cast<std::size_t>(environment->height);
+    const auto size = static_cast<std::size_t>(environment->width) *
+                      static_cast<std::size_t>(environment->height);
     Require(environment->width > 0 && environment->height > 0 && environment->texels.size() == size,
             where,
             "texels do not match width and height");
@@ -43,7 +49,9 @@ void ValidateEmitter(const Emitter& emitter) {
     Require(IsFinite(point->position), where, "position must be finite");
   } else {
     const auto& directional = std::get<DirectionalEmitter>(emitter.light);
-    Require(std::abs(Norm(directional.direction) - 1.0) < 1e-9, where, "direction must be a unit vector");
+    Require(std::abs(Norm(directional.direction) - 1.0) < 1e-9,
+            where,
+            "direction must be a unit vector");
   }
 }
 
@@ -57,7 +65,9 @@ void ValidateScene(const Scene& scene) {
             where,
             "its material does not exist");
     const bool needs_colors = scene.materials[static_cast<std::size_t>(m.material)].vertex_colors;
-    Require(!needs_colors || m.mesh.HasColors(), where, "its material takes vertex colours, the mesh has none");
+    Require(!needs_colors || m.mesh.HasColors(),
+            where,
+            "its material takes vertex colours, the mesh has none");
     Require(!m.mesh.HasColors() || m.mesh.color_triangles.size() == m.mesh.triangles.size(),
             where,
             "colour indices do not match its triangles");
@@ -69,9 +79,10 @@ void ValidateScene(const Scene& scene) {
   }
   std::for_each(scene.materials.begin(), scene.materials.end(), ValidateMaterial);
   std::for_each(scene.emitters.begin(), scene.emitters.end(), ValidateEmitter);
-  const auto environments = std::count_if(scene.emitters.begin(), scene.emitters.end(), [](const Emitter& e) {
-    return std::holds_alternative<EnvironmentEmitter>(e.light);
-  });
+  const auto environments =
+      std::count_if(scene.emitters.begin(), scene.emitters.end(), [](const Emitter& e) {
+        return std::holds_alternative<EnvironmentEmitter>(e.light);
+      });
   Require(environments <= 1, "lights", "at most one environment is possible");
   for (const PerspectiveCamera& camera : scene.sensors) {
     const CameraModel model(camera);  // validates

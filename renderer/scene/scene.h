@@ -13,9 +13,9 @@ namespace pathfit::renderer {
 struct Material {
   std::string name;
   Bsdf bsdf;
-  Rgb base_color{0.5, 0.5, 0.5};   ///< used unless vertex_colors
-  bool vertex_colors = false;      ///< base colour from Mesh::colors, interpolated
-  bool two_sided = true;           ///< false: black from behind (it still blocks light)
+  Rgb base_color{0.5, 0.5, 0.5};  ///< used unless vertex_colors
+  bool vertex_colors = false;     ///< base colour from Mesh::colors, interpolated
+  bool two_sided = true;          ///< false: black from behind (it still blocks light)
 };
 
 struct SceneMesh {
@@ -30,12 +30,13 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
   std::vector<PerspectiveCamera> sensors;
-  /// Whether sensors see the environment behind the objects; coverage counts objects only in either case.
+  /// Whether sensors see the environment behind the objects; coverage counts objects only in either
+  /// case.
   bool environment_visible = true;
 };
 
-/// Throws SceneError: bad indices, values out of range, vertex colours missing, invalid meshes or cameras,
-/// more than one environment.
+/// Throws SceneError: bad indices, values out of range, vertex colours missing, invalid meshes or
+/// cameras, more than one environment.
 void ValidateScene(const Scene& scene);
 
 }  // namespace pathfit::renderer

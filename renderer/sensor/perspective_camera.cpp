@@ -44,17 +44,25 @@ void Require(bool condition, const PerspectiveCamera& camera, const char* what) 
 
 void ValidateCamera(const PerspectiveCamera& c) {
   Require(c.width > 0 && c.height > 0, c, "width and height must be positive");
-  const std::array<double, 9> numbers = {
-      c.fx, c.fy, c.cx, c.cy, c.distortion.k1, c.distortion.k2, c.distortion.k3, c.distortion.p1, c.distortion.p2};
+  const std::array<double, 9> numbers = {c.fx,
+                                         c.fy,
+                                         c.cx,
+                                         c.cy,
+                                         c.distortion.k1,
+                                         c.distortion.k2,
+                                         c.distortion.k3,
+                                         c.distortion.p1,
+                                         c.distortion.p2};
   Require(std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }),
           c,
           "intrinsics must be finite");
   Require(c.fx > 0.0 && c.fy > 0.0, c, "focal lengths must be positive");
   Require(std::isfinite(c.gain) && c.gain > 0.0, c, "exposure gain must be positive");
   const Mat3& m = c.world_from_camera.linear;
-  Require(IsFinite(m.x) && IsFinite(m.y) && IsFinite(m.z) && IsFinite(c.world_from_camera.translation),
-          c,
-          "pose must be finite");
+  Require(
+      IsFinite(m.x) && IsFinite(m.y) && IsFinite(m.z) && IsFinite(c.world_from_camera.translation),
+      c,
+      "pose must be finite");
   const Mat3 product = Transposed(m) * m;
   const double error = std::max({Norm(product.x - Vec3{1, 0, 0}),
                                  Norm(product.y - Vec3{0, 1, 0}),
@@ -144,6 +152,11 @@ std::optional<Projection> CameraModel::Project(const Vec3& x_in_world) const {
   return out;
 }
 
+Vec2 CameraModel::PixelOf(const Vec2& normalized) const {
+  const Vec2 d = Distort(camera_.distortion, normalized).value;
+  return {camera_.cx + camera_.fx * d.x, camera_.cy + camera_.fy * d.y};
+}
+
 PerspectiveCamera ScaledCamera(const PerspectiveCamera& camera, int width, int height) {
   PerspectiveCamera out = camera;
   const double sx = static_cast<double>(width) / camera.width;
@@ -157,7 +170,8 @@ PerspectiveCamera ScaledCamera(const PerspectiveCamera& camera, int width, int h
   return out;
 }
 
-PerspectiveCamera CroppedCamera(const PerspectiveCamera& camera, int x0, int y0, int width, int height) {
+PerspectiveCamera CroppedCamera(
+    const PerspectiveCamera& camera, int x0, int y0, int width, int height) {
   PerspectiveCamera out = camera;
   out.width = width;
   out.height = height;

@@ -19,12 +19,13 @@ struct LensDistortion {
   friend bool operator==(const LensDistortion&, const LensDistortion&) = default;
 };
 
-/// Pinhole camera with distortion. Pixel coordinates (u right, v down) have their origin at the top-left image
-/// corner: the centre of the first pixel is (0.5, 0.5). Camera frame: x right, y up, looking along -z.
+/// Pinhole camera with distortion. Pixel coordinates (u right, v down) have their origin at the
+/// top-left image corner: the centre of the first pixel is (0.5, 0.5). Camera frame: x right, y up,
+/// looking along -z.
 struct PerspectiveCamera {
   std::string name;
-  int width = 0, height = 0;                            ///< pixels
-  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;        ///< pixels
+  int width = 0, height = 0;                      ///< pixels
+  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels
   LensDistortion distortion;
   Transform world_from_camera;  ///< rigid, metres
   double gain = 1.0;            ///< exposure: pixel value per unit radiance
@@ -40,8 +41,8 @@ struct Projection {
 /// Ready-to-use form of a camera: inverse pose and the region where the distortion can be inverted.
 class CameraModel {
  public:
-  /// Throws SceneError for non-positive sizes or focal lengths, non-finite numbers, a pose that is not a rotation, or
-  /// a distortion that folds inside the image.
+  /// Throws SceneError for non-positive sizes or focal lengths, non-finite numbers, a pose that is
+  /// not a rotation, or a distortion that folds inside the image.
   explicit CameraModel(const PerspectiveCamera& camera);
 
   [[nodiscard]] const PerspectiveCamera& camera() const { return camera_; }
@@ -50,6 +51,8 @@ class CameraModel {
   [[nodiscard]] Ray RayThrough(double u, double v) const;
   /// Empty behind the camera or outside the invertible field of view.
   [[nodiscard]] std::optional<Projection> Project(const Vec3& x_in_world) const;
+  /// Pixel coordinates of undistorted normalised coordinates (x right, y down) within MaxTangent.
+  [[nodiscard]] Vec2 PixelOf(const Vec2& normalized) const;
   /// Largest tangent of the view angle that Project accepts.
   [[nodiscard]] double MaxTangent() const { return max_radius_; }
 
@@ -65,6 +68,7 @@ class CameraModel {
 /// The same view at another resolution: intrinsics scale with width and height separately.
 PerspectiveCamera ScaledCamera(const PerspectiveCamera& camera, int width, int height);
 /// The part of the image with top-left pixel (x0, y0): only the principal point and size change.
-PerspectiveCamera CroppedCamera(const PerspectiveCamera& camera, int x0, int y0, int width, int height);
+PerspectiveCamera CroppedCamera(
+    const PerspectiveCamera& camera, int x0, int y0, int width, int height);
 
 }  // namespace pathfit::renderer

@@ -1,0 +1,238 @@
+#include <algorithm>
+#include <fstream>
+
+#include <fnmatch.h>
+
+#include "app/experiment/experiment.h"
+#include "optim/observation/load_observations.h"
+#include "renderer/core/check.h"
+#include "renderer/core/error.h"
+
+namespace pathfit::app {
+namespace {
+
+using renderer::ParameterKind;
+
+optim::ObservationOptions MakeObservationOptions(const InputConfig& input) {
+  optim::ObservationOptions options;
+  options.cameras = input.cameras;
+  options.camera_format = input.cameras_format == "transforms" ? optim::CameraFormat::kTransforms
+                          : input.cameras_format == "colmap"   ? optim::CameraFormat::kColmap
+                                                               : optim::CameraFormat::kAuto;
+  options.distortion =
+      input.refuse_distortion ? optim::DistortionPolicy::kRefuse : optim::DistortionPolicy::kModel;
+  options.images_dir = input.images;
+  options.apply_exif_orientation = input.exif_orientation;
+  if (input.has_masks) {
+    options.masks.meaning =
+        input.masks_silhouette ? optim::MaskMeaning::kSilhouette : optim::MaskMeaning::kIgnore;
+    options.masks.folder = input.masks;
+    options.masks.alpha = input.masks_alpha;
+    options.masks.invert = input.masks_invert;
+    options.masks.erode_px = input.masks_erode_px;
+    options.masks.require = input.masks_require == "some"   ? optim::MaskRequirement::kSome
+                            : input.masks_require == "none" ? optim::MaskRequirement::kNone
+                                                            : optim::MaskRequirement::kAll;
+  }
+  options.transfer = input.transfer == "srgb"     ? optim::Transfer::kSrgb
+                     : input.transfer == "linear" ? optim::Transfer::kLinear
+                                                  : optim::Transfer::kAuto;
+  options.clip_above = input.clip_above;
+  options.max_size_px = input.max_size_px;
+  options.validation_every = input.validation_every;
+  options.validation_names = input.validation_names;
+  return options;
+}
+
+ParameterKind KindOf(const std::string& property) {
+  if (property == "vertices") return ParameterKind::kVertexPositions;
+  if (property == "colors") return ParameterKind::kVertexColors;
+  if (property == "base_color") return ParameterKind::kBaseColor;
+  if (property == "roughness") return ParameterKind::kRoughness;
+  if (property == "metallic") return ParameterKind::kMetallic;
+  if (property == "intensity") return ParameterKind::kLightIntensity;
+  if (property == "texels") return ParameterKind::kEnvironmentTexels;
+  PATHFIT_CHECK(property == "exposure");
+  return ParameterKind::kExposure;
+}
+
+template <class List>
+int IndexByName(const List& list, const std::string& name) {
+  const auto found =
+      std::find_if(list.begin(), list.end(), [&](const auto& x) { return x.name == name; });
+  PATHFIT_CHECK(found != list.end());  // the config is validated
+  return static_cast<int>(found - list.begin());
+}
+
+int ObjectOf(const UnknownConfig& unknown, ParameterKind kind, const renderer::Scene& scene) {
+  switch (kind) {
+    case ParameterKind::kVertexPositions:
+    case ParameterKind::kVertexColors:
+      return IndexByName(scene.meshes, unknown.object);
+    case ParameterKind::kBaseColor:
+    case ParameterKind::kRoughness:
+    case ParameterKind::kMetallic:
+      return IndexByName(scene.materials, unknown.object);
+    case ParameterKind::kLightIntensity:
+    case ParameterKind::kEnvironmentTexels:
+      return IndexByName(scene.emitters, unknown.object);
+    case ParameterKind::kExposure:
+      return -1;
+  }
+  return -1;
+}
+
+optim::UnknownSpec MakeUnknown(const UnknownConfig& config, const renderer::Scene& scene) {
+  optim::UnknownSpec unknown;
+  unknown.name = config.name;
+  unknown.kind = KindOf(config.property);
+  unknown.object = ObjectOf(config, unknown.kind, scene);
+  unknown.parameterization =
+      config.log_transform ? optim::Parameterization::kLog : optim::Parameterization::kIdentity;
+  unknown.lower = config.lower;
+  unknown.upper = config.upper;
+  unknown.hold = config.hold;
+  unknown.laplacian_weight = config.laplacian_weight;
+  unknown.large_steps_lambda = config.large_steps_lambda;
+  unknown.smooth_weight = config.smooth_weight;
+  unknown.neutral_weight = config.neutral_weight;
+  if (config.gaussian) {
+    unknown.gaussian = optim::GaussianPriorSpec{config.gaussian->mean, config.gaussian->sigma};
+  }
+  return unknown;
+}
+
+/// The credit paragraph of a README.md beside an input file: photos under a licence that asks for
+/// it keep it in reports.
+std::string FindAttribution(const std::filesystem::path& folder) {
+  std::ifstream file(folder / "README.md");
+  std::string text;
+  bool inside = false;
+  for (std::string line; std::getline(file, line);) {
+    const bool begins = line.rfind("**Source**", 0) == 0 || line.rfind("**Source.**", 0) == 0;
+    inside = begins || (inside && !line.empty());
+    if (inside) {
+      text += (text.empty() ? "" : " ") + line;
+    }
+  }
+  text.erase(std::remove(text.begin(), text.end(), '*'), text.end());
+  return text;
+}
+
+}  // namespace
+
+optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
+  optim::FitSpec fit;
+  for (const UnknownConfig& unknown : config.unknowns) {
+    fit.unknowns.push_back(MakeUnknown(unknown, scene));
+  }
+  for (const StageConfig& s : config.stages) {
+    optim::StageSpec stage;
+    stage.name = s.name;
+    for (const std::string& name : s.free) {
+      stage.free.push_back(IndexByName(fit.unknowns, name));
+    }
+    stage.image_scale = s.image_scale;
+    stage.max_rounds = s.max_rounds;
+    stage.spp = s.spp;
+    stage.max_spp = s.max_spp;
+    stage.spp_growth = s.spp_growth;
+    stage.sppe = s.sppe;
+    stage.stop_relative_cost = s.stop_relative_cost;
+    fit.stages.push_back(stage);
+  }
+  fit.loss.residual =
+      config.loss.relative ? optim::ResidualKind::kRelative : optim::ResidualKind::kLinear;
+  fit.loss.relative_floor = config.loss.relative_floor;
+  fit.loss.silhouette_weight = config.loss.silhouette_weight;
+  if (config.input) {
+    fit.loss.clip_above = config.input->clip_above;
+    fit.exposure_sigma_ev = config.input->exposure_sigma_ev;
+    fit.exposure_max_ev = config.input->exposure_max_ev;
+  }
+  fit.seed = config.seed;
+  fit.max_bounces = config.render.max_bounces;
+  fit.rr_depth = config.render.rr_depth;
+  fit.linear_solver = config.solver.linear_solver == "gram" ? optim::LinearSolverChoice::kGram
+                      : config.solver.linear_solver == "cholesky"
+                          ? optim::LinearSolverChoice::kCholesky
+                      : config.solver.linear_solver == "cgnr" ? optim::LinearSolverChoice::kCgnr
+                                                              : optim::LinearSolverChoice::kAuto;
+  fit.max_memory_bytes = config.solver.max_memory_bytes;
+  return fit;
+}
+
+Experiment BuildExperiment(const ExperimentConfig& config) {
+  Experiment experiment;
+  if (config.input) {
+    std::vector<optim::InputFile> files;
+    experiment.observations =
+        optim::LoadObservations(MakeObservationOptions(*config.input), &files);
+    for (const optim::InputFile& file : files) {
+      experiment.input_files.push_back(file.path);
+    }
+    experiment.assumptions = experiment.observations.assumptions;
+  }
+  experiment.scene = BuildScene(config, experiment.observations, experiment.input_files);
+  experiment.fit = BuildFitSpec(config, experiment.scene);
+
+  const bool moves = std::any_of(
+      experiment.fit.unknowns.begin(), experiment.fit.unknowns.end(), [](const auto& u) {
+        return u.kind == ParameterKind::kVertexPositions && !u.hold;
+      });
+  if (moves) {
+    experiment.assumptions.emplace_back(
+        "Derivatives by vertices hold shading, interreflection and silhouettes; how shadows and "
+        "hidden parts of "
+        "interreflections move with the vertices is not in them.");
+  }
+  std::vector<std::filesystem::path> folders;
+  for (const std::filesystem::path& file : experiment.input_files) {
+    const std::filesystem::path folder = file.parent_path();
+    if (std::find(folders.begin(), folders.end(), folder) == folders.end()) {
+      folders.push_back(folder);
+      const std::string text = FindAttribution(folder);
+      auto& credits = experiment.attributions;
+      if (!text.empty() && std::find(credits.begin(), credits.end(), text) == credits.end()) {
+        credits.push_back(text);
+      }
+    }
+  }
+  return experiment;
+}
+
+renderer::ParameterLayout LayoutOfUnknowns(const optim::FitSpec& fit,
+                                           const renderer::Scene& scene,
+                                           const std::vector<std::string>& patterns) {
+  const auto wanted = [&](const std::string& name) {
+    return patterns.empty() ||
+           std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) {
+             return fnmatch(p.c_str(), name.c_str(), 0) == 0;
+           });
+  };
+  renderer::ParameterLayout layout(scene);
+  for (const optim::UnknownSpec& unknown : fit.unknowns) {
+    if (!wanted(unknown.name)) {
+      continue;
+    }
+    if (unknown.kind != ParameterKind::kExposure) {
+      layout.Add(unknown.kind, unknown.object);
+      continue;
+    }
+    for (std::size_t sensor = 0; sensor < scene.sensors.size(); ++sensor) {
+      layout.Add(unknown.kind, static_cast<int>(sensor));
+    }
+  }
+  if (layout.NumBlocks() == 0) {
+    std::string known;
+    for (const optim::UnknownSpec& unknown : fit.unknowns) {
+      known += (known.empty() ? "" : ", ") + unknown.name;
+    }
+    throw renderer::SceneError(
+        "no unknown matches " + (patterns.empty() ? "" : "'" + patterns.front() + "'") +
+        (known.empty() ? "; the config has no unknowns" : "; known: " + known));
+  }
+  return layout;
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/config/experiment_config.h"
+#include "optim/observation/observation.h"
+#include "optim/round/fit_spec.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::app {
+
+/// Everything a command works on: the scene with one sensor per photo (in the order of the views)
+/// or those of the config, the photos, and what is to be fitted.
+struct Experiment {
+  renderer::Scene scene;
+  optim::ObservationSet observations;  ///< no views without `input`
+  optim::FitSpec fit;
+  std::vector<std::filesystem::path> input_files;  ///< in a fixed order
+  std::vector<std::string> assumptions;            ///< what was taken for granted, for people
+  std::vector<std::string> warnings;
+  std::vector<std::string> attributions;  ///< credit lines found beside the input files
+};
+
+/// Loads photos, meshes and images and builds the scene. Throws IoError and SceneError, each naming
+/// the file or object.
+Experiment BuildExperiment(const ExperimentConfig& config);
+
+/// The scene's meshes, materials, lights and sensors; visual hulls are carved from `observations`.
+renderer::Scene BuildScene(const ExperimentConfig& config,
+                           const optim::ObservationSet& observations,
+                           std::vector<std::filesystem::path>& input_files);
+
+/// Unknowns, stages and loss with names resolved to the scene's objects.
+optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene);
+
+/// Layout of unknowns whose name matches one of the glob patterns (`*` and `?`; all without
+/// patterns), in config order. Throws SceneError when a pattern matches nothing.
+renderer::ParameterLayout LayoutOfUnknowns(const optim::FitSpec& fit,
+                                           const renderer::Scene& scene,
+                                           const std::vector<std::string>& patterns);
+
+}  // namespace pathfit::app

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "renderer/image/image.h"
+#include "renderer/io/image_filter.h"
+#include "renderer/io/radiance_file.h"
+
+namespace pathfit::renderer {
+
+/// An image file as stored: nothing is linearised.
+struct DecodedImage {
+  Image image;  ///< 3 channels (gray is repeated); 0..1 encoded, or linear radiance
+  Image alpha;  ///< 1 channel, 0..1; empty without an alpha channel
+  bool linear =
+      false;     ///< HDR, EXR and float TIFF; otherwise encoded (nearly always by the sRGB curve)
+  int bits = 8;  ///< per channel in the file: 8, 16 or 32
+  int exif_orientation = 1;  ///< of JPEG, 1 to 8; 1 when unknown
+};
+
+/// JPEG, PNG, TIFF (8 and 16 bit, float), HDR, EXR, told apart by their first bytes. Rows stay as
+/// the sensor stored them unless `apply_exif_orientation`. Fails: IoError naming the file.
+DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_orientation);
+
+/// Turns an image stored with the EXIF orientation 1 to 8 upright.
+Image ApplyOrientation(const Image& image, int exif_orientation);
+
+/// 8-bit encodings of 1 or 3 channels that are encoded already; values are clamped to 0..1 and
+/// rounded. `quality` is 1 to 100. Fails: IoError (empty, other channels), NumericalError (not
+/// finite).
+std::vector<unsigned char> EncodePng(const Image& image);
+std::vector<unsigned char> EncodeJpeg(const Image& image, int quality);
+
+/// EncodePng into a file, through a temporary one.
+void WritePng8(const std::filesystem::path& path, const Image& image);
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "renderer/image/image.h"
+
+namespace pathfit::renderer {
+
+/// Each pixel becomes the average of the source over the pixel's area, exactly, for shrinking and
+/// growing alike. Fails: IoError when the image is empty or the new size is not positive.
+Image ResizeArea(const Image& image, int width, int height);
+
+/// Distance of each pixel centre to the boundary of `mask > 0.5`, in pixels, positive inside; 1
+/// channel. Zero lies midway between pixels of the two kinds. The image's border is no boundary; a
+/// mask of one kind is width + height away from one. Fails: IoError when the mask is empty or has
+/// more than 1 channel.
+Image SignedDistanceToMask(const Image& mask);
+
+/// 1 where every pixel up to `px` pixels away (centre to centre) has mask > 0.5, otherwise 0; the
+/// image's border erodes nothing. Fails: as SignedDistanceToMask, and when px is negative.
+Image Erode(const Image& mask, int px);
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,369 @@
+#include "renderer/io/ply_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "renderer/core/error.h"
+#include "renderer/image/color.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/io/ply_header.h"
+#include "renderer/io/polygon_fan.h"
+#include "renderer/io/text_scanner.h"
+#include "renderer/io/vertex_colors.h"
+
+namespace pathfit::renderer {
+namespace {
+
+template <class T>
+double ReadBinary(const char* bytes, bool is_swapped) {
+  std::array<char, sizeof(T)> ordered;
+  std::memcpy(ordered.data(), bytes, sizeof(T));
+  if (is_swapped) std::reverse(ordered.begin(), ordered.end());
+  return static_cast<double>(std::bit_cast<T>(ordered));
+}
+
+double ReadBinary(const char* bytes, PlyType type, bool is_swapped) {
+  switch (type) {
+    case PlyType::kInt8:
+      return ReadBinary<std::int8_t>(bytes, is_swapped);
+    case PlyType::kUint8:
+      return ReadBinary<std::uint8_t>(bytes, is_swapped);
+    case PlyType::kInt16:
+      return ReadBinary<std::int16_t>(bytes, is_swapped);
+    case PlyType::kUint16:
+      return ReadBinary<std::uint16_t>(bytes, is_swapped);
+    case PlyType::kInt32:
+      return ReadBinary<std::int32_t>(bytes, is_swapped);
+    case PlyType::kUint32:
+      return ReadBinary<std::uint32_t>(bytes, is_swapped);
+    case PlyType::kFloat32:
+      return ReadBinary<float>(bytes, is_swapped);
+    case PlyType::kFloat64:
+      return ReadBinary<double>(bytes, is_swapped);
+  }
+  return 0.0;
+}
+
+/// The numbers of a body one after another, with the place of the current row for messages.
+class PlyBody {
+ public:
+  PlyBody(const std::filesystem::path& path, const PlyHeader& header, std::string_view bytes)
+      : path_(path),
+        format_(header.format),
+        header_lines_(header.num_lines),
+        rest_(bytes.substr(header.num_bytes)),
+        lines_(rest_) {}
+
+  [[noreturn]] void Fail(const std::string& what) const {
+    std::string place = path_.string();
+    if (format_ == PlyFormat::kAscii && lines_.LineNumber() > 0) {
+      place += ":" + std::to_string(header_lines_ + lines_.LineNumber());
+    }
+    throw IoError(place + ": " + element_ + " " + std::to_string(row_) + ": " + what);
+  }
+
+  /// Refuses a count that the rest of the file cannot hold, so that rows may be reserved.
+  void BeginElement(const PlyElement& element) {
+    element_ = element.name;
+    row_ = 0;
+    std::uint64_t row_bytes = 0;
+    for (const PlyProperty& property : element.properties) {
+      const PlyType first = property.is_list ? property.count_type : property.type;
+      row_bytes += format_ == PlyFormat::kAscii ? 2 : SizeOf(first);
+    }
+    // The last number of an ascii file needs no blank after it.
+    const std::uint64_t available =
+        format_ == PlyFormat::kAscii ? lines_.Rest().size() + 1 : rest_.size();
+    if (row_bytes > 0 && element.count > available / row_bytes) {
+      throw IoError(path_.string() + ": the header declares " + std::to_string(element.count) +
+                    " of element '" + element.name + "', more than the file holds");
+    }
+  }
+
+  void BeginRow(std::uint64_t row) { row_ = row; }
+
+  void EndRow() {
+    if (format_ == PlyFormat::kAscii && !NextToken(line_).empty()) Fail("too many numbers");
+  }
+
+  double NextNumber(PlyType type) {
+    if (format_ == PlyFormat::kAscii) return NextAscii(type);
+    const std::size_t size = SizeOf(type);
+    if (rest_.size() < size) Fail("the file ends too early");
+    const bool is_big = format_ == PlyFormat::kBinaryBigEndian;
+    const double number =
+        ReadBinary(rest_.data(), type, is_big != (std::endian::native == std::endian::big));
+    rest_.remove_prefix(size);
+    if (!std::isfinite(number)) Fail("a number is not finite");
+    return number;
+  }
+
+  std::uint64_t NextListLength(const PlyProperty& property) {
+    const double length = NextNumber(property.count_type);
+    if (length < 0.0) Fail("list '" + property.name + "' has a negative length");
+    return static_cast<std::uint64_t>(length);
+  }
+
+  void Skip(const PlyProperty& property) {
+    const std::uint64_t count = property.is_list ? NextListLength(property) : 1;
+    if (format_ == PlyFormat::kAscii) {
+      for (std::uint64_t i = 0; i < count; ++i) NextAsciiToken();
+      return;
+    }
+    const std::uint64_t num_bytes = count * SizeOf(property.type);
+    if (num_bytes > rest_.size()) Fail("the file ends too early");
+    rest_.remove_prefix(num_bytes);
+  }
+
+ private:
+  std::string_view NextAsciiToken() {
+    std::string_view token = NextToken(line_);
+    while (token.empty()) {
+      if (!lines_.Next(line_)) Fail("the file ends too early");
+      token = NextToken(line_);
+    }
+    return token;
+  }
+
+  double NextAscii(PlyType type) {
+    const std::string_view token = NextAsciiToken();
+    const std::optional<double> number = ParseReal(token);
+    if (!number || (!IsFloatType(type) && *number != std::floor(*number))) {
+      Fail("'" + std::string(token.substr(0, 32)) + "' is not " +
+           (IsFloatType(type) ? "a finite number" : "an integer"));
+    }
+    return *number;
+  }
+
+  const std::filesystem::path& path_;
+  PlyFormat format_;
+  std::int64_t header_lines_;
+  std::string_view rest_;  ///< of a binary body
+  LineReader lines_;       ///< of an ascii body
+  std::string_view line_;  ///< rest of the current line
+  std::string element_ = "vertex";
+  std::uint64_t row_ = 0;
+};
+
+/// Numbers of a vertex that are kept; two names may mean one slot.
+enum Slot { kX, kY, kZ, kNx, kNy, kNz, kRed, kGreen, kBlue, kU, kV, kNumSlots, kSkipped };
+
+Slot SlotOf(const std::string& name) {
+  constexpr std::array<std::pair<std::string_view, Slot>, 13> kNames = {{{"x", kX},
+                                                                         {"y", kY},
+                                                                         {"z", kZ},
+                                                                         {"nx", kNx},
+                                                                         {"ny", kNy},
+                                                                         {"nz", kNz},
+                                                                         {"red", kRed},
+                                                                         {"green", kGreen},
+                                                                         {"blue", kBlue},
+                                                                         {"s", kU},
+                                                                         {"t", kV},
+                                                                         {"u", kU},
+                                                                         {"v", kV}}};
+  for (const auto& [known, slot] : kNames) {
+    if (name == known) return slot;
+  }
+  return kSkipped;
+}
+
+class PlyParser {
+ public:
+  PlyParser(const std::filesystem::path& path, std::string_view bytes)
+      : path_(path), header_(ParsePlyHeader(path, bytes)), body_(path, header_, bytes) {}
+
+  Mesh Parse() {
+    for (const PlyElement& element : header_.elements) {
+      body_.BeginElement(element);
+      if (element.name == "vertex") {
+        ReadVertices(element);
+      } else if (element.name == "face") {
+        ReadFaces(element);
+      } else if (!element.properties.empty()) {
+        for (std::uint64_t i = 0; i < element.count; ++i) {
+          body_.BeginRow(i);
+          for (const PlyProperty& property : element.properties) body_.Skip(property);
+          body_.EndRow();
+        }
+      }
+    }
+    if (face_begins_.empty()) Fail("has no face");
+    Triangulate();
+    WeldPositions(mesh_);
+    WeldColors(mesh_);
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& what) const {
+    throw IoError(path_.string() + ": " + what);
+  }
+
+  /// Slot of each property; refuses wrong types and missing coordinates.
+  std::vector<Slot> MatchSlots(const PlyElement& element) {
+    std::vector<Slot> slots;
+    std::array<bool, kNumSlots> found = {};
+    for (const PlyProperty& property : element.properties) {
+      Slot slot = property.is_list ? kSkipped : SlotOf(property.name);
+      const bool is_color = slot >= kRed && slot <= kBlue;
+      if (slot != kSkipped && !IsFloatType(property.type) &&
+          !(is_color && property.type == PlyType::kUint8)) {
+        Fail("vertex property '" + property.name + "' has a wrong type, allowed are float, double" +
+             (is_color ? " and uchar" : ""));
+      }
+      if (slot != kSkipped && found[slot]) slot = kSkipped;
+      if (slot != kSkipped) found[slot] = true;
+      if (is_color && property.type == PlyType::kUint8) is_encoded_[slot - kRed] = true;
+      slots.push_back(slot);
+    }
+    const auto all = [&found](std::size_t first, std::size_t last) {
+      return std::all_of(found.begin() + static_cast<std::ptrdiff_t>(first),
+                         found.begin() + static_cast<std::ptrdiff_t>(last) + 1,
+                         [](bool is_found) { return is_found; });
+    };
+    if (!all(kX, kZ)) Fail("element 'vertex' needs the properties x, y and z");
+    has_normals_ = all(kNx, kNz);
+    has_colors_ = all(kRed, kBlue);
+    has_uvs_ = all(kU, kV);
+    return slots;
+  }
+
+  void ReadVertices(const PlyElement& element) {
+    const std::vector<Slot> slots = MatchSlots(element);
+    if (element.count > static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max())) {
+      Fail("has too many vertices");
+    }
+    mesh_.positions.reserve(element.count);
+    std::array<double, kNumSlots> row = {};
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      body_.BeginRow(i);
+      for (std::size_t p = 0; p < slots.size(); ++p) {
+        if (slots[p] == kSkipped) {
+          body_.Skip(element.properties[p]);
+        } else {
+          row[slots[p]] = body_.NextNumber(element.properties[p].type);
+        }
+      }
+      body_.EndRow();
+      AppendVertex(row);
+    }
+  }
+
+  void AppendVertex(const std::array<double, kNumSlots>& row) {
+    mesh_.positions.push_back({row[kX], row[kY], row[kZ]});
+    if (has_normals_) {
+      const Vec3 normal = {row[kNx], row[kNy], row[kNz]};
+      const double length = Norm(normal);
+      mesh_.normals.push_back(length > 0.0 && std::isfinite(length) ? normal / length : normal);
+    }
+    if (has_uvs_) mesh_.uvs.push_back({row[kU], row[kV]});
+    if (!has_colors_) return;
+    Rgb color;
+    for (int c = 0; c < 3; ++c) {
+      const auto channel = static_cast<std::size_t>(c);
+      const double value = row[kRed + channel];
+      if (is_encoded_[channel] && !(value >= 0.0 && value <= 255.0)) {
+        body_.Fail("a colour of type uchar must be 0 to 255");
+      }
+      color[c] = is_encoded_[channel] ? LinearFromSrgb(value / 255.0) : value;
+    }
+    mesh_.colors.push_back(color);
+  }
+
+  void ReadFaces(const PlyElement& element) {
+    const auto is_indices = [](const PlyProperty& p) {
+      return p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index");
+    };
+    const auto place =
+        std::find_if(element.properties.begin(), element.properties.end(), is_indices);
+    if (place == element.properties.end()) Fail("element 'face' needs a list 'vertex_indices'");
+    if (IsFloatType(place->type)) Fail("list '" + place->name + "' must be of an integer type");
+    const auto indices = static_cast<std::size_t>(place - element.properties.begin());
+    face_begins_.reserve(element.count);
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      body_.BeginRow(i);
+      for (std::size_t p = 0; p < element.properties.size(); ++p) {
+        if (p == indices) {
+          ReadFace(element.properties[p]);
+        } else {
+          body_.Skip(element.properties[p]);
+        }
+      }
+      body_.EndRow();
+    }
+  }
+
+  void ReadFace(const PlyProperty& property) {
+    const std::uint64_t num_corners = body_.NextListLength(property);
+    if (num_corners < 3) body_.Fail("a face needs at least 3 corners");
+    face_begins_.push_back(corners_.size());
+    for (std::uint64_t k = 0; k < num_corners; ++k) {
+      const double index = body_.NextNumber(property.type);
+      if (index < 0.0 || index >= static_cast<double>(NumVertices())) {
+        body_.Fail("vertex index is out of range, allowed are 0 to below " +
+                   std::to_string(NumVertices()));
+      }
+      corners_.push_back(static_cast<std::int32_t>(index));
+    }
+  }
+
+  /// As declared, since faces may stand before the vertices; bounded by what an index can hold.
+  [[nodiscard]] std::uint64_t NumVertices() const {
+    for (const PlyElement& element : header_.elements) {
+      if (element.name != "vertex") continue;
+      return std::min<std::uint64_t>(element.count, std::numeric_limits<std::int32_t>::max());
+    }
+    return 0;
+  }
+
+  void Triangulate() {
+    std::vector<Vec3> polygon;
+    for (std::size_t i = 0; i < face_begins_.size(); ++i) {
+      const std::size_t begin = face_begins_[i];
+      const std::size_t end = i + 1 < face_begins_.size() ? face_begins_[i + 1] : corners_.size();
+      polygon.clear();
+      for (std::size_t c = begin; c < end; ++c) {
+        polygon.push_back(mesh_.positions[static_cast<std::size_t>(corners_[c])]);
+      }
+      const std::optional<FanTriangles> fan = TriangulatePolygon(polygon);
+      if (!fan) Fail("face " + std::to_string(i) + " is not convex enough; triangulate it first");
+      for (const auto& [a, b, c] : *fan) {
+        mesh_.triangles.push_back({corners_[begin + a], corners_[begin + b], corners_[begin + c]});
+      }
+    }
+    if (has_normals_) mesh_.normal_triangles = mesh_.triangles;
+    if (has_uvs_) mesh_.uv_triangles = mesh_.triangles;
+    if (has_colors_) mesh_.color_triangles = mesh_.triangles;
+  }
+
+  const std::filesystem::path& path_;
+  PlyHeader header_;
+  PlyBody body_;
+  Mesh mesh_;
+  bool has_normals_ = false;
+  bool has_colors_ = false;
+  bool has_uvs_ = false;
+  std::array<bool, 3> is_encoded_ = {};  ///< per colour channel: sRGB bytes
+  std::vector<std::int32_t> corners_;
+  std::vector<std::size_t> face_begins_;
+};
+
+}  // namespace
+
+Mesh ReadPly(const std::filesystem::path& path) {
+  const std::string bytes = ReadWholeFile(path);
+  return PlyParser(path, bytes).Parse();
+}
+
+}  // namespace pathfit::renderer

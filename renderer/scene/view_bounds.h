@@ -1,0 +1,17 @@
+#pragma once
+
+#include "renderer/scene/scene.h"
+
+namespace pathfit::renderer {
+
+/// Pixels [x0, x1) x [y0, y1).
+struct PixelBounds {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  [[nodiscard]] bool Contains(int x, int y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
+};
+
+/// A rectangle outside which no ray of the camera meets a mesh of the scene; the whole image where
+/// that is not sure.
+PixelBounds BoundsOfMeshes(const Scene& scene, const CameraModel& camera);
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Installs what is missing, then: formatting, build with warnings as errors, all tests, and the quick tests again under
+# the address and undefined-behaviour sanitizers. Ends with a line "N passed, N failed".
+set -uo pipefail
+cd "$(dirname "$0")/.."
+
+scripts/install_packages.sh test || exit 1
+
+passed=0
+failed=0
+step() {  # step NAME COMMAND...: one check that counts as one test
+  local name=$1
+  shift
+  echo "== $name"
+  if "$@"; then
+    passed=$((passed + 1))
+  else
+    echo "FAILED: $name"
+    failed=$((failed + 1))
+  fi
+}
+tests() {  # tests PRESET: builds and runs a preset's tests, adds their numbers
+  local preset=$1 log summary bad total
+  echo "== build and tests: $preset"
+  if ! cmake --preset "$preset" >"build/$preset.configure.log" 2>&1 || ! cmake --build --preset "$preset"; then
+    tail -n 20 "build/$preset.configure.log"
+    echo "FAILED: build $preset"
+    failed=$((failed + 1))
+    return
+  fi
+  log="build/$preset.ctest.log"
+  ctest --preset "$preset" -j 2 | tee "$log"
+  summary=$(grep -E '^[0-9]+% tests passed' "$log" | tail -n 1)
+  if [ -z "$summary" ]; then
+    echo "FAILED: tests $preset"
+    failed=$((failed + 1))
+    return
+  fi
+  bad=$(echo "$summary" | sed -E 's/.* ([0-9]+) tests? failed.*/\1/')
+  total=$(echo "$summary" | sed -E 's/.* out of ([0-9]+).*/\1/')
+  passed=$((passed + total - bad))
+  failed=$((failed + bad))
+}
+
+mkdir -p build
+step "formatting" scripts/check_format.sh
+tests release
+tests asan
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]

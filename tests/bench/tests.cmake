@@ -1,0 +1,6 @@
+# Benchmarks: programs that print JSON, never tests.
+if(PATHFIT_BENCH)
+  find_package(nlohmann_json 3 REQUIRED)
+  add_executable(render_bench ${CMAKE_CURRENT_LIST_DIR}/render_bench.cpp ${CMAKE_CURRENT_LIST_DIR}/bench_scenes.cpp)
+  target_link_libraries(render_bench PRIVATE pathfit_optim pathfit_test_support nlohmann_json::nlohmann_json)
+endif()
