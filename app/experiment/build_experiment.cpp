@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <fstream>
 
-#include <fnmatch.h>
-
 #include "app/experiment/experiment.h"
 #include "optim/observation/load_observations.h"
 #include "renderer/core/check.h"
@@ -199,40 +197,6 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
     }
   }
   return experiment;
-}
-
-renderer::ParameterLayout LayoutOfUnknowns(const optim::FitSpec& fit,
-                                           const renderer::Scene& scene,
-                                           const std::vector<std::string>& patterns) {
-  const auto wanted = [&](const std::string& name) {
-    return patterns.empty() ||
-           std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) {
-             return fnmatch(p.c_str(), name.c_str(), 0) == 0;
-           });
-  };
-  renderer::ParameterLayout layout(scene);
-  for (const optim::UnknownSpec& unknown : fit.unknowns) {
-    if (!wanted(unknown.name)) {
-      continue;
-    }
-    if (unknown.kind != ParameterKind::kExposure) {
-      layout.Add(unknown.kind, unknown.object);
-      continue;
-    }
-    for (std::size_t sensor = 0; sensor < scene.sensors.size(); ++sensor) {
-      layout.Add(unknown.kind, static_cast<int>(sensor));
-    }
-  }
-  if (layout.NumBlocks() == 0) {
-    std::string known;
-    for (const optim::UnknownSpec& unknown : fit.unknowns) {
-      known += (known.empty() ? "" : ", ") + unknown.name;
-    }
-    throw renderer::SceneError(
-        "no unknown matches " + (patterns.empty() ? "" : "'" + patterns.front() + "'") +
-        (known.empty() ? "; the config has no unknowns" : "; known: " + known));
-  }
-  return layout;
 }
 
 }  // namespace pathfit::app

@@ -35,10 +35,4 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
 /// Unknowns, stages and loss with names resolved to the scene's objects.
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene);
 
-/// Layout of unknowns whose name matches one of the glob patterns (`*` and `?`; all without
-/// patterns), in config order. Throws SceneError when a pattern matches nothing.
-renderer::ParameterLayout LayoutOfUnknowns(const optim::FitSpec& fit,
-                                           const renderer::Scene& scene,
-                                           const std::vector<std::string>& patterns);
-
 }  // namespace pathfit::app

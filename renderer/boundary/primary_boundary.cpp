@@ -11,6 +11,10 @@ constexpr std::uint64_t kPrimaryDomain = 3;
 // Faces are told apart by looking this far beside the edge, in pixels; only planes are intersected
 // there.
 constexpr double kSideStep = 1e-3;
+// The background is shaded this far beside the edge, in pixels, on its own side: a light near the
+// sensor sees the edge and the point behind it in line, so that the shadow ray would graze the
+// edge.
+constexpr double kBackgroundStep = 2e-2;
 // Faces are shaded this far inside, as a share of the way to their centre, so that shadow rays
 // clear the fold.
 constexpr double kInset = 2e-3;
@@ -48,14 +52,16 @@ std::int64_t PrimaryBoundary::NumSamples(double sppe) const {
   return static_cast<std::int64_t>(std::ceil(sppe * edges_.distribution().Total()));
 }
 
+Ray PrimaryBoundary::RayBeside(const EdgePoint& point, double step) const {
+  const Vec2 shift = point.m * (step / std::hypot(point.m.x, point.m.y));
+  return camera_.RayThrough(point.projection.u + shift.x, point.projection.v + shift.y);
+}
+
 PrimaryBoundary::Sides PrimaryBoundary::FacesBySide(const EdgePoint& point) const {
   const Vec3& eye = point.ray.origin;
   const Vec3 plane = Cross(point.a - eye, point.b - eye);  // of the sensor and the edge
-  const double length = std::hypot(point.m.x, point.m.y);
-  const Vec2 step = point.m * (kSideStep / length);
-  const Ray plus_ray = camera_.RayThrough(point.projection.u + step.x, point.projection.v + step.y);
-  const Ray minus_ray =
-      camera_.RayThrough(point.projection.u - step.x, point.projection.v - step.y);
+  const Ray plus_ray = RayBeside(point, kSideStep);
+  const Ray minus_ray = RayBeside(point, -kSideStep);
   const double plus_sign = Dot(plane, plus_ray.direction) > 0.0 ? 1.0 : -1.0;
   const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(point.mesh)].mesh;
 
@@ -94,6 +100,7 @@ Rgba PrimaryBoundary::ShadeFace(const EdgePoint& point, TriangleId face, Counter
 
 Rgba PrimaryBoundary::ShadeBackground(const EdgePoint& point,
                                       const std::optional<Hit>& hit,
+                                      double side,
                                       CounterRng rng) const {
   if (!hit) {
     const LightSet& lights = context_.lights;
@@ -102,7 +109,16 @@ Rgba PrimaryBoundary::ShadeBackground(const EdgePoint& point,
     }
     return {EnvironmentRadianceInWorld(*lights.environment, point.ray.direction), 0.0};
   }
-  const SurfacePoint p = MakeSurfacePoint(*context_.scene, *context_.caster, *hit, point.ray);
+  const Ray ray = RayBeside(point, side * kBackgroundStep);
+  const PlaneHit beside =
+      IntersectPlane(context_.caster->Geometry(hit->id), ray.origin, ray.direction);
+  // A background seen edge on has no such neighbour on the same triangle.
+  const bool usable = beside.distance > point.distance;
+  const SurfacePoint p =
+      MakeSurfacePoint(*context_.scene,
+                       *context_.caster,
+                       usable ? Hit{hit->id, beside.b1, beside.b2, beside.distance} : *hit,
+                       usable ? ray : point.ray);
   IndependentSampler sampler(rng);
   NullPathRecorder recorder;
   return {TraceRadiance(context_, p, sampler, recorder), 1.0};
@@ -159,8 +175,8 @@ std::optional<PrimaryBoundarySample> PrimaryBoundary::Sample(const RenderOptions
 
   // Both sides see the same random numbers: their difference is less noisy than either.
   const Sides sides = FacesBySide(point);
-  const auto shade = [&](TriangleId face) {
-    return face.IsValid() ? ShadeFace(point, face, rng) : ShadeBackground(point, beyond, rng);
+  const auto shade = [&](TriangleId face, double side) {
+    return face.IsValid() ? ShadeFace(point, face, rng) : ShadeBackground(point, beyond, side, rng);
   };
   const double probability =
       edges_.distribution().Probability(choice) / (view_edge.t1 - view_edge.t0);
@@ -173,7 +189,7 @@ std::optional<PrimaryBoundarySample> PrimaryBoundary::Sample(const RenderOptions
   sample.t = t;
   sample.direction = (projection->du * point.m.x + projection->dv * point.m.y) *
                      (1.0 / (probability * static_cast<double>(count)));
-  sample.jump = shade(sides.minus) - shade(sides.plus);
+  sample.jump = shade(sides.minus, -1.0) - shade(sides.plus, 1.0);
   if (!IsFinite(sample.jump.Color()) || !IsFinite(sample.direction)) {
     ++stats.non_finite_samples;
     return std::nullopt;

@@ -49,11 +49,15 @@ class PrimaryBoundary {
  private:
   struct EdgePoint;
   struct Sides;
+  /// Sensor ray `step` pixels beside the edge, towards its plus side.
+  [[nodiscard]] Ray RayBeside(const EdgePoint& point, double step) const;
   [[nodiscard]] Sides FacesBySide(const EdgePoint& point) const;
   /// Radiance and coverage of a face at the edge point.
   [[nodiscard]] Rgba ShadeFace(const EdgePoint& point, TriangleId face, CounterRng rng) const;
+  /// What lies behind the edge; `side` is +1 where the plus side sees it, -1 for the minus side.
   [[nodiscard]] Rgba ShadeBackground(const EdgePoint& point,
                                      const std::optional<Hit>& hit,
+                                     double side,
                                      CounterRng rng) const;
 
   const PathContext& context_;

@@ -74,6 +74,8 @@ struct RayCaster::Handles {
   RTCScene scene = nullptr;
 };
 
+std::string EmbreeVersion() { return RTC_VERSION_STRING; }
+
 RayCaster::RayCaster() : handles_(std::make_unique<Handles>()) {}
 RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;

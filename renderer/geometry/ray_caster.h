@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
@@ -53,6 +54,9 @@ class RayCaster {
   double extent_ = 0.0;
   double offset_ = 0.0;
 };
+
+/// Version of the Embree headers.
+std::string EmbreeVersion();
 
 /// Offset of secondary rays relative to the scene's extent: well above float rounding (6e-8) of
 /// Embree's geometry.

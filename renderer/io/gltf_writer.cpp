@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -170,9 +171,13 @@ void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMate
   model.defaultScene = 0;
 
   std::ostringstream stream;
-  tinygltf::TinyGLTF writer;
-  if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) {
-    throw IoError(path.string() + ": the glTF scene cannot be encoded");
+  try {
+    if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true)) {
+      throw IoError("the writer gave up");
+    }
+  } catch (const std::exception& error) {
+    // Such as a material name that is not UTF-8.
+    throw IoError(path.string() + ": the glTF scene cannot be encoded: " + error.what());
   }
   WriteFileAtomically(path, stream.str());
 }

@@ -1,0 +1,150 @@
+#include <algorithm>
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/command/commands.h"
+#include "app/command/program_info.h"
+#include "app/config/experiment_config.h"
+#include "app/experiment/experiment.h"
+#include "optim/observation/mask_metrics.h"
+#include "renderer/core/parallel.h"
+#include "renderer/renderer.h"
+
+namespace pathfit::app {
+namespace {
+
+constexpr int kOverlapSpp = 4;
+constexpr double kOverlapSize = 256.0;
+
+struct ViewOverlap {
+  std::string name;
+  double iou = 0.0;
+};
+
+/// Silhouette of the initial model against every mask, at low resolution.
+std::vector<ViewOverlap> MeasureOverlap(const Experiment& experiment) {
+  std::vector<ViewOverlap> overlaps;
+  if (experiment.observations.mask_meaning != optim::MaskMeaning::kSilhouette) {
+    return overlaps;
+  }
+  const renderer::Renderer renderer(experiment.scene);
+  for (const optim::View& view : experiment.observations.views) {
+    if (view.mask.Empty()) {
+      continue;
+    }
+    const double scale = std::min(1.0, kOverlapSize / std::max(view.camera.width, view.camera.height));
+    const optim::ViewLevel level = optim::MakeViewLevel(view, experiment.observations, scale);
+    renderer::RenderOptions options;
+    options.spp = kOverlapSpp;
+    options.max_bounces = 0;
+    const renderer::Film film = renderer.RenderPrimal(level.camera, options);
+    overlaps.push_back({view.name, optim::MaskIou(renderer::CoverageImage(film), level.mask)});
+  }
+  std::sort(overlaps.begin(), overlaps.end(), [](const auto& a, const auto& b) { return a.iou < b.iou; });
+  return overlaps;
+}
+
+std::int64_t NumScalars(const Experiment& experiment, const optim::StageSpec& stage) {
+  renderer::ParameterLayout layout(experiment.scene);
+  for (const int index : stage.free) {
+    const optim::UnknownSpec& unknown = experiment.fit.unknowns[static_cast<std::size_t>(index)];
+    if (unknown.object >= 0) {
+      layout.Add(unknown.kind, unknown.object);
+      continue;
+    }
+    for (std::size_t i = 0; i < experiment.scene.sensors.size(); ++i) {
+      layout.Add(unknown.kind, static_cast<int>(i));
+    }
+  }
+  return layout.NumScalars();
+}
+
+void PrintSummary(const Experiment& experiment, const std::vector<ViewOverlap>& overlaps) {
+  for (const std::string& text : experiment.assumptions) {
+    fmt::print("{}\n", text);
+  }
+  for (const auto& mesh : experiment.scene.meshes) {
+    fmt::print("Mesh {}: {} vertices, {} triangles.\n", mesh.name, mesh.mesh.positions.size(), mesh.mesh.triangles.size());
+  }
+  for (const auto& sensor : experiment.scene.sensors) {
+    if (experiment.observations.views.empty()) {
+      fmt::print("Sensor {}: {} x {} pixels.\n", sensor.name, sensor.width, sensor.height);
+    }
+  }
+  for (const optim::StageSpec& stage : experiment.fit.stages) {
+    fmt::print("Stage {}: {} unknown numbers, images at {:g} of their size, up to {} rounds.\n",
+               stage.name,
+               NumScalars(experiment, stage),
+               stage.image_scale,
+               stage.max_rounds);
+  }
+  if (!overlaps.empty()) {
+    fmt::print("Silhouette of the initial model against the masks: median IoU {:.3f}, worst {:.3f} ({}).\n",
+               overlaps[overlaps.size() / 2].iou,
+               overlaps.front().iou,
+               overlaps.front().name);
+  }
+  for (const std::string& text : experiment.warnings) {
+    fmt::print("warning: {}\n", text);
+  }
+}
+
+void PrintJson(const Experiment& experiment, const std::vector<ViewOverlap>& overlaps) {
+  nlohmann::json json;
+  json["assumptions"] = experiment.assumptions;
+  json["warnings"] = experiment.warnings;
+  json["views"] = experiment.observations.views.size();
+  for (const auto& mesh : experiment.scene.meshes) {
+    json["meshes"].push_back({{"name", mesh.name},
+                              {"vertices", mesh.mesh.positions.size()},
+                              {"triangles", mesh.mesh.triangles.size()}});
+  }
+  for (const optim::StageSpec& stage : experiment.fit.stages) {
+    json["stages"].push_back({{"name", stage.name},
+                              {"unknowns", NumScalars(experiment, stage)},
+                              {"image_scale", stage.image_scale},
+                              {"max_rounds", stage.max_rounds}});
+  }
+  for (const ViewOverlap& overlap : overlaps) {
+    json["initial_iou"][overlap.name] = overlap.iou;
+  }
+  fmt::print("{}\n", json.dump(2));
+}
+
+}  // namespace
+
+ExitStatus CheckCommand(CommandContext& context) {
+  const ExperimentConfig config = LoadExperimentConfig(context.line.target, OverridesOf(context.line));
+  const renderer::ThreadLimit limit(NumThreads(context.line, config));
+  const Experiment experiment = BuildExperiment(config);
+  const std::vector<ViewOverlap> overlaps = MeasureOverlap(experiment);
+  if (context.line.json) {
+    PrintJson(experiment, overlaps);
+  } else {
+    PrintSummary(experiment, overlaps);
+  }
+  return ExitStatus::kFinished;
+}
+
+ExitStatus VersionCommand(CommandContext& context) {
+  RunRecord record;
+  FillProgramInfo(record);
+  if (context.line.json) {
+    nlohmann::json json = {{"version", record.program_version}, {"build", record.build}};
+    for (const auto& [name, version] : record.libraries) {
+      json["libraries"][name] = version;
+    }
+    fmt::print("{}\n", json.dump(2));
+    return ExitStatus::kFinished;
+  }
+  fmt::print("pathfit {} ({})\n", record.program_version, record.build);
+  for (const auto& [name, version] : record.libraries) {
+    fmt::print("  {} {}\n", name, version);
+  }
+  fmt::print("  {} threads available\n", renderer::DefaultNumThreads());
+  return ExitStatus::kFinished;
+}
+
+}  // namespace pathfit::app

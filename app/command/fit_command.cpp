@@ -1,0 +1,212 @@
+#include <cmath>
+#include <cstdio>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "app/command/commands.h"
+#include "app/command/program_info.h"
+#include "app/command/stop_signals.h"
+#include "app/config/experiment_config.h"
+#include "app/experiment/experiment.h"
+#include "app/output/export_result.h"
+#include "app/output/fit_recorder.h"
+#include "app/output/parameter_table.h"
+#include "optim/checkpoint/checkpoint.h"
+#include "optim/round/fit.h"
+#include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
+#include "renderer/io/atomic_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Passes everything on, and asks the fit to stop once a named stage has ended.
+class StopAfterStage final : public optim::FitObserver {
+ public:
+  StopAfterStage(optim::FitObserver& next, std::string stage, renderer::CancelFlag& cancel)
+      : next_(next), stage_(std::move(stage)), cancel_(cancel) {}
+
+  void OnRound(const optim::RoundReport& report) override { next_.OnRound(report); }
+  void OnStage(const optim::StageReport& report,
+               const std::vector<renderer::Film>& images,
+               const std::vector<renderer::Image>& photos) override {
+    next_.OnStage(report, images, photos);
+    if (report.stage == stage_) {
+      reached_ = true;
+      cancel_ = true;
+    }
+  }
+  void OnMessage(const std::string& text) override { next_.OnMessage(text); }
+  [[nodiscard]] bool reached() const { return reached_; }
+
+ private:
+  optim::FitObserver& next_;
+  std::string stage_;
+  renderer::CancelFlag& cancel_;
+  bool reached_ = false;
+};
+
+void RequireFittable(const ExperimentConfig& config, const std::string& stop_after) {
+  const ConfigSource source{config.path.string(), {}, {}};
+  std::vector<Problem> problems;
+  if (!config.input) {
+    problems.push_back({{}, "input", "a fit needs photos: give input.images and input.cameras"});
+  }
+  if (config.unknowns.empty()) {
+    problems.push_back({{}, "unknowns", "a fit needs at least one unknown, for example axe.vertices: {}"});
+  }
+  if (config.stages.empty()) {
+    problems.push_back({{}, "stages", "a fit needs at least one stage"});
+  }
+  bool found = stop_after.empty();
+  for (const StageConfig& stage : config.stages) {
+    found = found || stage.name == stop_after;
+  }
+  if (!found) {
+    problems.push_back({{}, "stages", "--stop-after: no stage is called '" + stop_after + "'"});
+  }
+  if (!problems.empty()) {
+    throw ConfigError(source, problems);
+  }
+}
+
+std::vector<ExportedView> ExportedViews(const Experiment& experiment, const ExperimentConfig& config) {
+  std::vector<ExportedView> views;
+  const fs::path folder =
+      config.input->images.empty() ? config.input->cameras.parent_path() : config.input->images;
+  for (const optim::View& view : experiment.observations.views) {
+    views.push_back({view.name, (folder / view.name).string(), view.validation});
+  }
+  return views;
+}
+
+struct Ending {
+  RunStatus status;
+  std::string reason;
+  ExitStatus exit;
+};
+
+Ending EndingOf(optim::FitStatus status, const StopSignals& signals, bool stage_reached) {
+  if (status == optim::FitStatus::kFinished || stage_reached) {
+    return {RunStatus::kFinished, stage_reached ? "stopped after the requested stage" : "all stages done",
+            ExitStatus::kFinished};
+  }
+  if (status == optim::FitStatus::kTimeLimit) {
+    return {RunStatus::kStopped, "time limit reached; continue with: pathfit resume", ExitStatus::kStopped};
+  }
+  const ExitStatus exit = signals.Received().value_or(ExitStatus::kStopped);
+  return {RunStatus::kStopped,
+          exit == ExitStatus::kInterrupted ? "interrupted; continue with: pathfit resume"
+                                           : "terminated; continue with: pathfit resume",
+          exit};
+}
+
+/// Runs or continues a fit in its directory, with everything it leaves there.
+ExitStatus RunInDirectory(CommandContext& context,
+                          const ExperimentConfig& config,
+                          Experiment& experiment,
+                          const RunDirectory& run,
+                          RunRecordFile& record,
+                          std::optional<optim::FitState> resume) {
+  const StopSignals signals;
+  const int resume_step = resume ? resume->step : 0;
+  Progress progress(context.terminal);
+  FitRecorder recorder(run, experiment.observations, record, context.log, progress, resume_step);
+  StopAfterStage observer(recorder, context.line.stop_after, signals.flag());
+  experiment.fit.time_limit_s = context.line.time_limit_s;
+  optim::FitControls controls;
+  controls.cancel = &signals.flag();
+  controls.checkpoint_folder = run.Checkpoints();
+  controls.resume = std::move(resume);
+  try {
+    const optim::FitResult result =
+        optim::RunFit(experiment.scene, experiment.observations, experiment.fit, observer, controls);
+    progress.Finish();
+    recorder.RecordScenes(experiment.fit, experiment.scene, result.scene);
+    ExportResult(run.Result(),
+                 result.scene,
+                 ExportedViews(experiment, config),
+                 SummarizeParameters(experiment.fit, experiment.scene, result.scene));
+    const Ending ending = EndingOf(result.status, signals, observer.reached());
+    recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
+    context.log.Info(fmt::format("{}; {} rounds in {:.0f} s", ending.reason, result.rounds, result.wall_s));
+    return ending.exit;
+  } catch (const std::exception& e) {
+    progress.Finish();
+    recorder.Finish(RunStatus::kFailed, e.what(), static_cast<int>(StatusOfException(e)));
+    throw;
+  }
+}
+
+void PrintRun(const CommandContext& context, const RunDirectory& run) {
+  if (context.line.json) {
+    std::printf("%s\n", renderer::ReadWholeFile(run.Record()).c_str());
+  } else {
+    std::printf("%s\n", run.root().c_str());
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+ExitStatus FitCommand(CommandContext& context) {
+  const ExperimentConfig config = LoadExperimentConfig(context.line.target, OverridesOf(context.line));
+  RequireFittable(config, context.line.stop_after);
+  const int threads = NumThreads(context.line, config);
+  const renderer::ThreadLimit limit(threads);
+  Experiment experiment = BuildExperiment(config);
+
+  RunRecord record = MakeRunRecord(context.line.arguments);
+  record.name = config.name;
+  FillProgramInfo(record);
+  record.threads = threads;
+  record.seed = config.seed;
+  record.config_path = config.path.string();
+  record.inputs = HashInputs(experiment.input_files);
+  record.assumptions = experiment.assumptions;
+  record.warnings = experiment.warnings;
+  record.attributions = experiment.attributions;
+
+  const fs::path pattern =
+      context.line.output.empty() ? config.output.directory : fs::absolute(context.line.output);
+  const RunDirectory run = CreateRunDirectory(pattern, config.name, std::chrono::system_clock::now());
+  renderer::WriteFileAtomically(run.Config(), config.given_text);
+  renderer::WriteFileAtomically(run.ResolvedConfig(), config.resolved_yaml);
+  context.log.AddFile(run.LogFile());
+  for (const std::string& text : experiment.assumptions) {
+    context.log.Info(text);
+  }
+  context.log.Info("run directory " + run.root().string());
+  RunRecordFile record_file(run.Record(), record);
+  const ExitStatus status = RunInDirectory(context, config, experiment, run, record_file, std::nullopt);
+  PrintRun(context, run);
+  return status;
+}
+
+ExitStatus ResumeCommand(CommandContext& context) {
+  const RunDirectory run = OpenRunDirectory(context.line.target);
+  const ExperimentConfig config = LoadExperimentConfig(run.ResolvedConfig(), OverridesOf(context.line));
+  const renderer::ThreadLimit limit(NumThreads(context.line, config));
+  Experiment experiment = BuildExperiment(config);
+
+  const RunRecord before = ReadRunRecord(run.Record());
+  const std::vector<InputFile> inputs = HashInputs(experiment.input_files);
+  for (std::size_t i = 0; i < std::min(inputs.size(), before.inputs.size()); ++i) {
+    if (inputs[i].path != before.inputs[i].path || inputs[i].sha256 != before.inputs[i].sha256) {
+      throw renderer::IoError(inputs[i].path + ": has changed since the run began; start a new fit");
+    }
+  }
+  std::optional<optim::FitState> state = optim::ReadNewestCheckpoint(run.Checkpoints());
+  context.log.AddFile(run.LogFile());
+  context.log.Info(state ? fmt::format("resuming {} after round {}", run.root().string(), state->step)
+                         : "no checkpoint yet: starting over in " + run.root().string());
+  RunRecordFile record_file(run.Record(), context.line.arguments, state ? state->step : 0);
+  const ExitStatus status = RunInDirectory(context, config, experiment, run, record_file, std::move(state));
+  PrintRun(context, run);
+  return status;
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,159 @@
+#include <cstdio>
+#include <limits>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "app/command/commands.h"
+#include "app/command/program_info.h"
+#include "app/command/stop_signals.h"
+#include "app/config/experiment_config.h"
+#include "app/experiment/direction.h"
+#include "app/experiment/experiment.h"
+#include "app/output/report_images.h"
+#include "app/output/run_directory.h"
+#include "app/output/signed_image.h"
+#include "optim/checkpoint/checkpoint.h"
+#include "optim/round/state_scene.h"
+#include "renderer/core/error.h"
+#include "renderer/derivative/film_sink.h"
+#include "renderer/io/exr_file.h"
+#include "renderer/io/image_file.h"
+#include "renderer/renderer.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Sensors by index or name; all without a choice.
+std::vector<int> ChooseSensors(const renderer::Scene& scene, const CommandLine& line) {
+  const int count = static_cast<int>(scene.sensors.size());
+  const std::vector<std::string>& wanted = line.views;
+  std::vector<int> chosen;
+  for (int i = 0; i < count; ++i) {
+    const std::string& name = scene.sensors[static_cast<std::size_t>(i)].name;
+    for (const std::string& w : wanted) {
+      if (w == name || w == std::to_string(i) || w == "all") {
+        chosen.push_back(i);
+        break;
+      }
+    }
+  }
+  if (wanted.empty()) {
+    for (int i = 0; i < count; ++i) {
+      chosen.push_back(i);
+    }
+  } else if (chosen.empty()) {
+    throw renderer::SceneError("no sensor or photo is called '" + wanted.front() + "'; there are " +
+                               std::to_string(count) + ", the first is '" +
+                               (count > 0 ? scene.sensors[0].name : "") + "'");
+  }
+  return chosen;
+}
+
+void WriteFilm(const renderer::Film& film, const fs::path& stem, std::vector<fs::path>& written) {
+  const fs::path exr = stem.string() + ".exr";
+  const fs::path png = stem.string() + ".png";
+  const fs::path alpha = stem.string() + "_coverage.exr";
+  const renderer::Image color = renderer::ColorImage(film);
+  renderer::WriteExr(exr, color);
+  renderer::WriteExr(alpha, renderer::CoverageImage(film));
+  renderer::WritePng8(png, EncodedImage(color));
+  written.insert(written.end(), {exr, alpha, png});
+}
+
+void WriteDerivative(const renderer::Film& film, const fs::path& stem, Log& log, std::vector<fs::path>& written) {
+  const fs::path exr = stem.string() + ".exr";
+  const fs::path alpha = stem.string() + "_coverage.exr";
+  const fs::path png = stem.string() + ".png";
+  const double scale = SignedScale(film);
+  renderer::WriteExr(exr, renderer::ColorImage(film));
+  renderer::WriteExr(alpha, renderer::CoverageImage(film));
+  renderer::WritePng8(png, SignedImage(film, scale));
+  log.Info(fmt::format("{}: white is 0, full red +{:.4g}, full blue -{:.4g}", png.string(), scale, scale));
+  written.insert(written.end(), {exr, alpha, png});
+}
+
+/// A config, or a run whose newest state is put into its scene.
+Experiment LoadTarget(const ExperimentConfig& config, const fs::path& run_root) {
+  Experiment experiment = BuildExperiment(config);
+  if (!run_root.empty()) {
+    const auto state = optim::ReadNewestCheckpoint(RunDirectory(run_root).Checkpoints());
+    if (!state) {
+      throw renderer::IoError(run_root.string() + ": the run has no checkpoint to render");
+    }
+    experiment.scene = optim::SceneOfState(experiment.scene, experiment.fit, *state);
+  }
+  return experiment;
+}
+
+void LogStats(const renderer::RenderStats& stats, Log& log) {
+  if (stats.non_finite_samples > 0) {
+    log.Warn(fmt::format("{} samples of {} were not finite and left out", stats.non_finite_samples, stats.paths));
+  }
+}
+
+}  // namespace
+
+ExitStatus RenderCommand(CommandContext& context) {
+  const CommandLine& line = context.line;
+  const bool is_run = fs::is_directory(line.target);
+  const fs::path run_root = is_run ? OpenRunDirectory(line.target).root() : fs::path();
+  const fs::path config_path = is_run ? RunDirectory(run_root).ResolvedConfig() : line.target;
+  const ExperimentConfig config = LoadExperimentConfig(config_path, OverridesOf(line));
+  const renderer::ThreadLimit limit(NumThreads(line, config));
+  const Experiment experiment = LoadTarget(config, run_root);
+  std::vector<Direction> directions;
+  for (const std::string& name : line.derivatives) {
+    directions.push_back(ParseDirection(experiment.scene, name));
+  }
+  const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
+  const fs::path folder = fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    throw renderer::IoError(folder.string() + ": cannot be created: " + error.message());
+  }
+
+  const StopSignals signals;
+  const renderer::Renderer renderer(experiment.scene);
+  const std::vector<std::string> names = ViewFolderNames([&] {
+    std::vector<std::string> all;
+    for (const auto& sensor : experiment.scene.sensors) all.push_back(sensor.name);
+    return all;
+  }());
+  renderer::RenderOptions options;
+  options.seed = config.seed;
+  options.spp = config.render.spp;
+  options.sppe = config.render.sppe;
+  options.max_bounces = config.render.max_bounces;
+  options.rr_depth = config.render.rr_depth;
+  options.terms = {line.interior, line.primary};
+  options.cancel = &signals.flag();
+  std::vector<fs::path> written;
+  try {
+    for (const int index : sensors) {
+      const auto& camera = experiment.scene.sensors[static_cast<std::size_t>(index)];
+      const std::string& name = names[static_cast<std::size_t>(index)];
+      options.view = static_cast<std::uint64_t>(index);
+      renderer::RenderStats stats;
+      WriteFilm(renderer.RenderPrimal(camera, options, &stats), folder / name, written);
+      for (const Direction& direction : directions) {
+        renderer::FilmSink sink(direction.layout, direction.values, camera.width, camera.height);
+        renderer.RenderDerivative(camera, index, options, direction.layout, sink, &stats);
+        WriteDerivative(sink.film(), folder / (name + "_d_" + SafeFileName(direction.name)), context.log, written);
+      }
+      LogStats(stats, context.log);
+      context.log.Info("rendered " + camera.name);
+    }
+  } catch (const renderer::Cancelled&) {
+    return signals.Received().value_or(ExitStatus::kStopped);
+  }
+  for (const fs::path& path : written) {
+    std::printf("%s\n", path.c_str());
+  }
+  return ExitStatus::kFinished;
+}
+
+}  // namespace pathfit::app

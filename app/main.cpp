@@ -1,0 +1,69 @@
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "app/command/command_line.h"
+#include "app/command/commands.h"
+#include "app/command/program_info.h"
+
+namespace pathfit::app {
+namespace {
+
+ExitStatus Dispatch(CommandContext& context) {
+  switch (context.line.command) {
+    case CommandName::kCheck:
+      return CheckCommand(context);
+    case CommandName::kFit:
+      return FitCommand(context);
+    case CommandName::kResume:
+      return ResumeCommand(context);
+    case CommandName::kRender:
+      return RenderCommand(context);
+    case CommandName::kGradcheck:
+      return GradcheckCommand(context);
+    case CommandName::kVersion:
+      return VersionCommand(context);
+    case CommandName::kHelp:
+      std::fputs(context.line.help_text.c_str(), stdout);
+      return ExitStatus::kFinished;
+  }
+  return ExitStatus::kInternalError;
+}
+
+ExitStatus Run(const std::vector<std::string>& arguments) {
+  CommandLine line;
+  try {
+    line = ParseCommandLine(arguments, ProcessEnvironment);
+  } catch (const UsageError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return ExitStatus::kUsage;
+  }
+  Terminal terminal(StderrOptions(line.progress, line.color));
+  Log log(terminal, line.log_level);
+  try {
+    if (!line.log_file.empty()) {
+      log.AddFile(line.log_file);
+    }
+    CommandContext context{line, terminal, log};
+    return Dispatch(context);
+  } catch (const ConfigError& e) {
+    terminal.PrintLine(e.what());  // complete, with a line for every problem
+    return ExitStatus::kConfig;
+  } catch (const std::bad_alloc&) {
+    log.Error("out of memory; lower image_scale, spp or the number of photos, or set solver.max_memory");
+    return ExitStatus::kMemory;
+  } catch (const std::exception& e) {
+    const ExitStatus status = StatusOfException(e);
+    log.Error(status == ExitStatus::kInternalError ? std::string("internal error, please report it with log.txt: ") + e.what()
+                                                   : std::string(e.what()));
+    return status;
+  }
+}
+
+}  // namespace
+}  // namespace pathfit::app
+
+int main(int argc, char** argv) {
+  return static_cast<int>(pathfit::app::Run(std::vector<std::string>(argv, argv + argc)));
+}

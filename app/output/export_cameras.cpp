@@ -1,0 +1,151 @@
+#include "app/output/export_cameras.h"
+
+#include <array>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "renderer/core/check.h"
+#include "renderer/io/atomic_file.h"
+
+namespace pathfit::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using renderer::Mat3;
+using renderer::PerspectiveCamera;
+using renderer::Transform;
+using renderer::Vec3;
+
+struct Quaternion {
+  double w = 1.0, x = 0.0, y = 0.0, z = 0.0;
+};
+
+/// Quaternion of a rotation, w >= 0. The largest of four candidates is divided by, so nothing
+/// cancels.
+Quaternion QuaternionFromRotation(const Mat3& r) {
+  const double m00 = r.x.x, m11 = r.y.y, m22 = r.z.z;
+  const double m21_12 = r.y.z - r.z.y, m02_20 = r.z.x - r.x.z, m10_01 = r.x.y - r.y.x;
+  const double s01 = r.x.y + r.y.x, s02 = r.x.z + r.z.x, s12 = r.y.z + r.z.y;
+  const std::array<double, 4> squares = {
+      1 + m00 + m11 + m22, 1 + m00 - m11 - m22, 1 - m00 + m11 - m22, 1 - m00 - m11 + m22};
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < 4; ++i) best = squares[i] > squares[best] ? i : best;
+  const double s = 2.0 * std::sqrt(squares[best]);
+  Quaternion q;
+  if (best == 0) {
+    q = {0.25 * s, m21_12 / s, m02_20 / s, m10_01 / s};
+  } else if (best == 1) {
+    q = {m21_12 / s, 0.25 * s, s01 / s, s02 / s};
+  } else if (best == 2) {
+    q = {m02_20 / s, s01 / s, 0.25 * s, s12 / s};
+  } else {
+    q = {m10_01 / s, s02 / s, s12 / s, 0.25 * s};
+  }
+  const double sign = q.w < 0.0 ? -1.0 : 1.0;
+  return {sign * q.w, sign * q.x, sign * q.y, sign * q.z};
+}
+
+/// x right, y down, z forward from world.
+Transform ComputerVisionPose(const PerspectiveCamera& camera) {
+  const Transform camera_from_world = renderer::RigidInverse(camera.world_from_camera);
+  const Transform down_from_up{{{1.0, 0.0, 0.0}, {0.0, -1.0, 0.0}, {0.0, 0.0, -1.0}}, {}};
+  return down_from_up * camera_from_world;
+}
+
+std::string OneLine(std::string text) {
+  for (char& c : text) c = c == '\n' || c == '\r' ? '_' : c;
+  return text;
+}
+
+std::string ColmapIntrinsics(const PerspectiveCamera& c) {
+  const renderer::LensDistortion& d = c.distortion;
+  const std::string pinhole = fmt::format("{} {} {} {}", c.fx, c.fy, c.cx, c.cy);
+  const std::string size = fmt::format("{} {}", c.width, c.height);
+  if (d.IsNone()) return "PINHOLE " + size + " " + pinhole;
+  const std::string brown = fmt::format(" {} {} {} {}", d.k1, d.k2, d.p1, d.p2);
+  if (d.k3 == 0.0) return "OPENCV " + size + " " + pinhole + brown;
+  return "FULL_OPENCV " + size + " " + pinhole + brown + fmt::format(" {} 0 0 0", d.k3);
+}
+
+Json MatrixRows(const Transform& t) {
+  const Mat3& r = t.linear;
+  return Json::array({{r.x.x, r.y.x, r.z.x, t.translation.x},
+                      {r.x.y, r.y.y, r.z.y, t.translation.y},
+                      {r.x.z, r.y.z, r.z.z, t.translation.z},
+                      {0.0, 0.0, 0.0, 1.0}});
+}
+
+}  // namespace
+
+std::string TransformsJson(const std::vector<PerspectiveCamera>& cameras,
+                           const std::vector<std::string>& image_paths) {
+  PATHFIT_CHECK(cameras.size() == image_paths.size());
+  Json frames = Json::array();
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const PerspectiveCamera& c = cameras[i];
+    Json frame = {{"file_path", image_paths[i]}, {"w", c.width}, {"h", c.height}};
+    frame["camera_model"] = c.distortion.IsNone() ? "PINHOLE" : "OPENCV";
+    frame["fl_x"] = c.fx;
+    frame["fl_y"] = c.fy;
+    frame["cx"] = c.cx;
+    frame["cy"] = c.cy;
+    if (!c.distortion.IsNone()) {
+      frame["k1"] = c.distortion.k1;
+      frame["k2"] = c.distortion.k2;
+      frame["k3"] = c.distortion.k3;
+      frame["p1"] = c.distortion.p1;
+      frame["p2"] = c.distortion.p2;
+    }
+    frame["transform_matrix"] = MatrixRows(c.world_from_camera);
+    frames.push_back(std::move(frame));
+  }
+  const Json file = {{"frames", std::move(frames)}};
+  return file.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+ColmapText ColmapModel(const std::vector<PerspectiveCamera>& cameras,
+                       const std::vector<std::string>& image_names) {
+  PATHFIT_CHECK(cameras.size() == image_names.size());
+  ColmapText text;
+  text.cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
+  text.images =
+      "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of POINTS2D[] (empty)\n";
+  text.points = "# POINT3D_ID X Y Z R G B ERROR TRACK[] (no points: the mesh is beside)\n";
+  std::map<std::string, int> camera_ids;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const std::string intrinsics = ColmapIntrinsics(cameras[i]);
+    const auto [camera, added] =
+        camera_ids.try_emplace(intrinsics, static_cast<int>(camera_ids.size()) + 1);
+    if (added) text.cameras += fmt::format("{} {}\n", camera->second, intrinsics);
+    const Transform pose = ComputerVisionPose(cameras[i]);
+    const Quaternion q = QuaternionFromRotation(pose.linear);
+    text.images += fmt::format("{} {} {} {} {} {} {} {} {} {}\n\n",
+                               i + 1,
+                               q.w,
+                               q.x,
+                               q.y,
+                               q.z,
+                               pose.translation.x,
+                               pose.translation.y,
+                               pose.translation.z,
+                               camera->second,
+                               OneLine(image_names[i]));
+  }
+  return text;
+}
+
+void WriteCameras(const std::filesystem::path& folder,
+                  const std::vector<PerspectiveCamera>& cameras,
+                  const std::vector<std::string>& image_names,
+                  const std::vector<std::string>& image_paths) {
+  renderer::WriteFileAtomically(folder / "transforms.json", TransformsJson(cameras, image_paths));
+  const ColmapText text = ColmapModel(cameras, image_names);
+  renderer::WriteFileAtomically(folder / "cameras.txt", text.cameras);
+  renderer::WriteFileAtomically(folder / "images.txt", text.images);
+  renderer::WriteFileAtomically(folder / "points3D.txt", text.points);
+}
+
+}  // namespace pathfit::app

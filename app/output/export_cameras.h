@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "renderer/sensor/perspective_camera.h"
+
+namespace pathfit::app {
+
+/// nerfstudio's transforms.json: per-frame intrinsics, camera-to-world matrices in the scene's own
+/// frame and unit, x right, y up, looking along -z, pixel origin at the image corner. One path per
+/// camera.
+std::string TransformsJson(const std::vector<renderer::PerspectiveCamera>& cameras,
+                           const std::vector<std::string>& image_paths);
+
+/// A COLMAP text model without points: world-to-camera, x right, y down, z forward, pixel origin at
+/// the image corner. PINHOLE without distortion, OPENCV without k3, FULL_OPENCV otherwise; equal
+/// intrinsics share a camera.
+struct ColmapText {
+  std::string cameras, images, points;
+};
+ColmapText ColmapModel(const std::vector<renderer::PerspectiveCamera>& cameras,
+                       const std::vector<std::string>& image_names);
+
+/// transforms.json, cameras.txt, images.txt and points3D.txt. Throws IoError when not writable.
+void WriteCameras(const std::filesystem::path& folder,
+                  const std::vector<renderer::PerspectiveCamera>& cameras,
+                  const std::vector<std::string>& image_names,
+                  const std::vector<std::string>& image_paths);
+
+}  // namespace pathfit::app

@@ -1,0 +1,166 @@
+#include "app/output/export_result.h"
+
+#include <cmath>
+#include <system_error>
+#include <variant>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/output/export_cameras.h"
+#include "app/output/metrics_csv.h"
+#include "app/output/parameter_table.h"
+#include "app/output/run_directory.h"
+#include "renderer/core/check.h"
+#include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/io/exr_file.h"
+#include "renderer/io/gltf_writer.h"
+#include "renderer/io/ply_writer.h"
+#include "renderer/io/radiance_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using renderer::DirectionalEmitter;
+using renderer::EnvironmentEmitter;
+using renderer::Mat3;
+using renderer::PointEmitter;
+using renderer::Rgb;
+using renderer::Scene;
+using renderer::Vec3;
+
+Json ToJson(const Rgb& c) { return Json::array({c.r, c.g, c.b}); }
+Json ToJson(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+Json RowsJson(const Mat3& m) {
+  const Mat3 rows = renderer::Transposed(m);
+  return Json::array({ToJson(rows.x), ToJson(rows.y), ToJson(rows.z)});
+}
+
+Json EnvironmentJson(const EnvironmentEmitter& environment) {
+  return {{"type", "environment"},
+          {"size_px", Json::array({environment.width, environment.height})},
+          {"files", Json::array({"environment.exr", "environment.hdr"})},
+          {"file_values", "radiance: intensity times texels, linear Rec.709"},
+          {"intensity", ToJson(environment.intensity)},
+          {"frame_from_light", RowsJson(environment.frame_from_light)},
+          {"mapping",
+           "a direction d in the light's own frame is at u = atan2(d.x, -d.z) / (2 pi) mod 1 from "
+           "the left and v = acos(d.y) / pi from the top; frame_from_light (rows) turns d into "
+           "`frame`"}};
+}
+
+Json LightJson(const renderer::Emitter& emitter) {
+  if (const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light)) {
+    return EnvironmentJson(*environment);
+  }
+  if (const auto* point = std::get_if<PointEmitter>(&emitter.light)) {
+    return {{"type", "point"},
+            {"position_m", ToJson(point->position)},
+            {"intensity_w_per_sr", ToJson(point->intensity)}};
+  }
+  const auto& directional = std::get<DirectionalEmitter>(emitter.light);
+  return {{"type", "directional"},
+          {"direction", ToJson(directional.direction)},
+          {"irradiance_w_per_m2", ToJson(directional.irradiance)}};
+}
+
+void WriteEnvironment(const fs::path& folder, const EnvironmentEmitter& environment) {
+  renderer::Image image(environment.width, environment.height, 3);
+  PATHFIT_CHECK(image.data.size() == 3 * environment.texels.size());
+  for (std::size_t i = 0; i < environment.texels.size(); ++i) {
+    const Rgb radiance = environment.intensity * environment.texels[i];
+    for (int c = 0; c < 3; ++c) {
+      image.data[3 * i + static_cast<std::size_t>(c)] = static_cast<float>(radiance[c]);
+    }
+  }
+  renderer::WriteExr(folder / "environment.exr", image);
+  renderer::WriteHdr(folder / "environment.hdr", image);
+}
+
+void WriteMesh(const fs::path& stem,
+               const renderer::SceneMesh& scene_mesh,
+               const renderer::Material& material) {
+  renderer::Mesh mesh = scene_mesh.mesh;
+  renderer::GlbMaterial glb{.name = material.name, .double_sided = material.two_sided};
+  if (const auto* metal = std::get_if<renderer::MetallicRoughnessBsdf>(&material.bsdf)) {
+    glb.roughness = metal->roughness;
+    glb.metallic = metal->metallic;
+  }
+  if (!material.vertex_colors) {
+    // Colours that the material does not use would be multiplied in by viewers.
+    mesh.colors.clear();
+    mesh.color_triangles.clear();
+    glb.base_color = material.base_color;
+  }
+  renderer::WriteGlb(fs::path(stem) += ".glb", mesh, glb);
+  if (!material.vertex_colors) renderer::SetUniformVertexColors(material.base_color, mesh);
+  renderer::WritePly(fs::path(stem) += ".ply", mesh);
+}
+
+void CreateFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw renderer::IoError(folder.string() + ": cannot be created: " + error.message());
+}
+
+}  // namespace
+
+std::string LightsJson(const Scene& scene) {
+  Json lights = Json::array();
+  for (const renderer::Emitter& emitter : scene.emitters) {
+    Json light = {{"name", emitter.name},
+                  {"frame", emitter.frame == renderer::LightFrame::kWorld ? "world" : "camera"}};
+    light.update(LightJson(emitter));
+    lights.push_back(std::move(light));
+  }
+  const Json file = {
+      {"axes", "right-handed, metres; camera frame: x right, y up, looking along -z"},
+      {"lights", std::move(lights)}};
+  return file.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string ExposureCsv(const Scene& scene, const std::vector<ExportedView>& views) {
+  PATHFIT_CHECK(scene.sensors.size() == views.size());
+  std::string csv = "image,validation,gain,exposure_ev\n";
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const double gain = scene.sensors[i].gain;
+    csv += fmt::format("{},{},{},{}\n",
+                       CsvCell(views[i].name),
+                       views[i].validation ? 1 : 0,
+                       CsvNumber(gain),
+                       CsvNumber(std::log2(gain)));
+  }
+  return csv;
+}
+
+void ExportResult(const fs::path& folder,
+                  const Scene& scene,
+                  const std::vector<ExportedView>& views,
+                  const std::vector<ParameterSummary>& parameters) {
+  PATHFIT_CHECK(scene.sensors.size() == views.size());
+  CreateFolder(folder / "cameras");
+  std::vector<std::string> mesh_names, image_names, image_paths;
+  for (const renderer::SceneMesh& mesh : scene.meshes) mesh_names.push_back(mesh.name);
+  const std::vector<std::string> files = ViewFolderNames(mesh_names);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const auto material = static_cast<std::size_t>(scene.meshes[i].material);
+    WriteMesh(folder / files[i], scene.meshes[i], scene.materials.at(material));
+  }
+  for (const renderer::Emitter& emitter : scene.emitters) {
+    const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light);
+    if (environment != nullptr) WriteEnvironment(folder, *environment);
+  }
+  for (const ExportedView& view : views) {
+    image_names.push_back(view.name);
+    image_paths.push_back(view.image_path);
+  }
+  WriteCameras(folder / "cameras", scene.sensors, image_names, image_paths);
+  renderer::WriteFileAtomically(folder / "lights.json", LightsJson(scene));
+  renderer::WriteFileAtomically(folder / "exposure.csv", ExposureCsv(scene, views));
+  renderer::WriteFileAtomically(folder / "parameters.csv", ParametersCsv(parameters));
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/output/fit_history.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::app {
+
+/// What belongs to the scene's sensors, one entry each in their order.
+struct ExportedView {
+  std::string name;        ///< file name of the photo
+  std::string image_path;  ///< where it is, for transforms.json
+  bool validation = false;
+};
+
+/// Writes a result folder, in the frame and unit of the scene:
+/// <mesh>.glb and <mesh>.ply with vertex colours; environment.exr and .hdr (intensity times texels,
+/// in the light's own frame) and lights.json, which says how they are turned; cameras/;
+/// exposure.csv; parameters.csv. Throws IoError (not writable, a value that a format cannot hold),
+/// NumericalError (not finite).
+void ExportResult(const std::filesystem::path& folder,
+                  const renderer::Scene& scene,
+                  const std::vector<ExportedView>& views,
+                  const std::vector<ParameterSummary>& parameters);
+
+std::string LightsJson(const renderer::Scene& scene);
+std::string ExposureCsv(const renderer::Scene& scene, const std::vector<ExportedView>& views);
+
+}  // namespace pathfit::app

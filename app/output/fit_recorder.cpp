@@ -1,0 +1,171 @@
+#include "app/output/fit_recorder.h"
+
+#include <algorithm>
+#include <system_error>
+#include <variant>
+
+#include "app/output/parameter_table.h"
+#include "app/output/report_data.h"
+#include "app/output/report_html.h"
+#include "app/output/report_images.h"
+#include "renderer/core/check.h"
+#include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/io/exr_file.h"
+#include "renderer/io/image_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::Image;
+
+constexpr int kJpegQuality = 85;
+
+void WriteJpeg(const fs::path& path, const Image& encoded) {
+  const std::vector<unsigned char> bytes =
+      renderer::EncodeJpeg(ReducedImage(encoded, kThumbnailPx), kJpegQuality);
+  renderer::WriteFileAtomically(path, std::string(bytes.begin(), bytes.end()));
+}
+
+Image Subtracted(Image a, const Image& b) {
+  PATHFIT_CHECK(a.data.size() == b.data.size());
+  std::transform(a.data.begin(), a.data.end(), b.data.begin(), a.data.begin(), std::minus<>());
+  return a;
+}
+
+std::vector<std::string> ViewNames(const optim::ObservationSet& observations) {
+  std::vector<std::string> names;
+  for (const optim::View& view : observations.views) names.push_back(view.name);
+  return names;
+}
+
+FitHistory LoadHistory(const RunDirectory& run, int step) {
+  FitHistory history;
+  if (fs::exists(run.History())) history = ReadHistory(run.History());
+  TruncateHistory(step, history);
+  return history;
+}
+
+const renderer::EnvironmentEmitter* FindEnvironment(const renderer::Scene& scene) {
+  for (const renderer::Emitter& emitter : scene.emitters) {
+    if (const auto* found = std::get_if<renderer::EnvironmentEmitter>(&emitter.light)) return found;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+FitRecorder::FitRecorder(const RunDirectory& run,
+                         const optim::ObservationSet& observations,
+                         RunRecordFile& record,
+                         Log& log,
+                         Progress& progress,
+                         int resume_step)
+    : run_(run),
+      observations_(observations),
+      record_(record),
+      log_(log),
+      progress_(progress),
+      history_(LoadHistory(run, resume_step)),
+      metrics_(run.Metrics(), resume_step),
+      view_folders_(ViewFolderNames(ViewNames(observations))),
+      earlier_warnings_(record.record().warnings) {}
+
+void FitRecorder::OnRound(const optim::RoundReport& report) {
+  progress_.OnRound(report);
+  AddRound(report, history_);
+  metrics_.Append(report);
+  WriteHistory(run_.History(), history_);
+  record_.SetTimes(report.wall_s, report.peak_rss_mb);
+}
+
+void FitRecorder::RecordView(std::size_t view,
+                             const std::string& stage,
+                             const renderer::Film& film,
+                             const Image& photo) {
+  const optim::View& observed = observations_.views[view];
+  const fs::path folder = run_.Images() / view_folders_[view];
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw renderer::IoError(folder.string() + ": cannot be created: " + error.message());
+  const auto thumbnail = [&](const char* kind) {
+    return ThumbnailPath(run_, view_folders_[view], kind);
+  };
+  const Image fit = renderer::ColorImage(film);
+  const Image fit_encoded = EncodedImage(fit);
+  const Image mask =
+      observed.mask.Empty() ? Image() : ResizedImage(observed.mask, fit.width, fit.height);
+  const Image difference = DifferenceImage(fit, photo, mask);
+
+  if (!fs::exists(thumbnail("photo"))) {
+    WriteJpeg(thumbnail("photo"), EncodedImage(ReducedImage(observed.photo, kThumbnailPx)));
+  }
+  if (stage == "start") WriteJpeg(thumbnail("start"), fit_encoded);
+  WriteJpeg(thumbnail("result"), fit_encoded);
+  WriteJpeg(thumbnail("difference"), difference);
+  if (!mask.Empty() && observations_.mask_meaning == optim::MaskMeaning::kSilhouette) {
+    WriteJpeg(thumbnail("silhouette"), SilhouetteImage(renderer::CoverageImage(film), mask));
+  }
+  if (!observed.validation) return;
+  const std::string prefix = SafeFileName(stage);
+  renderer::WritePng8(folder / (prefix + "_fit.png"), fit_encoded);
+  renderer::WritePng8(folder / (prefix + "_difference.png"), difference);
+  renderer::WriteExr(folder / (prefix + "_fit.exr"), fit);
+  renderer::WriteExr(folder / (prefix + "_difference.exr"), Subtracted(fit, photo));
+}
+
+void FitRecorder::OnStage(const optim::StageReport& report,
+                          const std::vector<renderer::Film>& images,
+                          const std::vector<Image>& photos) {
+  PATHFIT_CHECK(images.size() == observations_.views.size() && photos.size() == images.size());
+  PATHFIT_CHECK(report.views.size() == images.size());
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    RecordView(i, report.stage, images[i], photos[i]);
+  }
+  AddStage(report, history_);
+  WriteHistory(run_.History(), history_);
+  UpdateRecord();
+  progress_.OnStage(report);
+  WriteReport(run_);
+}
+
+void FitRecorder::OnMessage(const std::string& text) { log_.Info(text); }
+
+void FitRecorder::RecordScenes(const optim::FitSpec& spec,
+                               const renderer::Scene& start,
+                               const renderer::Scene& result) {
+  history_.parameters = SummarizeParameters(spec, start, result);
+  const renderer::EnvironmentEmitter* initial = FindEnvironment(start);
+  const renderer::EnvironmentEmitter* final = FindEnvironment(result);
+  if (initial != nullptr && final != nullptr) {
+    history_.environment_exposure = EnvironmentExposure(*final);
+    renderer::WritePng8(run_.Images() / "environment_initial.png",
+                        EnvironmentPicture(*initial, history_.environment_exposure));
+    renderer::WritePng8(run_.Images() / "environment_final.png",
+                        EnvironmentPicture(*final, history_.environment_exposure));
+  }
+  WriteHistory(run_.History(), history_);
+}
+
+void FitRecorder::UpdateRecord() {
+  std::vector<StageSummary> stages;
+  for (const StageEntry& entry : history_.stages) stages.push_back(SummarizeStage(entry.report));
+  record_.SetStages(std::move(stages));
+  std::vector<std::string> warnings = earlier_warnings_;
+  for (const std::string& warning : log_.Warnings()) {
+    if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end()) {
+      warnings.push_back(warning);
+    }
+  }
+  record_.SetWarnings(std::move(warnings));
+}
+
+void FitRecorder::Finish(RunStatus status, const std::string& reason, int exit_code) {
+  progress_.Finish();
+  UpdateRecord();
+  record_.Finish(status, reason, exit_code);
+  WriteReport(run_);
+}
+
+}  // namespace pathfit::app

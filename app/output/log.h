@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/output/terminal.h"
+
+namespace pathfit::app {
+
+enum class LogLevel { kTrace, kDebug, kInfo, kWarn, kError, kOff };
+
+/// Messages for people: on standard error from `level` upwards, and in log files (from debug, or
+/// lower when `level` is lower) with ISO-8601 UTC times. Control characters of the text are
+/// replaced. Safe to use from several threads.
+class Log {
+ public:
+  Log(Terminal& terminal, LogLevel level);
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+  ~Log();
+
+  /// Also writes to this file, at its end. Throws IoError when it cannot be opened.
+  void AddFile(const std::filesystem::path& path);
+
+  void Write(LogLevel level, const std::string& text);
+  void Debug(const std::string& text) { Write(LogLevel::kDebug, text); }
+  void Info(const std::string& text) { Write(LogLevel::kInfo, text); }
+  void Warn(const std::string& text) { Write(LogLevel::kWarn, text); }
+  void Error(const std::string& text) { Write(LogLevel::kError, text); }
+
+  /// Texts of all warnings so far, each once, whatever the level.
+  [[nodiscard]] std::vector<std::string> Warnings() const;
+
+ private:
+  class Loggers;
+  LogLevel level_;
+  std::unique_ptr<Loggers> loggers_;
+};
+
+}  // namespace pathfit::app

@@ -1,0 +1,152 @@
+#include "app/output/parameter_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "app/output/metrics_csv.h"
+#include "renderer/scene/parameter_layout.h"
+
+namespace pathfit::app {
+namespace {
+
+using renderer::ParameterKind;
+using renderer::Scene;
+
+constexpr std::size_t kMaxSeparateScalars = 3;
+constexpr double kAtBoundRelative = 1e-6;
+
+std::string Unit(const optim::UnknownSpec& unknown, const Scene& scene) {
+  switch (unknown.kind) {
+    case ParameterKind::kVertexPositions:
+      return "m";
+    case ParameterKind::kExposure:
+      return "gain";
+    case ParameterKind::kLightIntensity: {
+      const auto& light = scene.emitters.at(static_cast<std::size_t>(unknown.object)).light;
+      if (std::holds_alternative<renderer::PointEmitter>(light)) return "W/sr";
+      return std::holds_alternative<renderer::DirectionalEmitter>(light) ? "W/m²" : "W/(sr m²)";
+    }
+    default:
+      return "1";
+  }
+}
+
+std::vector<double> ValuesOf(const optim::UnknownSpec& unknown, const Scene& scene) {
+  renderer::ParameterLayout layout(scene);
+  if (unknown.kind == ParameterKind::kExposure && unknown.object < 0) {
+    for (std::size_t i = 0; i < scene.sensors.size(); ++i) {
+      layout.Add(unknown.kind, static_cast<int>(i));
+    }
+  } else {
+    layout.Add(unknown.kind, unknown.object);
+  }
+  return layout.Gather(scene);
+}
+
+bool AtBound(double value, double bound) {
+  return std::isfinite(bound) &&
+         std::abs(value - bound) <= kAtBoundRelative * std::max(std::abs(bound), 1e-3);
+}
+
+double Mean(std::span<const double> values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return values.empty() ? std::nan("") : sum / static_cast<double>(values.size());
+}
+
+ParameterSummary Summary(std::span<const double> initial,
+                         std::span<const double> final,
+                         double lower,
+                         double upper) {
+  ParameterSummary summary;
+  summary.num_scalars = static_cast<std::int64_t>(final.size());
+  summary.initial = Mean(initial);
+  summary.final = Mean(final);
+  summary.lower = lower;
+  summary.upper = upper;
+  if (final.empty()) return summary;
+  const auto [least, most] = std::minmax_element(final.begin(), final.end());
+  summary.minimum = *least;
+  summary.maximum = *most;
+  summary.rms_change = std::nan("");
+  if (initial.size() == final.size()) {
+    double squares = 0.0;
+    for (std::size_t i = 0; i < final.size(); ++i) {
+      squares += (final[i] - initial[i]) * (final[i] - initial[i]);
+    }
+    summary.rms_change = std::sqrt(squares / static_cast<double>(final.size()));
+  }
+  summary.num_at_bound = std::count_if(final.begin(), final.end(), [&](double value) {
+    return AtBound(value, lower) || AtBound(value, upper);
+  });
+  return summary;
+}
+
+}  // namespace
+
+std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
+                                                  const Scene& start,
+                                                  const Scene& result) {
+  std::vector<ParameterSummary> summaries;
+  for (const optim::UnknownSpec& unknown : spec.unknowns) {
+    const std::vector<double> initial = ValuesOf(unknown, start);
+    const std::vector<double> final = ValuesOf(unknown, result);
+    double lower = unknown.lower, upper = unknown.upper;
+    const bool exposure = unknown.kind == ParameterKind::kExposure;
+    if (exposure) {
+      const double gain = initial.empty() ? 1.0 : Mean(initial);
+      lower = std::max(lower, gain * std::exp2(-spec.exposure_max_ev));
+      upper = std::min(upper, gain * std::exp2(spec.exposure_max_ev));
+    }
+    const bool separate =
+        !exposure && final.size() <= kMaxSeparateScalars && initial.size() == final.size();
+    const std::size_t step = separate ? 1 : std::max<std::size_t>(final.size(), 1);
+    for (std::size_t i = 0; i < std::max<std::size_t>(final.size(), 1); i += step) {
+      const bool whole = step >= final.size();
+      ParameterSummary summary =
+          whole
+              ? Summary(initial, final, lower, upper)
+              : Summary(
+                    std::span(initial).subspan(i, 1), std::span(final).subspan(i, 1), lower, upper);
+      summary.name = unknown.name;
+      if (!whole) summary.name += std::string(".") + "rgb"[i];
+      summary.unit = Unit(unknown, result);
+      summary.hold = unknown.hold;
+      if (unknown.kind == ParameterKind::kVertexPositions) {
+        // A mean over x, y and z says nothing.
+        summary.initial = summary.final = std::nan("");
+      }
+      summaries.push_back(std::move(summary));
+    }
+  }
+  return summaries;
+}
+
+std::string ParametersCsv(const std::vector<ParameterSummary>& parameters) {
+  std::string csv =
+      "name,unit,num_scalars,initial,value,minimum,maximum,rms_change,lower_bound,upper_bound,"
+      "num_at_bound,held\n";
+  for (const ParameterSummary& p : parameters) {
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                       CsvCell(p.name),
+                       CsvCell(p.unit),
+                       p.num_scalars,
+                       CsvNumber(p.initial),
+                       CsvNumber(p.final),
+                       CsvNumber(p.minimum),
+                       CsvNumber(p.maximum),
+                       CsvNumber(p.rms_change),
+                       CsvNumber(p.lower),
+                       CsvNumber(p.upper),
+                       p.num_at_bound,
+                       p.hold ? 1 : 0);
+  }
+  return csv;
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "app/output/terminal.h"
+#include "optim/round/fit_report.h"
+
+namespace pathfit::app {
+
+/// Shows a fit on standard error, by the terminal's mode:
+/// kBar: one status line, redrawn at most five times a second, never wider than the terminal;
+/// kPlain and kJson: one line per round but at most one per 10 s, plus the first round and the end
+/// of each stage; kNone: nothing. Numbers that are not finite are left out (null in JSON).
+class Progress {
+ public:
+  using Clock = std::function<double()>;  ///< seconds, monotonic
+
+  explicit Progress(Terminal& terminal);
+  Progress(Terminal& terminal, Clock clock);
+
+  void OnRound(const optim::RoundReport& report);
+  void OnStage(const optim::StageReport& report);
+  /// Removes the status line.
+  void Finish();
+
+ private:
+  /// Mean seconds per round of this stage, over the last few rounds.
+  double UpdateSecondsPerRound(const optim::RoundReport& report);
+
+  Terminal& terminal_;
+  Clock clock_;
+  std::string stage_;
+  double last_output_s_ = 0.0;
+  double last_wall_s_ = 0.0;
+  double seconds_per_round_ = 0.0;
+  bool any_round_ = false;
+};
+
+/// The status line within `columns`: parts are left out from the right, the bar first, rather than
+/// wrapped.
+std::string StatusLine(
+    const optim::RoundReport& report, double seconds_per_round, int columns, bool utf8, bool color);
+/// One line of plain progress, without a newline: time, level and key=value pairs.
+std::string PlainLine(const optim::RoundReport& report,
+                      double seconds_per_round,
+                      const std::string& time);
+std::string JsonLine(const optim::RoundReport& report,
+                     double seconds_per_round,
+                     const std::string& time);
+
+}  // namespace pathfit::app

@@ -1,0 +1,364 @@
+#include "optim/observation/load_observations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "optim/observation/input_summary.h"
+#include "optim/observation/photo_file.h"
+#include "renderer/core/parallel.h"
+#include "renderer/io/image_file.h"
+
+namespace pathfit::optim {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::Image;
+using renderer::PerspectiveCamera;
+
+constexpr int kFirstSwappingOrientation = 5;  // EXIF: 5 to 8 exchange width and height
+
+std::string Join(const std::vector<std::string>& problems) {
+  std::string text = std::to_string(problems.size()) +
+                     (problems.size() == 1 ? " problem" : " problems") +
+                     " with photos, cameras or masks:";
+  for (const std::string& problem : problems) {
+    text += "\n  " + problem;
+  }
+  return text;
+}
+
+std::string SizeText(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+/// Whether `size` is `of` times or divided by a whole number above one, to half a pixel; both sides
+/// by the same.
+bool IsIntegerRescale(int width, int height, const PerspectiveCamera& camera) {
+  const auto near = [](double a, double b) { return std::abs(a - b) <= 0.5; };
+  const int up = static_cast<int>(std::lround(static_cast<double>(width) / camera.width));
+  const int down = static_cast<int>(std::lround(static_cast<double>(camera.width) / width));
+  if (up > 1) {
+    return near(width, static_cast<double>(camera.width) * up) &&
+           near(height, static_cast<double>(camera.height) * up);
+  }
+  return down > 1 && near(width, static_cast<double>(camera.width) / down) &&
+         near(height, static_cast<double>(camera.height) / down);
+}
+
+std::string SizeProblem(const fs::path& path,
+                        const PhotoFile& photo,
+                        const PerspectiveCamera& camera,
+                        const ObservationOptions& options) {
+  const int width = photo.photo.width;
+  const int height = photo.photo.height;
+  std::string text = path.string() + ": " + SizeText(width, height) +
+                     " pixels, but its camera says " + SizeText(camera.width, camera.height);
+  if (width != camera.height || height != camera.width) {
+    return text + "; allowed: that size, or that size times or divided by a whole number";
+  }
+  text += "; width and height are swapped. The file carries EXIF orientation " +
+          std::to_string(photo.exif_orientation) + " and orientation is '" +
+          (options.apply_exif_orientation ? "exif'" : "sensor'");
+  if (photo.exif_orientation >= kFirstSwappingOrientation) {
+    text += options.apply_exif_orientation
+                ? "; most camera programs ignore that tag, so use 'sensor'"
+                : "; if the cameras were found on upright pictures, use 'exif'";
+  }
+  return text;
+}
+
+/// One frame on its way from the camera file to a view; problems instead of exceptions.
+struct FrameResult {
+  View view;
+  FrameFacts facts;
+  std::vector<fs::path> files;
+  std::vector<std::string> problems;
+};
+
+class FrameLoader {
+ public:
+  FrameLoader(const ObservationOptions& options, const ImportedCameras& cameras)
+      : options_(options), cameras_(cameras) {}
+
+  void Load(const ImportedCamera& imported, const std::string& name, FrameResult& result) const {
+    const FileSearch search = FindPhoto(imported.image, cameras_, options_.images_dir);
+    if (!search.found) {
+      result.problems.push_back(imported.place + ": the photo " + imported.image +
+                                " is missing (tried: " + TriedNames(search) + ")");
+      return;
+    }
+    result.files.push_back(*search.found);
+    try {
+      PhotoFile photo = ReadPhotoFile(*search.found, options_);
+      LoadCamera(imported, *search.found, photo, result);
+      Image mask = LoadMask(imported, *search.found, photo, result);
+      if (result.problems.empty()) {
+        FillView(name, std::move(photo), std::move(mask), result);
+      }
+    } catch (const renderer::IoError& error) {
+      result.problems.emplace_back(error.what());
+    } catch (const renderer::SceneError& error) {
+      result.problems.push_back(imported.place + ": " + error.what());
+    }
+  }
+
+ private:
+  void LoadCamera(const ImportedCamera& imported,
+                  const fs::path& path,
+                  const PhotoFile& photo,
+                  FrameResult& result) const {
+    const int width = photo.photo.width;
+    const int height = photo.photo.height;
+    PerspectiveCamera camera = CompleteCamera(imported, width, height);
+    result.facts.distorted = !camera.distortion.IsNone();
+    if (result.facts.distorted && options_.distortion == DistortionPolicy::kRefuse) {
+      const renderer::LensDistortion& d = camera.distortion;
+      result.problems.push_back(
+          imported.place + ": the camera of " + imported.image +
+          " has lens distortion (k1 = " + std::to_string(d.k1) + ", k2 = " + std::to_string(d.k2) +
+          ", ...) and distortion is 'refuse'; use 'model', or undistort the photos");
+    }
+    if (width != camera.width || height != camera.height) {
+      if (!IsIntegerRescale(width, height, camera)) {
+        result.problems.push_back(SizeProblem(path, photo, camera, options_));
+        return;
+      }
+      result.facts.rescaled_from = SizeText(camera.width, camera.height);
+      camera = renderer::ScaledCamera(camera, width, height);
+    }
+    static_cast<void>(
+        renderer::CameraModel(camera));  // throws SceneError for a camera that cannot be used
+    result.view.camera = std::move(camera);
+  }
+
+  /// Empty with a problem recorded, or without one where masks are not required.
+  Image LoadMask(const ImportedCamera& imported,
+                 const fs::path& path,
+                 const PhotoFile& photo,
+                 FrameResult& result) const {
+    const MaskOptions& options = options_.masks;
+    if (options.meaning == MaskMeaning::kNone) {
+      return {};
+    }
+    const FileSearch search =
+        options.alpha ? FileSearch{} : FindMask(imported, path, cameras_, options_);
+    Image mask;
+    if (search.found) {
+      mask = ReadMaskFile(*search.found, options_.apply_exif_orientation);
+      result.files.push_back(*search.found);
+      result.facts.mask_source =
+          options.folder.empty() ? MaskSource::kMaskPath : MaskSource::kFolder;
+      if (mask.width != photo.photo.width || mask.height != photo.photo.height) {
+        result.problems.push_back(search.found->string() + ": " +
+                                  SizeText(mask.width, mask.height) + " pixels, but its photo " +
+                                  path.string() + " has " +
+                                  SizeText(photo.photo.width, photo.photo.height));
+        return {};
+      }
+    } else if (UsesAlpha(imported, photo)) {
+      mask = photo.alpha;
+      result.facts.mask_source = MaskSource::kAlpha;
+    } else {
+      if (options.require == MaskRequirement::kAll) {
+        result.problems.push_back(path.string() + ": has no mask (" +
+                                  WhatWasTried(imported, search) + ")");
+      }
+      return {};
+    }
+    for (float& v : mask.data) {
+      v = std::clamp(options.invert ? 1.0F - v : v, 0.0F, 1.0F);
+    }
+    result.facts.mask_is_black =
+        std::none_of(mask.data.begin(), mask.data.end(), [](float v) { return v > 0.5F; });
+    return mask;
+  }
+
+  /// An alpha channel that is opaque everywhere says nothing: no mask is invented from it, unless
+  /// asked for.
+  [[nodiscard]] bool UsesAlpha(const ImportedCamera& imported, const PhotoFile& photo) const {
+    if (options_.masks.alpha) {
+      return !photo.alpha.Empty();
+    }
+    return options_.masks.folder.empty() && imported.mask.empty() &&
+           std::any_of(
+               photo.alpha.data.begin(), photo.alpha.data.end(), [](float v) { return v < 1.0F; });
+  }
+
+  [[nodiscard]] std::string WhatWasTried(const ImportedCamera& imported,
+                                         const FileSearch& search) const {
+    if (options_.masks.alpha) {
+      return "the photo has no alpha channel";
+    }
+    if (!search.tried.empty()) {
+      return "tried: " + TriedNames(search);
+    }
+    return std::string(imported.mask.empty()
+                           ? "no mask folder is given, the camera file has no mask_path"
+                           : "") +
+           ", and the photo has no alpha channel with transparent pixels";
+  }
+
+  void FillView(const std::string& name, PhotoFile photo, Image mask, FrameResult& result) const {
+    View& view = result.view;
+    view.name = name;
+    view.camera.name = name;
+    result.facts.bits = photo.bits;
+    result.facts.srgb = photo.srgb;
+    result.facts.exif_orientation = photo.exif_orientation;
+    for (const float v : photo.clipped.data) {
+      result.facts.clipped_pixels += v > 0.0F ? 1 : 0;
+    }
+    result.facts.pixels = static_cast<std::int64_t>(photo.photo.width) * photo.photo.height;
+    view.photo = std::move(photo.photo);
+    view.clipped = std::move(photo.clipped);
+    view.mask = std::move(mask);
+    const int longest = std::max(view.photo.width, view.photo.height);
+    if (options_.max_size_px <= 0 || longest <= options_.max_size_px) {
+      return;
+    }
+    const double scale = static_cast<double>(options_.max_size_px) / longest;
+    const int width = std::max(1, static_cast<int>(std::lround(view.photo.width * scale)));
+    const int height = std::max(1, static_cast<int>(std::lround(view.photo.height * scale)));
+    view.camera = renderer::ScaledCamera(view.camera, width, height);
+    for (Image* image : {&view.photo, &view.clipped, &view.mask}) {
+      if (!image->Empty()) {
+        *image = renderer::ResizeArea(*image, width, height);
+      }
+    }
+    result.facts.reduced = true;
+  }
+
+  const ObservationOptions& options_;
+  const ImportedCameras& cameras_;
+};
+
+/// File name of each photo, or its whole path where two photos share a file name.
+std::vector<std::string> ViewNames(const ImportedCameras& cameras) {
+  std::map<std::string, int> uses;
+  std::vector<std::string> names;
+  for (const ImportedCamera& camera : cameras.cameras) {
+    names.push_back(fs::path(camera.image).filename().string());
+    ++uses[names.back()];
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (uses[names[i]] > 1) {
+      names[i] = fs::path(cameras.cameras[i].image).lexically_normal().generic_string();
+    }
+  }
+  return names;
+}
+
+/// Positions in the camera file, ordered by view name.
+std::vector<std::size_t> SortedByName(const std::vector<std::string>& names) {
+  std::vector<std::size_t> order(names.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    order[i] = i;
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return names[a] < names[b];
+  });
+  return order;
+}
+
+void CheckOptions(const ObservationOptions& options, std::vector<std::string>& problems) {
+  const auto require = [&](bool condition, const std::string& text) {
+    if (!condition) {
+      problems.push_back(text);
+    }
+  };
+  require(options.max_size_px >= 0, "the largest image size must be 0 (as it is) or positive");
+  require(options.validation_every >= 0, "validation: 'every' must be 0 (none) or positive");
+  require(options.masks.erode_px >= 0, "masks: the erosion must not be negative");
+  require(options.clip_above > 0.0,
+          "colour: the clipping level must be above 0 (1 = nothing is clipped)");
+}
+
+/// Marks the views that are kept for validation.
+void SplitViews(const ObservationOptions& options,
+                std::vector<View>& views,
+                std::vector<std::string>& problems) {
+  for (const std::string& name : options.validation_names) {
+    const auto found =
+        std::find_if(views.begin(), views.end(), [&](const View& v) { return v.name == name; });
+    if (found == views.end()) {
+      problems.push_back("validation: no photo is called " + name + " (the first is " +
+                         views.front().name + ")");
+    } else {
+      found->validation = true;
+    }
+  }
+  if (options.validation_names.empty() && options.validation_every > 0) {
+    for (std::size_t i = 0; i < views.size();
+         i += static_cast<std::size_t>(options.validation_every)) {
+      views[i].validation = true;
+    }
+  }
+  if (std::all_of(views.begin(), views.end(), [](const View& v) { return v.validation; })) {
+    problems.push_back(
+        "validation: all " + std::to_string(views.size()) +
+        " photos are validation views and none is left to fit; choose fewer, or none");
+  }
+}
+
+}  // namespace
+
+ObservationError::ObservationError(std::vector<std::string> problems)
+    : IoError(Join(problems)), problems_(std::move(problems)) {}
+
+ObservationSet LoadObservations(const ObservationOptions& options, std::vector<InputFile>* files) {
+  const ImportedCameras cameras = ImportCameras(options.cameras, options.camera_format);
+  const std::vector<std::string> names = ViewNames(cameras);
+  const std::vector<std::size_t> order = SortedByName(names);
+  std::vector<FrameResult> frames(order.size());
+  const FrameLoader loader(options, cameras);
+  renderer::ParallelFor(static_cast<std::int64_t>(order.size()), [&](std::int64_t i) {
+    const std::size_t source = order[static_cast<std::size_t>(i)];
+    loader.Load(cameras.cameras[source], names[source], frames[static_cast<std::size_t>(i)]);
+  });
+
+  std::vector<std::string> problems;
+  CheckOptions(options, problems);
+  ObservationSet set;
+  set.mask_meaning = options.masks.meaning;
+  set.mask_erode_px = options.masks.erode_px;
+  std::vector<FrameFacts> facts;
+  std::vector<InputFile> used;
+  for (const fs::path& path : cameras.files) {
+    used.push_back({path});
+  }
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (i > 0 && names[order[i]] == names[order[i - 1]]) {
+      problems.push_back(cameras.cameras[order[i]].place + ": the photo " + names[order[i]] +
+                         " is given twice");
+    }
+    problems.insert(problems.end(), frames[i].problems.begin(), frames[i].problems.end());
+    for (const fs::path& path : frames[i].files) {
+      used.push_back({path});
+    }
+    frames[i].view.name = names[order[i]];
+    set.views.push_back(std::move(frames[i].view));
+    facts.push_back(frames[i].facts);
+  }
+  SplitViews(options, set.views, problems);
+  const bool wants_masks = options.masks.meaning != MaskMeaning::kNone;
+  if (problems.empty() && wants_masks && options.masks.require == MaskRequirement::kSome &&
+      std::none_of(facts.begin(), facts.end(), [](const FrameFacts& f) {
+        return f.mask_source != MaskSource::kNone;
+      })) {
+    problems.emplace_back("masks: none of the photos has one, and at least one is required");
+  }
+  if (!problems.empty()) {
+    throw ObservationError(std::move(problems));
+  }
+  set.assumptions = SummariseInput(options, cameras, set, facts);
+  if (files != nullptr) {
+    *files = std::move(used);
+  }
+  return set;
+}
+
+}  // namespace pathfit::optim

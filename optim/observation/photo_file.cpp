@@ -1,0 +1,181 @@
+#include "optim/observation/photo_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "renderer/image/color.h"
+#include "renderer/io/image_file.h"
+
+namespace pathfit::optim {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::DecodedImage;
+using renderer::Image;
+
+void RequireFinite(const Image& image, const fs::path& path) {
+  const auto bad =
+      std::find_if(image.data.begin(), image.data.end(), [](float v) { return !std::isfinite(v); });
+  if (bad != image.data.end()) {
+    const auto pixel = (bad - image.data.begin()) / image.channels;
+    throw renderer::IoError(path.string() + ": the pixel in column " +
+                            std::to_string(pixel % image.width) + ", row " +
+                            std::to_string(pixel / image.width) + " is not a finite number");
+  }
+}
+
+/// 1 where any channel of the encoded image reaches the level.
+Image ClippedPixels(const Image& encoded, double clip_above) {
+  Image clipped(encoded.width, encoded.height, 1);
+  bool any = false;
+  for (std::size_t i = 0; i < clipped.data.size(); ++i) {
+    const float* p = encoded.data.data() + 3 * i;
+    if (static_cast<double>(std::max({p[0], p[1], p[2]})) >= clip_above) {
+      clipped.data[i] = 1.0F;
+      any = true;
+    }
+  }
+  return any ? clipped : Image();
+}
+
+/// Undoes the sRGB curve; integer files have few values, so these are looked up.
+void MakeLinear(int bits, Image& image) {
+  if (bits > 16) {
+    std::transform(image.data.begin(), image.data.end(), image.data.begin(), [](float v) {
+      return static_cast<float>(renderer::LinearFromSrgb(static_cast<double>(v)));
+    });
+    return;
+  }
+  const int top = (1 << bits) - 1;
+  std::vector<float> linear(static_cast<std::size_t>(top) + 1);
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    linear[i] = static_cast<float>(renderer::LinearFromSrgb(static_cast<double>(i) / top));
+  }
+  for (float& v : image.data) {
+    v = linear[static_cast<std::size_t>(
+        std::lround(std::clamp(v, 0.0F, 1.0F) * static_cast<float>(top)))];
+  }
+}
+
+bool IsFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+void Try(const fs::path& candidate, FileSearch& search) {
+  const fs::path path = candidate.lexically_normal();
+  if (search.found ||
+      std::find(search.tried.begin(), search.tried.end(), path) != search.tried.end()) {
+    return;
+  }
+  search.tried.push_back(path);
+  if (IsFile(path)) {
+    search.found = path;
+  }
+}
+
+/// The folders that may hold photos of a camera file, if none was given.
+std::vector<fs::path> DefaultImageFolders(const ImportedCameras& cameras) {
+  const fs::path& folder = cameras.folder;
+  if (cameras.format == kTransformsFormat) {
+    return {folder};
+  }
+  return {folder / "images", folder / ".." / "images", folder / ".." / ".." / "images"};
+}
+
+}  // namespace
+
+PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options) {
+  DecodedImage decoded = renderer::ReadImageFile(path, options.apply_exif_orientation);
+  RequireFinite(decoded.image, path);
+  RequireFinite(decoded.alpha, path);
+  PhotoFile file;
+  file.bits = decoded.bits;
+  file.exif_orientation = decoded.exif_orientation;
+  const bool is_integer = decoded.bits <= 16;
+  if (is_integer && options.clip_above < 1.0) {
+    file.clipped = ClippedPixels(decoded.image, options.clip_above);
+  }
+  file.srgb = options.transfer == Transfer::kSrgb ||
+              (options.transfer == Transfer::kAuto && !decoded.linear);
+  file.photo = std::move(decoded.image);
+  file.alpha = std::move(decoded.alpha);
+  if (file.srgb) {
+    MakeLinear(file.bits, file.photo);
+  }
+  return file;
+}
+
+Image ReadMaskFile(const fs::path& path, bool apply_exif_orientation) {
+  const DecodedImage decoded = renderer::ReadImageFile(path, apply_exif_orientation);
+  RequireFinite(decoded.image, path);
+  Image mask(decoded.image.width, decoded.image.height, 1);
+  for (std::size_t i = 0; i < mask.data.size(); ++i) {
+    const float* p = decoded.image.data.data() + 3 * i;
+    mask.data[i] = std::clamp((p[0] + p[1] + p[2]) / 3.0F, 0.0F, 1.0F);
+  }
+  return mask;
+}
+
+FileSearch FindPhoto(const std::string& image,
+                     const ImportedCameras& cameras,
+                     const fs::path& images_dir) {
+  const fs::path name(image);
+  std::vector<fs::path> candidates;
+  if (images_dir.empty()) {
+    for (const fs::path& folder : DefaultImageFolders(cameras)) {
+      candidates.push_back(folder / name);
+    }
+  } else {
+    candidates = {images_dir / name, images_dir / name.filename()};
+  }
+  FileSearch search;
+  for (const fs::path& candidate : candidates) {
+    Try(candidate, search);
+  }
+  for (const fs::path& candidate : candidates) {
+    for (const char* extension : {".png", ".jpg", ".jpeg", ".JPG", ".exr"}) {
+      if (!candidate.has_extension()) {
+        Try(fs::path(candidate) += extension, search);
+      }
+    }
+  }
+  return search;
+}
+
+FileSearch FindMask(const ImportedCamera& camera,
+                    const fs::path& photo,
+                    const ImportedCameras& cameras,
+                    const ObservationOptions& options) {
+  FileSearch search;
+  if (options.masks.folder.empty()) {
+    if (!camera.mask.empty()) {
+      Try(cameras.folder / camera.mask, search);
+    }
+    return search;
+  }
+  const fs::path file_name = photo.filename();
+  const fs::path with_folder = fs::path(camera.image).relative_path().parent_path();
+  for (const fs::path& folder : {options.masks.folder / with_folder, options.masks.folder}) {
+    for (const fs::path& name : {fs::path(file_name) += ".png",
+                                 fs::path(file_name.stem()) += ".png",
+                                 fs::path(file_name.stem()) += ".mask.png"}) {
+      if ((folder / name).lexically_normal() !=
+          photo) {  // masks beside PNG photos: a.png is the photo itself
+        Try(folder / name, search);
+      }
+    }
+  }
+  return search;
+}
+
+std::string TriedNames(const FileSearch& search) {
+  std::string text;
+  for (const fs::path& path : search.tried) {
+    text += (text.empty() ? "" : ", ") + path.string();
+  }
+  return text;
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "optim/observation/load_observations.h"
+#include "renderer/image/image.h"
+
+namespace pathfit::optim {
+
+/// A photo at the size of its file, made linear.
+struct PhotoFile {
+  renderer::Image photo;    ///< 3 channels, linear
+  renderer::Image clipped;  ///< 1 channel, 1 = clipped; empty if no pixel is
+  renderer::Image alpha;    ///< 1 channel or empty
+  int bits = 0;             ///< per channel in the file; 32 for floats
+  bool srgb = false;        ///< the sRGB curve was undone
+  int exif_orientation = 1;
+};
+
+/// Throws IoError: unreadable, or a value that is not finite.
+PhotoFile ReadPhotoFile(const std::filesystem::path& path, const ObservationOptions& options);
+
+/// A mask file as shares 0..1 of one channel (mean of the colours). Throws IoError like
+/// ReadPhotoFile.
+renderer::Image ReadMaskFile(const std::filesystem::path& path, bool apply_exif_orientation);
+
+/// Candidates of one input in the order they were looked for, and the first that exists.
+struct FileSearch {
+  std::vector<std::filesystem::path> tried;
+  std::optional<std::filesystem::path> found;
+};
+
+/// `image` as the camera file calls it, in the folders the options allow; NeRF files leave out the
+/// extension.
+FileSearch FindPhoto(const std::string& image,
+                     const ImportedCameras& cameras,
+                     const std::filesystem::path& images_dir);
+
+/// The mask of a photo in a mask folder, or by the camera file's mask_path.
+FileSearch FindMask(const ImportedCamera& camera,
+                    const std::filesystem::path& photo,
+                    const ImportedCameras& cameras,
+                    const ObservationOptions& options);
+
+/// "a, b, c" of the file names that were tried.
+std::string TriedNames(const FileSearch& search);
+
+}  // namespace pathfit::optim

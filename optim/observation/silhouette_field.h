@@ -1,0 +1,57 @@
+#pragma once
+
+#include <vector>
+
+#include "optim/observation/observation.h"
+
+namespace pathfit::optim {
+
+/// Signed distance to the intersection of the silhouettes' viewing cones, positive inside, in units
+/// of the world: the least over all views of the distance to the mask's outline in pixels, times
+/// depth / focal length. Outside the image counts as outside the mask. Exact at zero, an estimate
+/// elsewhere.
+class SilhouetteField {
+ public:
+  /// A value and its derivative by position. Far outside every view the value is very negative, the
+  /// gradient zero.
+  struct Sample {
+    double value = 0.0;
+    renderer::Vec3 gradient;
+  };
+
+  /// Uses the views that are fitted and have a mask. Throws SceneError if there is none, or a mask
+  /// is black.
+  explicit SilhouetteField(const ObservationSet& observations);
+
+  [[nodiscard]] std::size_t NumViews() const { return views_.size(); }
+  /// Once the value is known to be below `enough`, it may be anything between the true value and
+  /// that.
+  [[nodiscard]] double Value(const renderer::Vec3& x, double enough) const;
+  [[nodiscard]] Sample ValueAndGradient(const renderer::Vec3& x) const;
+
+  /// Point nearest to the rays through the masks' centroids, by least squares. Throws SceneError if
+  /// the rays are so nearly parallel that it is not determined.
+  [[nodiscard]] renderer::Vec3 Center() const;
+  /// Radius of a ball about `center` onto which every mask falls.
+  [[nodiscard]] double Radius(const renderer::Vec3& center) const;
+
+ private:
+  struct SilhouetteView {
+    renderer::CameraModel camera;
+    renderer::Image distance;  ///< pixels, positive inside
+    double focal = 1.0;        ///< pixels
+    renderer::Vec2 low, high;  ///< bounding box of the mask in pixel coordinates
+    renderer::Vec2 centroid;
+  };
+  /// Pixels; `gradient` by (u, v).
+  struct PixelDistance {
+    double value = 0.0;
+    renderer::Vec2 gradient;
+  };
+  static PixelDistance Lookup(const SilhouetteView& view, double u, double v);
+  static SilhouetteView MakeView(const View& view);
+
+  std::vector<SilhouetteView> views_;
+};
+
+}  // namespace pathfit::optim

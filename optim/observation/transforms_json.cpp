@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <numbers>
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include "optim/observation/camera_import.h"
+#include "optim/observation/rotation.h"
+#include "renderer/core/error.h"
+
+namespace pathfit::optim {
+namespace {
+
+using nlohmann::json;
+using renderer::IoError;
+
+constexpr int kMaxImageSize = 100000;
+
+/// A JSON object together with where it stands, for messages.
+struct Entry {
+  const json& value;
+  std::string place;
+
+  [[nodiscard]] std::optional<double> Number(const char* key) const {
+    const auto found = value.find(key);
+    if (found == value.end() || found->is_null()) {
+      return std::nullopt;
+    }
+    if (!found->is_number() || !std::isfinite(found->get<double>())) {
+      throw IoError(place + "." + key + ": " + Shown(*found) + " is not a finite number");
+    }
+    return found->get<double>();
+  }
+  [[nodiscard]] std::optional<std::string> Text(const char* key) const {
+    const auto found = value.find(key);
+    if (found == value.end() || found->is_null()) {
+      return std::nullopt;
+    }
+    if (!found->is_string() || found->get_ref<const std::string&>().empty()) {
+      throw IoError(place + "." + key + ": " + Shown(*found) +
+                    " is not a text that names something");
+    }
+    return found->get<std::string>();
+  }
+  /// Lists and objects are only named: writing them out would recurse as deep as the file nests
+  /// them.
+  static std::string Shown(const json& value) {
+    if (value.is_structured()) {
+      return value.is_array() ? "a list" : "an object";
+    }
+    const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+    return text.size() <= 40 ? text : text.substr(0, 37) + "...";
+  }
+};
+
+/// Looks a key up in the frame, then in the whole file.
+class Intrinsics {
+ public:
+  Intrinsics(const Entry& frame, const Entry& file) : frame_(frame), file_(file) {}
+
+  [[nodiscard]] std::optional<double> Number(const char* key) const {
+    const std::optional<double> own = frame_.Number(key);
+    return own ? own : file_.Number(key);
+  }
+  [[nodiscard]] double NumberOr(const char* key, double otherwise) const {
+    return Number(key).value_or(otherwise);
+  }
+  [[nodiscard]] std::string Model() const {
+    const std::optional<std::string> own = frame_.Text("camera_model");
+    return own ? *own : file_.Text("camera_model").value_or("");
+  }
+  /// Image extent in pixels, 0 when it is not given.
+  [[nodiscard]] int Size(const char* key) const {
+    const std::optional<double> value = Number(key);
+    if (!value) {
+      return 0;
+    }
+    if (*value < 1.0 || *value > kMaxImageSize || *value != std::floor(*value)) {
+      throw IoError(frame_.place + "." + key + ": " + std::to_string(*value) +
+                    " is not an image size (whole, 1 to 100000)");
+    }
+    return static_cast<int>(*value);
+  }
+  /// A positive number, or nothing when the key is absent.
+  [[nodiscard]] std::optional<double> Positive(const char* key) const {
+    const std::optional<double> value = Number(key);
+    if (value && *value <= 0.0) {
+      throw IoError(frame_.place + "." + key + ": " + std::to_string(*value) + " must be positive");
+    }
+    return value;
+  }
+
+ private:
+  const Entry& frame_;
+  const Entry& file_;
+};
+
+void ReadDistortion(const Intrinsics& source,
+                    const Entry& frame,
+                    renderer::PerspectiveCamera& camera) {
+  const std::string model = source.Model();
+  const std::initializer_list<const char*> known = {
+      "", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
+  if (std::find(known.begin(), known.end(), model) == known.end()) {
+    throw IoError(
+        frame.place + ": camera_model " + model +
+        " is not supported (allowed: OPENCV, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL); "
+        "undistort the photos to PINHOLE, or calibrate again with OPENCV");
+  }
+  if (const double k4 = source.NumberOr("k4", 0.0); k4 != 0.0) {
+    throw IoError(
+        frame.place + ".k4: " + std::to_string(k4) +
+        " belongs to a fisheye or rational lens, which is not supported; undistort the photos to "
+        "PINHOLE, or calibrate again with OPENCV (k1 k2 k3 p1 p2)");
+  }
+  camera.distortion = {.k1 = source.NumberOr("k1", 0.0),
+                       .k2 = source.NumberOr("k2", 0.0),
+                       .k3 = source.NumberOr("k3", 0.0),
+                       .p1 = source.NumberOr("p1", 0.0),
+                       .p2 = source.NumberOr("p2", 0.0)};
+  if ((model == "PINHOLE" || model == "SIMPLE_PINHOLE") && !camera.distortion.IsNone()) {
+    throw IoError(
+        frame.place + ": camera_model " + model +
+        " has no distortion, but one of k1 k2 k3 p1 p2 is not zero; write camera_model OPENCV, or "
+        "remove the coefficients");
+  }
+}
+
+void ReadIntrinsics(const Entry& frame, const Entry& file, ImportedCamera& imported) {
+  const Intrinsics source(frame, file);
+  renderer::PerspectiveCamera& camera = imported.camera;
+  camera.width = source.Size("w");
+  camera.height = source.Size("h");
+  if ((camera.width == 0) != (camera.height == 0)) {
+    throw IoError(frame.place + ": w and h must be given together");
+  }
+  const std::optional<double> fx = source.Positive("fl_x");
+  const std::optional<double> angle = source.Positive("camera_angle_x");
+  if (fx) {
+    camera.fx = *fx;
+    camera.fy = source.Positive("fl_y").value_or(*fx);
+  } else if (angle) {
+    if (*angle >= std::numbers::pi) {
+      throw IoError(frame.place + ".camera_angle_x: " + std::to_string(*angle) +
+                    " must be below pi (radians)");
+    }
+    imported.view_angle_x = *angle;
+  } else {
+    throw IoError(frame.place +
+                  ": no focal length (give fl_x in pixels, or camera_angle_x in radians)");
+  }
+  const std::optional<double> cx = source.Number("cx");
+  const std::optional<double> cy = source.Number("cy");
+  if (cx.has_value() != cy.has_value()) {
+    throw IoError(frame.place + ": cx and cy must be given together");
+  }
+  imported.has_principal_point = cx.has_value();
+  camera.cx = cx.value_or(0.0);
+  camera.cy = cy.value_or(0.0);
+  ReadDistortion(source, frame, camera);
+}
+
+renderer::Transform ReadPose(const Entry& frame) {
+  const std::string place = frame.place + ".transform_matrix";
+  const auto matrix = frame.value.find("transform_matrix");
+  if (matrix == frame.value.end()) {
+    throw IoError(place + " is missing");
+  }
+  const bool has_rows = matrix->is_array() && (matrix->size() == 3 || matrix->size() == 4);
+  double m[4][4] = {{}, {}, {}, {0.0, 0.0, 0.0, 1.0}};
+  for (std::size_t r = 0; has_rows && r < matrix->size(); ++r) {
+    const json& row = (*matrix)[r];
+    for (std::size_t c = 0; c < 4; ++c) {
+      if (!row.is_array() || row.size() != 4 || !row[c].is_number() ||
+          !std::isfinite(row[c].get<double>())) {
+        throw IoError(place + "[" + std::to_string(r) + "] must be four finite numbers");
+      }
+      m[r][c] = row[c].get<double>();
+    }
+  }
+  if (!has_rows || m[3][0] != 0.0 || m[3][1] != 0.0 || m[3][2] != 0.0 || m[3][3] != 1.0) {
+    throw IoError(place + " must be 4 rows of 4 numbers, the last row 0 0 0 1");
+  }
+  const renderer::Mat3 linear{
+      {m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}};
+  return {ExactRotation(linear, place), {m[0][3], m[1][3], m[2][3]}};
+}
+
+json ParseFile(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (!stream) {
+    throw IoError(path.string() + ": cannot be read");
+  }
+  try {
+    return json::parse(text);
+  } catch (const json::parse_error& error) {
+    const std::size_t byte = std::min(error.byte, text.size());
+    const auto line =
+        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(byte), '\n');
+    throw IoError(path.string() + ":" + std::to_string(line) + ": not valid JSON (byte " +
+                  std::to_string(byte) + ")");
+  } catch (const json::exception&) {
+    throw IoError(path.string() + ": holds a number that is out of range");
+  }
+}
+
+}  // namespace
+
+ImportedCameras ReadTransformsJson(const std::filesystem::path& path) {
+  const json document = ParseFile(path);
+  const std::string name = path.string();
+  if (!document.is_object()) {
+    throw IoError(name + ": the file must hold a JSON object with \"frames\"");
+  }
+  const Entry file{document, name + ": (file)"};
+  ImportedCameras result{.format = kTransformsFormat,
+                         .folder = path.parent_path(),
+                         .files = {path},
+                         .cameras = {},
+                         .metres_per_unit = file.Number("metres_per_unit").value_or(0.0)};
+  if (document.contains("metres_per_unit") && result.metres_per_unit <= 0.0) {
+    throw IoError(name + ": metres_per_unit must be positive");
+  }
+  const auto frames = document.find("frames");
+  if (frames == document.end() || !frames->is_array() || frames->empty()) {
+    throw IoError(name + ": frames must be a list with at least one frame");
+  }
+  for (std::size_t i = 0; i < frames->size(); ++i) {
+    const Entry frame{(*frames)[i], name + ": frames[" + std::to_string(i) + "]"};
+    if (!frame.value.is_object()) {
+      throw IoError(frame.place + " must be an object");
+    }
+    const std::optional<std::string> image = frame.Text("file_path");
+    if (!image) {
+      throw IoError(frame.place + ".file_path is missing");
+    }
+    ImportedCamera imported;
+    imported.image = *image;
+    imported.mask = frame.Text("mask_path").value_or("");
+    imported.place = frame.place;
+    imported.camera.name = *image;
+    ReadIntrinsics(frame, file, imported);
+    imported.camera.world_from_camera = ReadPose(frame);
+    result.cameras.push_back(std::move(imported));
+  }
+  return result;
+}
+
+}  // namespace pathfit::optim

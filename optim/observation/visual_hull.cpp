@@ -1,0 +1,276 @@
+#include "optim/observation/visual_hull.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "optim/observation/manifold_repair.h"
+#include "optim/observation/silhouette_field.h"
+#include "optim/observation/voxel_surface.h"
+#include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::Mesh;
+using renderer::SceneError;
+using renderer::Triangle;
+using renderer::Vec3;
+
+constexpr int kMinResolution = 16;
+constexpr int kMaxResolution = 512;
+
+// Search for the box.
+constexpr int kSearchResolution = 32;
+constexpr int kMaxEnlargements = 6;
+constexpr int kMaxTightenings = 6;
+constexpr double kTightEnough = 0.9;  // stop when the longest side shrinks by less than this
+/// A voxel can hold body if its centre is this far outside, in half diagonals: the field's slope
+/// may pass 1 a little.
+constexpr double kSlack = 1.25;
+
+// Surface, in voxels.
+constexpr int kPadding = 2;
+constexpr double kBand = 3.0;       // values are cut off here
+constexpr double kNearNode = 0.02;  // a crossing nearer to a node would make slivers
+constexpr double kInset = 1e-3;
+
+// Moving vertices to the exact zero.
+constexpr int kNewtonSteps = 5;
+constexpr double kMaxStep = 0.25;  // voxels
+constexpr double kMaxMove = 1.0;   // voxels, in total
+constexpr double kMaxTurn = 0.3;   // least cosine between a triangle's normals before and after
+constexpr double kMinArea = 1e-4;  // twice the area, in squared voxels
+constexpr int kMaxReverts = 20;
+
+struct Box {
+  Vec3 low, high;
+  [[nodiscard]] Vec3 Extent() const { return high - low; }
+  [[nodiscard]] double LongestSide() const {
+    const Vec3 extent = Extent();
+    return std::max({extent.x, extent.y, extent.z});
+  }
+};
+
+VoxelGrid MakeGrid(const Vec3& origin, double spacing, const std::array<int, 3>& size) {
+  VoxelGrid grid{.origin = origin, .spacing = spacing, .size = size, .values = {}};
+  grid.values.resize(static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
+                     static_cast<std::size_t>(size[2]));
+  return grid;
+}
+
+/// Values in units of the spacing, cut off at +-band.
+void FillGrid(const SilhouetteField& field, double band, VoxelGrid& grid) {
+  const auto rows = static_cast<std::int64_t>(grid.size[1]) * grid.size[2];
+  renderer::ParallelFor(rows, [&](std::int64_t row) {
+    const int y = static_cast<int>(row % grid.size[1]);
+    const int z = static_cast<int>(row / grid.size[1]);
+    for (int x = 0; x < grid.size[0]; ++x) {
+      const double value = field.Value(grid.Node(x, y, z), -band * grid.spacing) / grid.spacing;
+      grid.values[grid.Offset(x, y, z)] = static_cast<float>(std::clamp(value, -band, band));
+    }
+  });
+}
+
+int CellsAlong(double extent, double spacing) {
+  return std::max(1, static_cast<int>(std::ceil(extent / spacing)));
+}
+
+/// The box of all voxels that can hold body, one voxel wider; nothing when there is none.
+struct Carving {
+  bool found = false;
+  Box box;
+  std::array<bool, 6> touches{};  ///< sides of the searched box: low x y z, high x y z
+};
+
+Carving CarveCoarsely(const SilhouetteField& field, const Box& box) {
+  const double spacing = box.LongestSide() / kSearchResolution;
+  const Vec3 extent = box.Extent();
+  const std::array<int, 3> size = {
+      CellsAlong(extent.x, spacing), CellsAlong(extent.y, spacing), CellsAlong(extent.z, spacing)};
+  VoxelGrid grid = MakeGrid(box.low + Vec3{0.5, 0.5, 0.5} * spacing, spacing, size);
+  const double margin = kSlack * 0.5 * std::sqrt(3.0);
+  FillGrid(field, 2.0 * margin, grid);
+  std::array<int, 3> low = size;
+  std::array<int, 3> high = {-1, -1, -1};
+  for (int z = 0; z < size[2]; ++z) {
+    for (int y = 0; y < size[1]; ++y) {
+      for (int x = 0; x < size[0]; ++x) {
+        if (static_cast<double>(grid.values[grid.Offset(x, y, z)]) < -margin) {
+          continue;
+        }
+        const std::array<int, 3> at = {x, y, z};
+        for (std::size_t a = 0; a < 3; ++a) {
+          low[a] = std::min(low[a], at[a]);
+          high[a] = std::max(high[a], at[a]);
+        }
+      }
+    }
+  }
+  Carving out;
+  out.found = high[0] >= 0;
+  if (!out.found) {
+    return out;
+  }
+  for (int a = 0; a < 3; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    out.touches[i] = low[i] == 0;
+    out.touches[i + 3] = high[i] == size[i] - 1;
+    out.box.low[a] = box.low[a] + (low[i] - 1) * spacing;
+    out.box.high[a] = box.low[a] + (high[i] + 2) * spacing;
+  }
+  return out;
+}
+
+[[noreturn]] void FailEmpty() {
+  throw SceneError(
+      "visual hull: nothing is left after carving with all masks; the masks and cameras do not "
+      "belong together, one "
+      "mask misses the object, or black and white are exchanged (invert)");
+}
+
+/// The box of the hull from cameras and masks alone: a ball onto which all masks fall, enlarged
+/// until its carving does not touch the box, then tightened.
+Box FindBox(const SilhouetteField& field) {
+  const Vec3 center = field.Center();
+  const double radius = 1.2 * field.Radius(center);
+  Box box{center - Vec3{radius, radius, radius}, center + Vec3{radius, radius, radius}};
+  Carving carving = CarveCoarsely(field, box);
+  const auto touches = [&] {
+    return std::any_of(carving.touches.begin(), carving.touches.end(), [](bool t) { return t; });
+  };
+  for (int i = 0; carving.found && touches(); ++i) {
+    if (i == kMaxEnlargements) {
+      throw SceneError(
+          "visual hull: the views do not bound the object on all sides; add photos with masks from "
+          "other sides, or "
+          "start from a mesh file");
+    }
+    const Vec3 extent = box.Extent();
+    for (int a = 0; a < 3; ++a) {
+      box.low[a] -= carving.touches[static_cast<std::size_t>(a)] ? 0.5 * extent[a] : 0.0;
+      box.high[a] += carving.touches[static_cast<std::size_t>(a) + 3] ? 0.5 * extent[a] : 0.0;
+    }
+    carving = CarveCoarsely(field, box);
+  }
+  for (int i = 0; carving.found && i < kMaxTightenings; ++i) {
+    const bool done = carving.box.LongestSide() > kTightEnough * box.LongestSide();
+    box = carving.box;
+    if (done) {
+      return box;
+    }
+    carving = CarveCoarsely(field, box);
+  }
+  if (!carving.found) {
+    FailEmpty();
+  }
+  return box;
+}
+
+VoxelGrid CarveFinely(const SilhouetteField& field, const Box& box, int resolution) {
+  const double spacing = box.LongestSide() / resolution;
+  const Vec3 extent = box.Extent();
+  const std::array<int, 3> size = {CellsAlong(extent.x, spacing) + 1 + 2 * kPadding,
+                                   CellsAlong(extent.y, spacing) + 1 + 2 * kPadding,
+                                   CellsAlong(extent.z, spacing) + 1 + 2 * kPadding};
+  VoxelGrid grid = MakeGrid(box.low - Vec3{1.0, 1.0, 1.0} * (kPadding * spacing), spacing, size);
+  FillGrid(field, kBand, grid);
+  bool any = false;
+  for (float& v : grid.values) {
+    if (std::abs(static_cast<double>(v)) < kNearNode) {
+      v = static_cast<float>(v > 0.0F ? kNearNode : -kNearNode);
+    }
+    any = any || v > 0.0F;
+  }
+  if (!any) {
+    throw SceneError("visual hull: what is left after carving is thinner than a voxel (" +
+                     std::to_string(spacing) + " units); use a resolution above " +
+                     std::to_string(resolution) +
+                     ", and check that masks and cameras belong together");
+  }
+  return grid;
+}
+
+/// Newton steps along the gradient; the result is kept only where it is nearer to the zero.
+Vec3 NearestZero(const SilhouetteField& field, const Vec3& start, double spacing) {
+  Vec3 best = start;
+  SilhouetteField::Sample at = field.ValueAndGradient(start);
+  for (int i = 0; i < kNewtonSteps; ++i) {
+    const double slope2 = SquaredNorm(at.gradient);
+    if (!(slope2 > 0.0)) {
+      return best;
+    }
+    const double step =
+        std::clamp(at.value / std::sqrt(slope2), -kMaxStep * spacing, kMaxStep * spacing);
+    const Vec3 next = best - at.gradient * (step / std::sqrt(slope2));
+    const SilhouetteField::Sample there = field.ValueAndGradient(next);
+    if (!(std::abs(there.value) < std::abs(at.value)) || Norm(next - start) > kMaxMove * spacing) {
+      return best;
+    }
+    best = next;
+    at = there;
+  }
+  return best;
+}
+
+Vec3 TwiceAreaNormal(const std::vector<Vec3>& positions, const Triangle& t) {
+  const Vec3& a = positions[static_cast<std::size_t>(t[0])];
+  return Cross(positions[static_cast<std::size_t>(t[1])] - a,
+               positions[static_cast<std::size_t>(t[2])] - a);
+}
+
+/// Moves vertices onto the zero of the field; those of triangles that would fold or vanish stay
+/// where they are.
+void MoveToZero(const SilhouetteField& field, double spacing, Mesh& mesh) {
+  std::vector<Vec3> moved(mesh.positions.size());
+  renderer::ParallelFor(static_cast<std::int64_t>(moved.size()), [&](std::int64_t i) {
+    const auto v = static_cast<std::size_t>(i);
+    moved[v] = NearestZero(field, mesh.positions[v], spacing);
+  });
+  for (int i = 0; i < kMaxReverts; ++i) {
+    bool reverted = false;
+    for (const Triangle& t : mesh.triangles) {
+      const Vec3 before = TwiceAreaNormal(mesh.positions, t);
+      const Vec3 after = TwiceAreaNormal(moved, t);
+      const double area = Norm(after);
+      if (area > kMinArea * spacing * spacing &&
+          Dot(before, after) > kMaxTurn * area * Norm(before)) {
+        continue;
+      }
+      for (const std::int32_t v : t) {
+        const auto k = static_cast<std::size_t>(v);
+        reverted = reverted || !(moved[k] == mesh.positions[k]);
+        moved[k] = mesh.positions[k];
+      }
+    }
+    if (!reverted) {
+      mesh.positions = std::move(moved);
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+Mesh CarveVisualHull(const ObservationSet& observations, const VisualHullOptions& options) {
+  if (options.resolution < kMinResolution || options.resolution > kMaxResolution) {
+    throw SceneError("visual hull: the resolution is " + std::to_string(options.resolution) +
+                     " (allowed: " + std::to_string(kMinResolution) + " to " +
+                     std::to_string(kMaxResolution) + ")");
+  }
+  const SilhouetteField field(observations);
+  const VoxelGrid grid = CarveFinely(field, FindBox(field), options.resolution);
+  Mesh mesh = ExtractSurface(grid);
+  SeparateTouchingParts(kInset * grid.spacing, mesh);
+  KeepLargestPart(mesh);
+  MoveToZero(field, grid.spacing, mesh);
+  WeldPositions(mesh);
+  ValidateMesh(mesh, "visual hull");
+  return mesh;
+}
+
+}  // namespace pathfit::optim

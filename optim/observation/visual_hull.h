@@ -1,0 +1,19 @@
+#pragma once
+
+#include "optim/observation/observation.h"
+#include "renderer/geometry/mesh.h"
+
+namespace pathfit::optim {
+
+struct VisualHullOptions {
+  int resolution = 128;  ///< voxels along the longest side of the hull's box, 16 to 512
+};
+
+/// Surface of the largest body whose silhouettes lie inside the masks of all fitted views, found
+/// from cameras and masks alone: closed, manifold, outward winding, welded, one component, in the
+/// frame of the cameras. Throws SceneError with advice: no silhouette masks, views from one side
+/// only, nothing left after carving, a body that the views do not bound, a resolution out of range.
+renderer::Mesh CarveVisualHull(const ObservationSet& observations,
+                               const VisualHullOptions& options);
+
+}  // namespace pathfit::optim

@@ -1,0 +1,99 @@
+#include "optim/parameter/parameter_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "renderer/core/check.h"
+#include "renderer/core/error.h"
+
+namespace pathfit::optim {
+namespace {
+
+// A logarithmic unknown cannot be zero: darker values count as this.
+constexpr double kSmallestLogValue = 1e-6;
+
+}  // namespace
+
+ParameterSet::ParameterSet(const renderer::Scene& scene,
+                           const std::vector<UnknownSpec>& unknowns,
+                           const std::vector<int>& active,
+                           const std::vector<int>& sensors,
+                           const ExposureModel& exposure)
+    : layout_(scene) {
+  std::vector<int> order;
+  for (const int index : active) {
+    if (index < 0 || index >= static_cast<int>(unknowns.size())) {
+      throw renderer::SceneError("a stage frees unknown number " + std::to_string(index) +
+                                 "; there are " + std::to_string(unknowns.size()));
+    }
+    if (!unknowns[static_cast<std::size_t>(index)].hold) {
+      order.push_back(index);
+    }
+  }
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return unknowns[static_cast<std::size_t>(a)].kind < unknowns[static_cast<std::size_t>(b)].kind;
+  });
+  for (const int index : order) {
+    const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
+    if (unknown.kind == renderer::ParameterKind::kExposure) {
+      for (const int sensor : sensors) {
+        AddGroup(unknown, index, sensor, exposure);
+      }
+    } else {
+      AddGroup(unknown, index, unknown.object, exposure);
+    }
+  }
+}
+
+void ParameterSet::AddGroup(const UnknownSpec& unknown,
+                            int index,
+                            int object,
+                            const ExposureModel& exposure) {
+  layout_.Add(unknown.kind, object);
+  unknown_of_group_.push_back(index);
+  const renderer::ParameterGroup& group = layout_.groups().back();
+  const bool is_gain = unknown.kind == renderer::ParameterKind::kExposure;
+  const bool is_log = is_gain || unknown.parameterization == Parameterization::kLog;
+  double lower = unknown.lower;
+  double upper = unknown.upper;
+  if (is_log && !is_gain) {
+    lower = std::log(std::max(lower, kSmallestLogValue));
+    upper = std::log(std::max(upper, kSmallestLogValue));
+  } else if (is_gain) {
+    const double start = std::log(exposure.start_gains.at(static_cast<std::size_t>(object)));
+    lower = start - exposure.max_ev * std::log(2.0);
+    upper = start + exposure.max_ev * std::log(2.0);
+  }
+  const auto block_size = static_cast<std::size_t>(group.block_size);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(group.num_blocks); ++i) {
+    block_offset_.push_back(is_log_.size() + i * block_size);
+    block_size_.push_back(group.block_size);
+  }
+  const std::size_t count =
+      is_log_.size() + static_cast<std::size_t>(group.num_blocks) * block_size;
+  is_log_.resize(count, static_cast<char>(is_log));
+  lower_.resize(count, lower);
+  upper_.resize(count, upper);
+}
+
+std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& values) const {
+  PATHFIT_CHECK(values.size() == NumScalars());
+  std::vector<double> theta(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double t = IsLog(i) ? std::log(std::max(values[i], kSmallestLogValue)) : values[i];
+    theta[i] = std::clamp(t, lower_[i], upper_[i]);
+  }
+  return theta;
+}
+
+std::vector<double> ParameterSet::ValuesFromTheta(const std::vector<double>& theta) const {
+  PATHFIT_CHECK(theta.size() == NumScalars());
+  std::vector<double> values(theta.size());
+  for (std::size_t i = 0; i < theta.size(); ++i) {
+    values[i] = IsLog(i) ? std::exp(theta[i]) : theta[i];
+  }
+  return values;
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "optim/parameter/unknown_spec.h"
+#include "renderer/scene/parameter_layout.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::optim {
+
+/// Prior and bound of the photos' gains: g = start * 2^ev with |ev| <= max_ev.
+struct ExposureModel {
+  std::vector<double> start_gains;  ///< by sensor; the gains the run began with
+  double sigma_ev = 0.3;
+  double max_ev = 3.0;
+};
+
+/// The scalars that move in a stage. Two flat vectors with the same offsets: values x in units of
+/// the scene (ParameterLayout's order) and unknowns theta, what the solver moves (theta = x or log
+/// x; gains always log). Groups are ordered by kind, vertices first, so that a pixel's nearest
+/// vertices lead its sorted block list.
+class ParameterSet {
+ public:
+  /// `active`: indices into `unknowns`; held unknowns are left out. `sensors`: those whose gain an
+  /// exposure unknown frees. Throws SceneError for an index out of range or an unknown the scene
+  /// does not have.
+  ParameterSet(const renderer::Scene& scene,
+               const std::vector<UnknownSpec>& unknowns,
+               const std::vector<int>& active,
+               const std::vector<int>& sensors,
+               const ExposureModel& exposure);
+
+  [[nodiscard]] const renderer::ParameterLayout& layout() const { return layout_; }
+  [[nodiscard]] std::size_t NumScalars() const { return is_log_.size(); }
+  [[nodiscard]] std::size_t NumBlocks() const { return block_offset_.size(); }
+  [[nodiscard]] int BlockSize(std::int32_t block) const {
+    return block_size_[static_cast<std::size_t>(block)];
+  }
+  [[nodiscard]] std::size_t BlockOffset(std::int32_t block) const {
+    return block_offset_[static_cast<std::size_t>(block)];
+  }
+  /// Index of the unknown that group `group` of the layout belongs to.
+  [[nodiscard]] int UnknownOfGroup(std::size_t group) const { return unknown_of_group_[group]; }
+  [[nodiscard]] bool IsLog(std::size_t scalar) const { return is_log_[scalar] != 0; }
+  /// Bounds of theta, infinite where there is none.
+  [[nodiscard]] const std::vector<double>& lower() const { return lower_; }
+  [[nodiscard]] const std::vector<double>& upper() const { return upper_; }
+
+  /// Theta of the scene's values, moved into the bounds.
+  [[nodiscard]] std::vector<double> ThetaFromValues(const std::vector<double>& values) const;
+  [[nodiscard]] std::vector<double> ValuesFromTheta(const std::vector<double>& theta) const;
+  /// d x / d theta of one scalar, by its value.
+  [[nodiscard]] double Slope(std::size_t scalar, double value) const {
+    return IsLog(scalar) ? value : 1.0;
+  }
+
+ private:
+  void AddGroup(const UnknownSpec& unknown, int index, int object, const ExposureModel& exposure);
+
+  renderer::ParameterLayout layout_;
+  std::vector<int> unknown_of_group_;
+  std::vector<int> block_size_;
+  std::vector<std::size_t> block_offset_;
+  std::vector<char> is_log_;
+  std::vector<double> lower_, upper_;
+};
+
+}  // namespace pathfit::optim

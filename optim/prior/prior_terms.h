@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "optim/parameter/parameter_set.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::optim {
+
+/// One prior residual of as many rows as its blocks have components:
+///   r_c = sum_k weight_k y_k,c - offset_c,   y = x (units of the scene), or theta if `in_theta`;
+/// with `neutral`, y_k,c is replaced by its distance from the mean of the block's components.
+struct PriorTerm {
+  std::vector<std::int32_t> blocks;
+  std::vector<double> weights;
+  std::array<double, 3> offset{};
+  bool in_theta = false;
+  bool neutral = false;
+};
+
+/// Prior terms of the active unknowns. `num_channels` is the solver's unit of cost
+/// (problem/fit_views.h): the photos cost the sum over valid pixel-channels of half the squared
+/// residual there, and reports divide by num_channels. In reported units the weights w mean
+///   Laplacian:  w/2 * mean over vertices of |x - mean of neighbours|^2 / edge^2, edge = the mesh's
+///   mean edge length in `scene`; smooth:     w/2 * mean over neighbouring texels (or mesh edges)
+///   of |difference|^2, channels summed; texel pairs
+///               count by the cosine of their latitude, rows wrap around;
+///   neutral:    w/2 * mean over texels of |texel - its grey|^2;
+///   Gaussian:   (x - mean)/sigma = 1 costs as much as one pixel-channel with residual
+///   kGaussianResidual, so that it
+///               decides only what the photos leave open. The gains' prior is of this kind, on log2
+///               gain.
+std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& scene,
+                                       const std::vector<UnknownSpec>& unknowns,
+                                       const ParameterSet& set,
+                                       const ExposureModel& exposure,
+                                       double num_channels);
+
+inline constexpr double kGaussianResidual = 0.1;
+
+/// Step control, not belief: sqrt(mu) (I + lambda L)(x - x_round) for every vertex group with
+/// lambda > 0, L the graph Laplacian (degree minus adjacency) [Nicolet et al. 2021]. `values`:
+/// x_round.
+std::vector<PriorTerm> BuildProximalTerms(const renderer::Scene& scene,
+                                          const std::vector<UnknownSpec>& unknowns,
+                                          const ParameterSet& set,
+                                          const std::vector<double>& values,
+                                          double mu);
+
+/// Half the sum of squares of all terms.
+double PriorCost(const std::vector<PriorTerm>& terms,
+                 const ParameterSet& set,
+                 const std::vector<double>& theta);
+
+}  // namespace pathfit::optim

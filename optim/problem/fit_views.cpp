@@ -1,0 +1,73 @@
+#include "optim/problem/fit_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pathfit::optim {
+
+FitViews MakeFitViews(const ObservationSet& observations, double scale) {
+  FitViews views;
+  views.silhouettes = observations.mask_meaning == MaskMeaning::kSilhouette;
+  double weight = 0.0;
+  for (std::size_t i = 0; i < observations.views.size(); ++i) {
+    const View& view = observations.views[i];
+    views.levels.push_back(MakeViewLevel(view, observations, scale));
+    views.names.push_back(view.name);
+    (view.validation ? views.validation : views.fitted).push_back(static_cast<int>(i));
+    if (!view.validation) {
+      for (const float w : views.levels.back().color_weight.data) {
+        weight += 3.0 * static_cast<double>(w);
+      }
+    }
+  }
+  views.num_channels = std::max(1.0, weight);
+  return views;
+}
+
+RowScales MakeRowScales(const FitViews& views,
+                        int view,
+                        const LossSpec& loss,
+                        const renderer::Film& average) {
+  const ViewLevel& level = views.levels[static_cast<std::size_t>(view)];
+  const bool has_mask = views.silhouettes && !level.mask.Empty();
+  RowScales scales(average.pixels.size());
+  for (std::size_t p = 0; p < scales.size(); ++p) {
+    const double root = std::sqrt(static_cast<double>(level.color_weight.data[p]));
+    const bool clipped = !level.clipped.Empty() && level.clipped.data[p] > 0.0F;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double photo = static_cast<double>(level.photo.data[3 * p + c]);
+      const bool censored = clipped && average.pixels[p][static_cast<int>(c)] > photo;
+      const double denominator =
+          loss.residual == ResidualKind::kRelative ? photo + loss.relative_floor : 1.0;
+      scales[p][c] = censored ? 0.0F : static_cast<float>(root / denominator);
+    }
+    scales[p][3] = has_mask ? static_cast<float>(loss.silhouette_weight) : 0.0F;
+  }
+  return scales;
+}
+
+std::array<double, 4> PixelResidual(const ViewLevel& level,
+                                    const std::array<float, 4>& scale,
+                                    const renderer::Rgba& rendered,
+                                    std::size_t pixel) {
+  std::array<double, 4> r{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    r[c] = static_cast<double>(scale[c]) *
+           (rendered[static_cast<int>(c)] - static_cast<double>(level.photo.data[3 * pixel + c]));
+  }
+  if (scale[3] != 0.0F) {
+    r[3] =
+        static_cast<double>(scale[3]) * (rendered.a - static_cast<double>(level.mask.data[pixel]));
+  }
+  return r;
+}
+
+renderer::Film AverageFilm(const renderer::Film& a, const renderer::Film& b) {
+  renderer::Film average(a.width, a.height);
+  for (std::size_t i = 0; i < average.pixels.size(); ++i) {
+    average.pixels[i] = (a.pixels[i] + b.pixels[i]) * 0.5;
+  }
+  return average;
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "optim/observation/observation.h"
+#include "optim/problem/loss_spec.h"
+#include "renderer/image/image.h"
+
+namespace pathfit::optim {
+
+/// All views at one pyramid level, and which of them are fitted.
+struct FitViews {
+  std::vector<ViewLevel> levels;  ///< by view
+  std::vector<std::string> names;
+  std::vector<int> fitted, validation;
+  bool silhouettes = false;  ///< masks are evidence: coverage residuals exist
+  /// Valid pixel-channels of the fitted views: 3 times the sum of their colour weights, at least 1.
+  /// The solver's cost is the plain sum over pixels; every reported cost is that divided by
+  /// num_channels, so that stages of different resolution compare. A coverage residual of weight 1
+  /// counts like one colour channel.
+  double num_channels = 1.0;
+};
+
+FitViews MakeFitViews(const ObservationSet& observations, double scale);
+
+/// What multiplies (rendered - target) of each pixel: r, g, b, coverage; 0 = not compared. Frozen
+/// for a round.
+using RowScales = std::vector<std::array<float, 4>>;
+
+/// Square root of the pixel's weight, divided by (photo + floor) for relative residuals, times
+/// silhouette_weight for coverage. A channel that clipped in the photo is censored (0) where
+/// `average`, the round's own rendering, is brighter: the photo only says "at least this".
+RowScales MakeRowScales(const FitViews& views,
+                        int view,
+                        const LossSpec& loss,
+                        const renderer::Film& average);
+
+/// Residual of one pixel: scale * (rendered - target) for r, g, b, coverage.
+std::array<double, 4> PixelResidual(const ViewLevel& level,
+                                    const std::array<float, 4>& scale,
+                                    const renderer::Rgba& rendered,
+                                    std::size_t pixel);
+
+/// (a + b) / 2.
+renderer::Film AverageFilm(const renderer::Film& a, const renderer::Film& b);
+
+}  // namespace pathfit::optim

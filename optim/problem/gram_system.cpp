@@ -1,0 +1,125 @@
+#include "optim/problem/gram_system.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "renderer/core/check.h"
+#include "renderer/core/parallel.h"
+
+namespace pathfit::optim {
+namespace {
+
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr double kRelativeShift = 1e-10;  // of the mean diagonal: makes the Cholesky root exist
+constexpr double kOffsetFactor = 1e4;
+constexpr double kOffsetFloorShare = 1e-3;
+
+}  // namespace
+
+void GradientSums::Add(const PixelRows& rows,
+                       const ViewLevel& level,
+                       const RowScales& scales,
+                       const renderer::Film& average,
+                       const ParameterSet& set) {
+  for (const RowUnit& unit : rows.units) {
+    const auto pixel = static_cast<std::size_t>(unit.pixel);
+    const auto residual = PixelResidual(level, scales[pixel], average.pixels[pixel], pixel);
+    for (std::int32_t e = 0; e < unit.num_entries; ++e) {
+      const RowEntry& entry = rows.entries[unit.first_entry + static_cast<std::size_t>(e)];
+      const auto size = static_cast<std::size_t>(set.BlockSize(entry.block));
+      const std::size_t offset = set.BlockOffset(entry.block);
+      for (std::size_t c = 0; c < size; ++c) {
+        double sum = -static_cast<double>(entry.noise[c]);
+        double square = 0.0;
+        for (int row = 0; row < unit.NumRows(); ++row) {
+          const auto j =
+              static_cast<double>(entry.jacobian[static_cast<std::size_t>(row) * size + c]);
+          sum += j * residual[static_cast<std::size_t>(unit.Channel(row))];
+          square += j * j;
+        }
+        gradient[offset + c] += sum;
+        diagonal[offset + c] += square;
+      }
+    }
+  }
+}
+
+void GramMatrix::Add(const PixelRows& rows, const ParameterSet& set) {
+  const std::size_t n = num_scalars_;
+  std::array<std::vector<double>, kNumParts> parts;
+  renderer::ParallelFor(kNumParts, [&](std::int64_t part) {
+    std::vector<double>& h = parts[static_cast<std::size_t>(part)];
+    h.assign(n * n, 0.0);
+    const std::size_t count = rows.units.size();
+    const std::size_t first = count * static_cast<std::size_t>(part) / kNumParts;
+    const std::size_t end = count * static_cast<std::size_t>(part + 1) / kNumParts;
+    for (std::size_t i = first; i < end; ++i) {
+      const RowUnit& unit = rows.units[i];
+      const RowEntry* entries = rows.entries.data() + unit.first_entry;
+      for (std::int32_t a = 0; a < unit.num_entries; ++a) {
+        const auto size_a = static_cast<std::size_t>(set.BlockSize(entries[a].block));
+        const std::size_t offset_a = set.BlockOffset(entries[a].block);
+        for (std::int32_t b = a; b < unit.num_entries; ++b) {
+          const auto size_b = static_cast<std::size_t>(set.BlockSize(entries[b].block));
+          const std::size_t offset_b = set.BlockOffset(entries[b].block);
+          for (std::size_t row = 0; row < static_cast<std::size_t>(unit.NumRows()); ++row) {
+            for (std::size_t p = 0; p < size_a; ++p) {
+              const auto j = static_cast<double>(entries[a].jacobian[row * size_a + p]);
+              double* target = h.data() + (offset_a + p) * n + offset_b;
+              for (std::size_t q = 0; q < size_b; ++q) {
+                target[q] += j * static_cast<double>(entries[b].jacobian[row * size_b + q]);
+              }
+            }
+          }
+        }
+      }
+    }
+  });
+  for (const std::vector<double>& part : parts) {
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      values_[i] += part[i];
+    }
+  }
+}
+
+void GramMatrix::Symmetrize() {
+  for (std::size_t i = 0; i < num_scalars_; ++i) {
+    for (std::size_t j = i + 1; j < num_scalars_; ++j) {
+      values_[j * num_scalars_ + i] = values_[i * num_scalars_ + j];
+    }
+  }
+}
+
+GramRoot MakeGramRoot(const GramMatrix& hessian,
+                      const std::vector<double>& gradient,
+                      double signal_squared,
+                      double noise_squared) {
+  const auto n = static_cast<Eigen::Index>(gradient.size());
+  RowMajorMatrix h = Eigen::Map<const RowMajorMatrix>(hessian.values().data(), n, n);
+  h.diagonal().array() += kRelativeShift * h.trace() / static_cast<double>(n) + 1e-300;
+  const Eigen::LLT<RowMajorMatrix> factor(h);
+  // Rounding can only spoil a matrix whose trace is zero, and then any root will do.
+  const bool usable = factor.info() == Eigen::Success;
+  const RowMajorMatrix upper =
+      usable ? RowMajorMatrix(factor.matrixU()) : RowMajorMatrix(RowMajorMatrix::Zero(n, n));
+  Eigen::VectorXd root = Eigen::VectorXd::Zero(n);
+  if (usable) {
+    root = factor.matrixL().solve(Eigen::Map<const Eigen::VectorXd>(gradient.data(), n));
+  }
+  GramRoot result;
+  const double explained = root.squaredNorm();
+  result.offset_squared =
+      kOffsetFactor * (noise_squared + kOffsetFloorShare * signal_squared) + explained + 1e-12;
+  const double rest = signal_squared - noise_squared + result.offset_squared - explained;
+  PATHFIT_CHECK(rest >= 0.0);
+  result.residual.assign(root.data(), root.data() + n);
+  result.residual.push_back(std::sqrt(rest));
+  result.upper.assign(upper.data(), upper.data() + n * n);
+  return result;
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "optim/parameter/parameter_set.h"
+#include "optim/problem/fit_views.h"
+#include "optim/problem/pixel_rows.h"
+
+namespace pathfit::optim {
+
+/// First-order sums over all rows by theta, accumulated view by view in a fixed order (any thread
+/// count, same bits). With J the mean of the halves' Jacobians and r_a, r_b their residuals:
+///   gradient = (J_a^T r_b + J_b^T r_a) / 2 = J^T u - (dv)^T v,   diagonal = diag(J^T J),   hessian
+///   = J^T J.
+struct GradientSums {
+  std::vector<double> gradient, diagonal;
+  explicit GradientSums(std::size_t num_scalars = 0)
+      : gradient(num_scalars), diagonal(num_scalars) {}
+
+  /// `average`: mean of both halves' images.
+  void Add(const PixelRows& rows,
+           const ViewLevel& level,
+           const RowScales& scales,
+           const renderer::Film& average,
+           const ParameterSet& set);
+};
+
+/// Dense J^T J of few parameters; only the upper triangle in block order is meaningful until
+/// Symmetrize.
+class GramMatrix {
+ public:
+  explicit GramMatrix(std::size_t num_scalars = 0)
+      : num_scalars_(num_scalars), values_(num_scalars * num_scalars) {}
+
+  void Add(const PixelRows& rows, const ParameterSet& set);
+  void Symmetrize();
+  /// Row-major.
+  [[nodiscard]] const std::vector<double>& values() const { return values_; }
+
+  /// Partial sums of Add, in copies of the matrix.
+  static constexpr int kNumParts = 8;
+
+ private:
+  std::size_t num_scalars_;
+  std::vector<double> values_;
+};
+
+/// Square root of the quadratic form: residual and Jacobian with the cost's exact gradient and
+/// Gauss-Newton matrix. Twice the cost at the linearisation is |u|^2 - |v|^2 + C^2; C^2 keeps the
+/// last residual real.
+struct GramRoot {
+  std::vector<double> residual;  ///< num_scalars + 1
+  std::vector<double> upper;     ///< L^T, row-major num_scalars^2, H + tiny I = L L^T
+  double offset_squared = 0.0;   ///< C^2
+};
+/// `signal_squared`: |u|^2, `noise_squared`: |v|^2, both at the linearisation.
+GramRoot MakeGramRoot(const GramMatrix& hessian,
+                      const std::vector<double>& gradient,
+                      double signal_squared,
+                      double noise_squared);
+
+}  // namespace pathfit::optim

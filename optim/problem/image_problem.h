@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "optim/parameter/parameter_set.h"
+#include "optim/problem/fit_views.h"
+#include "optim/problem/gram_system.h"
+#include "optim/problem/image_source.h"
+#include "optim/problem/problem_size.h"
+#include "optim/problem/residual_groups.h"
+#include "optim/problem/split_half_cost.h"
+#include "optim/problem/view_quality.h"
+
+namespace pathfit::optim {
+
+struct ImageProblemOptions {
+  LossSpec loss;
+  LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
+  double max_memory_bytes = 0.0;
+  SampleHalves samples;
+};
+
+/// The photos' part of one round's least-squares problem: everything random fixed, linearised once
+/// at the round's start and re-rendered (same samples) at trial points.
+class ImageProblem {
+ public:
+  /// All arguments must outlive the problem.
+  ImageProblem(ImageSource& source,
+               const FitViews& views,
+               const ParameterSet& set,
+               const ImageProblemOptions& options);
+
+  /// Renders derivatives of every fitted view with both halves at `values` and keeps either the
+  /// groups or the normal equations. Throws MemoryError before the memory is taken,
+  /// renderer::NumericalError, renderer::Cancelled.
+  void Linearize(const std::vector<double>& values);
+
+  /// Renders both halves at `values`; afterwards costs() and the groups' u and v are those of the
+  /// trial.
+  void EvalTrial(const std::vector<double>& values);
+
+  [[nodiscard]] bool UsesGram() const { return uses_gram_; }
+  [[nodiscard]] const ParameterSet& set() const { return set_; }
+  [[nodiscard]] const ImageCosts& costs() const { return costs_; }
+  [[nodiscard]] const std::vector<ResidualGroups>& view_groups() const { return view_groups_; }
+  [[nodiscard]] const GramRoot& gram() const { return gram_root_; }
+  [[nodiscard]] const GradientSums& sums() const { return sums_; }
+  [[nodiscard]] const ProblemSize& size() const { return size_; }
+  /// Of the fitted views, from the linearisation's own renderings.
+  [[nodiscard]] const std::vector<ViewQuality>& quality() const { return quality_; }
+  /// C^2 of the row that holds the constant pixels' cost.
+  [[nodiscard]] double rest_offset_squared() const { return rest_offset_squared_; }
+
+  /// Above this many free scalars the normal equations are not formed densely unless asked for.
+  static constexpr std::size_t kMaxGramScalars = 500;
+
+ private:
+  /// Renders one view's derivatives with both halves and merges them; the sinks are gone when it
+  /// returns.
+  PixelRows RenderRows(std::size_t index,
+                       const std::vector<double>& values,
+                       renderer::Film& a,
+                       renderer::Film& b);
+  void LinearizeView(std::size_t index, const std::vector<double>& values);
+  void AddCosts(std::size_t index, const renderer::Film& a, const renderer::Film& b);
+  void AddSize(const ResidualGroups& groups);
+
+  ImageSource& source_;
+  const FitViews& views_;
+  const ParameterSet& set_;
+  ImageProblemOptions options_;
+  bool uses_gram_;
+
+  std::vector<RowScales> scales_;                // by fitted view, as all below
+  std::vector<std::vector<unsigned char>> use_;  // PixelUse bits
+  std::vector<ResidualGroups> view_groups_;
+  std::vector<ViewQuality> quality_;
+  GradientSums sums_;
+  GramMatrix gram_matrix_;
+  GramRoot gram_root_;
+  ImageCosts costs_;
+  ProblemSize size_;
+  double rest_offset_squared_ = 0.0;
+};
+
+}  // namespace pathfit::optim

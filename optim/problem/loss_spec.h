@@ -1,0 +1,17 @@
+#pragma once
+
+namespace pathfit::optim {
+
+/// Residual of a colour: (rendered - photo), or that divided by (photo + noise floor).
+enum class ResidualKind { kLinear, kRelative };
+
+struct LossSpec {
+  ResidualKind residual = ResidualKind::kLinear;
+  double relative_floor = 0.05;
+  double silhouette_weight = 1.0;  ///< of coverage residuals against colour residuals
+  double clip_above = 0.99;  ///< encoded value from which photo pixels count as clipped (1 = never)
+};
+
+enum class LinearSolverChoice { kAuto, kGram, kCholesky, kCgnr };
+
+}  // namespace pathfit::optim

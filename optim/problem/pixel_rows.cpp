@@ -1,0 +1,166 @@
+#include "optim/problem/pixel_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
+
+namespace pathfit::optim {
+namespace {
+
+std::string Place(const std::string& view_name, std::size_t pixel, int width) {
+  const auto w = static_cast<std::size_t>(width);
+  return "view '" + view_name + "', pixel (" + std::to_string(pixel % w) + ", " +
+         std::to_string(pixel / w) + ")";
+}
+
+class RowMerger {
+ public:
+  RowMerger(const ViewHalves& halves,
+            const RowScales& scales,
+            const ParameterSet& set,
+            const std::vector<double>& values,
+            const std::string& view_name)
+      : halves_(halves), scales_(scales), set_(set), values_(values), view_name_(view_name) {}
+
+  // Appends the units of one pixel.
+  void AddPixel(std::size_t pixel, PixelRows& rows, unsigned char& use) const {
+    const std::array<float, 4>& scale = scales_[pixel];
+    const bool has_color = scale[0] != 0.0F || scale[1] != 0.0F || scale[2] != 0.0F;
+    if (has_color && AddUnit(pixel, false, rows)) {
+      use |= kUsesColor;
+    }
+    if (scale[3] != 0.0F && AddUnit(pixel, true, rows)) {
+      use |= kUsesCoverage;
+    }
+  }
+
+ private:
+  bool AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const {
+    RowUnit unit;
+    unit.pixel = static_cast<std::int32_t>(pixel);
+    unit.is_coverage = is_coverage;
+    unit.first_entry = rows.entries.size();
+    std::array<double, 3> v{};
+    for (int row = 0; row < unit.NumRows(); ++row) {
+      const int channel = unit.Channel(row);
+      v[static_cast<std::size_t>(row)] =
+          0.5 * static_cast<double>(scales_[pixel][static_cast<std::size_t>(channel)]) *
+          (halves_.film_a.pixels[pixel][channel] - halves_.film_b.pixels[pixel][channel]);
+    }
+    const std::span<const PixelDerivative> a = halves_.sink_a.Pixel(pixel);
+    const std::span<const PixelDerivative> b = halves_.sink_b.Pixel(pixel);
+    const PixelDerivative none;
+    for (std::size_t i = 0, k = 0; i < a.size() || k < b.size();) {
+      const bool take_a = k == b.size() || (i < a.size() && a[i].block <= b[k].block);
+      const bool take_b = i == a.size() || (k < b.size() && b[k].block <= a[i].block);
+      const PixelDerivative& da = take_a ? a[i++] : none;
+      const PixelDerivative& db = take_b ? b[k++] : none;
+      AddEntry(unit, v, take_a ? da.block : db.block, da, db, rows);
+    }
+    unit.num_entries = static_cast<std::int32_t>(rows.entries.size() - unit.first_entry);
+    if (unit.num_entries == 0) {
+      return false;
+    }
+    rows.units.push_back(unit);
+    return true;
+  }
+
+  void AddEntry(const RowUnit& unit,
+                const std::array<double, 3>& v,
+                std::int32_t block,
+                const PixelDerivative& a,
+                const PixelDerivative& b,
+                PixelRows& rows) const {
+    RowEntry entry;
+    entry.block = block;
+    const int size = set_.BlockSize(block);
+    const std::size_t offset = set_.BlockOffset(block);
+    bool is_zero = true;
+    for (int component = 0; component < size; ++component) {
+      const auto c = static_cast<std::size_t>(component);
+      const double slope = set_.Slope(offset + c, values_[offset + c]);
+      double noise = 0.0;
+      for (int row = 0; row < unit.NumRows(); ++row) {
+        const auto channel = static_cast<std::size_t>(unit.Channel(row));
+        const auto pixel = static_cast<std::size_t>(unit.pixel);
+        const double scale = 0.5 * slope * static_cast<double>(scales_[pixel][channel]);
+        const auto d_a = static_cast<double>(a.d[c * 4 + channel]);
+        const auto d_b = static_cast<double>(b.d[c * 4 + channel]);
+        const double mean = scale * (d_a + d_b);
+        const double difference = scale * (d_a - d_b);
+        if (!std::isfinite(mean) || !std::isfinite(difference)) {
+          throw renderer::NumericalError(
+              Place(view_name_, pixel, halves_.film_a.width) + ": the derivative by " +
+              set_.layout().ScalarName(block, component) + " is not finite");
+        }
+        entry.jacobian[static_cast<std::size_t>(row * size + component)] = static_cast<float>(mean);
+        noise += v[static_cast<std::size_t>(row)] * difference;
+        is_zero = is_zero && mean == 0.0 && difference == 0.0;
+      }
+      entry.noise[c] = static_cast<float>(noise);
+    }
+    if (!is_zero) {
+      rows.entries.push_back(entry);
+    }
+  }
+
+  const ViewHalves& halves_;
+  const RowScales& scales_;
+  const ParameterSet& set_;
+  const std::vector<double>& values_;
+  const std::string& view_name_;
+};
+
+}  // namespace
+
+void CheckFinite(const renderer::Film& film, const std::string& view_name) {
+  for (std::size_t p = 0; p < film.pixels.size(); ++p) {
+    const renderer::Rgba& c = film.pixels[p];
+    if (!std::isfinite(c.r) || !std::isfinite(c.g) || !std::isfinite(c.b) || !std::isfinite(c.a)) {
+      throw renderer::NumericalError(Place(view_name, p, film.width) +
+                                     ": the rendered colour is not finite");
+    }
+  }
+}
+
+PixelRows MergeHalves(const ViewHalves& halves,
+                      const ViewLevel& level,
+                      const RowScales& scales,
+                      const ParameterSet& set,
+                      const std::vector<double>& values,
+                      const std::string& view_name) {
+  CheckFinite(halves.film_a, view_name);
+  CheckFinite(halves.film_b, view_name);
+  const auto width = static_cast<std::size_t>(level.photo.width);
+  const int height = level.photo.height;
+  const RowMerger merger(halves, scales, set, values, view_name);
+  PixelRows all;
+  all.use.resize(scales.size(), kUsesNothing);
+  // A few bands at a time bound the memory of unjoined pieces and keep the order of rows.
+  constexpr int kBand = 16;
+  for (int y0 = 0; y0 < height; y0 += kBand) {
+    std::array<PixelRows, kBand> band;
+    const int count = std::min(kBand, height - y0);
+    renderer::ParallelFor(count, [&](std::int64_t i) {
+      PixelRows& rows = band[static_cast<std::size_t>(i)];
+      const std::size_t first = static_cast<std::size_t>(y0 + i) * width;
+      for (std::size_t x = 0; x < width; ++x) {
+        merger.AddPixel(first + x, rows, all.use[first + x]);
+      }
+    });
+    for (int i = 0; i < count; ++i) {
+      PixelRows& rows = band[static_cast<std::size_t>(i)];
+      for (RowUnit& unit : rows.units) {
+        unit.first_entry += all.entries.size();
+      }
+      all.units.insert(all.units.end(), rows.units.begin(), rows.units.end());
+      all.entries.insert(all.entries.end(), rows.entries.begin(), rows.entries.end());
+    }
+  }
+  return all;
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "optim/parameter/parameter_set.h"
+#include "optim/problem/fit_views.h"
+#include "optim/problem/jacobian_sink.h"
+
+namespace pathfit::optim {
+
+/// Derivatives of one unit by one block: `jacobian` is rows x components, row-major, of the mean of
+/// both halves by theta; `noise` is v^T dv/dtheta with v half the difference of the halves'
+/// residuals.
+struct RowEntry {
+  std::int32_t block = -1;
+  std::array<float, 9> jacobian{};
+  std::array<float, 3> noise{};
+};
+
+/// Rows of one pixel with the same sparsity: its three colours, or its coverage.
+struct RowUnit {
+  std::int32_t pixel = 0;
+  bool is_coverage = false;
+  std::size_t first_entry = 0;
+  std::int32_t num_entries = 0;
+
+  [[nodiscard]] int NumRows() const { return is_coverage ? 1 : 3; }
+  [[nodiscard]] int Channel(int row) const { return is_coverage ? 3 : row; }
+};
+
+/// What of a pixel is in units; the rest is constant cost.
+enum PixelUse : unsigned char { kUsesNothing = 0, kUsesColor = 1, kUsesCoverage = 2 };
+
+/// Sparse weighted rows of one view, both halves merged. Units whose derivative is zero everywhere
+/// are left out.
+struct PixelRows {
+  std::vector<RowUnit> units;
+  std::vector<RowEntry> entries;
+  std::vector<unsigned char> use;  ///< PixelUse bits by pixel
+};
+
+/// The two renderings of a view that share nothing but the parameters.
+struct ViewHalves {
+  const renderer::Film& film_a;
+  const renderer::Film& film_b;
+  const JacobianSink& sink_a;
+  const JacobianSink& sink_b;
+};
+
+/// Throws renderer::NumericalError naming view, pixel and parameter if a colour or a derivative is
+/// not finite.
+PixelRows MergeHalves(const ViewHalves& halves,
+                      const ViewLevel& level,
+                      const RowScales& scales,
+                      const ParameterSet& set,
+                      const std::vector<double>& values,
+                      const std::string& view_name);
+
+/// Throws renderer::NumericalError naming view and pixel.
+void CheckFinite(const renderer::Film& film, const std::string& view_name);
+
+}  // namespace pathfit::optim

@@ -1,0 +1,46 @@
+#include "optim/problem/scene_image_source.h"
+
+#include <cstddef>
+#include <utility>
+
+namespace pathfit::optim {
+
+SceneImageSource::SceneImageSource(renderer::Scene scene,
+                                   renderer::ParameterLayout layout,
+                                   std::vector<renderer::PerspectiveCamera> cameras,
+                                   const renderer::RenderOptions& options)
+    : renderer_(std::move(scene)),
+      layout_(std::move(layout)),
+      cameras_(std::move(cameras)),
+      options_(options) {}
+
+void SceneImageSource::SetValues(const std::vector<double>& values) {
+  renderer_.SetParameters(layout_, values);
+}
+
+renderer::PerspectiveCamera SceneImageSource::CameraOf(int view) const {
+  renderer::PerspectiveCamera camera = cameras_[static_cast<std::size_t>(view)];
+  camera.gain = renderer_.scene().sensors[static_cast<std::size_t>(view)].gain;
+  return camera;
+}
+
+renderer::RenderOptions SceneImageSource::OptionsOf(int view, const SampleSet& samples) const {
+  renderer::RenderOptions options = options_;
+  options.seed = samples.seed;
+  options.view = static_cast<std::uint64_t>(view);
+  options.spp = samples.spp;
+  options.sppe = samples.sppe;
+  return options;
+}
+
+renderer::Film SceneImageSource::RenderPrimal(int view, const SampleSet& samples) const {
+  return renderer_.RenderPrimal(CameraOf(view), OptionsOf(view, samples));
+}
+
+renderer::Film SceneImageSource::RenderDerivative(int view,
+                                                  const SampleSet& samples,
+                                                  renderer::DerivativeSink& sink) const {
+  return renderer_.RenderDerivative(CameraOf(view), view, OptionsOf(view, samples), layout_, sink);
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "optim/problem/image_source.h"
+#include "renderer/renderer.h"
+
+namespace pathfit::optim {
+
+/// The renderer as an ImageSource: view i is seen by cameras[i] with the gain of the scene's sensor
+/// i.
+class SceneImageSource : public ImageSource {
+ public:
+  /// `options`: bounces and cancel flag; samples and seeds come with each call.
+  SceneImageSource(renderer::Scene scene,
+                   renderer::ParameterLayout layout,
+                   std::vector<renderer::PerspectiveCamera> cameras,
+                   const renderer::RenderOptions& options);
+
+  void SetValues(const std::vector<double>& values) override;
+  [[nodiscard]] renderer::Film RenderPrimal(int view, const SampleSet& samples) const override;
+  renderer::Film RenderDerivative(int view,
+                                  const SampleSet& samples,
+                                  renderer::DerivativeSink& sink) const override;
+
+  [[nodiscard]] const renderer::Scene& scene() const { return renderer_.scene(); }
+
+ private:
+  [[nodiscard]] renderer::PerspectiveCamera CameraOf(int view) const;
+  [[nodiscard]] renderer::RenderOptions OptionsOf(int view, const SampleSet& samples) const;
+
+  renderer::Renderer renderer_;
+  renderer::ParameterLayout layout_;
+  std::vector<renderer::PerspectiveCamera> cameras_;
+  renderer::RenderOptions options_;
+};
+
+}  // namespace pathfit::optim

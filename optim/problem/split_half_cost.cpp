@@ -1,0 +1,34 @@
+#include "optim/problem/split_half_cost.h"
+
+#include "optim/problem/pixel_rows.h"
+
+namespace pathfit::optim {
+
+void AddSplitHalfCosts(const ViewLevel& level,
+                       const RowScales& scales,
+                       const renderer::Film& a,
+                       const renderer::Film& b,
+                       const std::vector<unsigned char>& use,
+                       ImageCosts& costs) {
+  for (std::size_t p = 0; p < scales.size(); ++p) {
+    const auto r_a = PixelResidual(level, scales[p], a.pixels[p], p);
+    const auto r_b = PixelResidual(level, scales[p], b.pixels[p], p);
+    std::array<double, 4> product{};
+    for (std::size_t c = 0; c < 4; ++c) {
+      const double u = 0.5 * (r_a[c] + r_b[c]);
+      const double v = 0.5 * (r_a[c] - r_b[c]);
+      product[c] = r_a[c] * r_b[c];
+      costs.signal_squared += u * u;
+      costs.noise_squared += v * v;
+    }
+    const double colors = 0.5 * (product[0] + product[1] + product[2]);
+    const double coverage = 0.5 * product[3];
+    costs.colors += colors;
+    costs.coverage += coverage;
+    const unsigned bits = use.empty() ? 0U : use[p];
+    costs.rest +=
+        ((bits & kUsesColor) == 0 ? colors : 0.0) + ((bits & kUsesCoverage) == 0 ? coverage : 0.0);
+  }
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "optim/parameter/parameter_set.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::optim {
+
+/// Refuses steps that would wreck a moving mesh: a coordinate that is not finite, a triangle of no
+/// area, or more than a small share of triangles that turn over or shrink below kCollapsed of their
+/// area before the round.
+class VertexGuard {
+ public:
+  /// `values`: the round's start, in units of the scene.
+  VertexGuard(const renderer::Scene& scene,
+              const ParameterSet& set,
+              const std::vector<double>& values);
+
+  [[nodiscard]] bool Admits(const std::vector<double>& values) const;
+
+  static constexpr double kCollapsed = 1e-3;
+  static constexpr double kAllowedShare = 0.005;
+
+ private:
+  struct Surface {
+    std::size_t offset;  ///< of the first vertex in the values
+    std::vector<renderer::Triangle> triangles;
+    std::vector<renderer::Vec3> area_vectors;  ///< twice the area times the normal
+  };
+  std::vector<Surface> surfaces_;
+};
+
+}  // namespace pathfit::optim

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "optim/observation/observation.h"
+#include "optim/parameter/parameter_set.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::optim {
+
+/// Gains and lights share a factor that no photo can tell. Where every light of the scene is free
+/// (intensity or texels), moves the mean log gain of the fitted views back to that of
+/// `exposure.start_gains` and the factor into the lights; the images stay the same. Does nothing if
+/// no gain is free, a light is fixed, or a value would leave its bounds.
+void FixExposureGauge(const ParameterSet& set,
+                      const std::vector<int>& fitted,
+                      const ExposureModel& exposure,
+                      renderer::Scene& scene);
+
+/// Factor on the gain with which `halves` fit a held-out view's photo best (least squares over its
+/// valid colours; the product of the halves keeps noise out of the denominator). 1 if the view says
+/// nothing.
+double EstimateGainFactor(const ViewLevel& level, const renderer::Film& a, const renderer::Film& b);
+
+}  // namespace pathfit::optim

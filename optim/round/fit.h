@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "optim/checkpoint/fit_state.h"
+#include "optim/observation/observation.h"
+#include "optim/round/fit_report.h"
+#include "optim/round/fit_spec.h"
+#include "renderer/core/parallel.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::optim {
+
+enum class FitStatus { kFinished, kCancelled, kTimeLimit };
+
+struct FitControls {
+  /// Polled while rendering. The fit then returns the scene of the last finished round.
+  const renderer::CancelFlag* cancel = nullptr;
+  std::filesystem::path checkpoint_folder;  ///< written after every round; empty = none
+  std::optional<FitState> resume;           ///< continue from here instead of from the start
+};
+
+struct FitResult {
+  renderer::Scene scene;
+  FitStatus status = FitStatus::kFinished;
+  std::vector<StageReport> stages;  ///< of this session
+  int rounds = 0;                   ///< of all sessions
+  double wall_s = 0.0;              ///< of all sessions
+};
+
+/// Fits `start` to the photos. scene.sensors[i] is the camera of view i (its gain is used, its pose
+/// is the view's). The scene returned never costs more than `start` on one common sample set of the
+/// last stage; a stage never ends worse than it began. Held-out views are never fitted; if
+/// exposures are unknown, the one gain of each is estimated from its own photo, and reports say so.
+/// The time limit (FitSpec::time_limit_s) counts this session; it is checked between rounds, and a
+/// round that is expected not to fit is not begun. The stage's best candidate is then returned; the
+/// checkpoint still is the last round. Throws: SceneError (views and sensors do not match, nothing
+/// to fit, unknowns that do not exist), MemoryError, NumericalError, IoError (checkpoints; a
+/// resumed state of another specification).
+FitResult RunFit(renderer::Scene start,
+                 const ObservationSet& observations,
+                 const FitSpec& spec,
+                 FitObserver& observer,
+                 const FitControls& controls);
+
+}  // namespace pathfit::optim

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "optim/observation/observation.h"
+#include "optim/parameter/parameter_set.h"
+#include "optim/round/fit_spec.h"
+
+namespace pathfit::optim {
+
+/// What a state depends on, in words: seed, views, stages with their free unknowns and scales,
+/// unknowns with their sizes. Rounds, samples and limits may change between sessions, as may
+/// weights: such a resumed fit is valid, if not the same.
+std::string FitFingerprint(const FitSpec& spec,
+                           const ParameterSet& all_unknowns,
+                           const ObservationSet& observations);
+
+}  // namespace pathfit::optim

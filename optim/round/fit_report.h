@@ -1,0 +1,71 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "renderer/image/image.h"
+
+namespace pathfit::optim {
+
+/// One row of metrics.csv.
+struct RoundReport {
+  int step = 0;  ///< counts rounds of all stages from 1
+  std::string stage;
+  int stage_index = 0, num_stages = 0;
+  int round = 0, max_rounds = 0;  ///< within the stage, from 1
+  double wall_s = 0.0;            ///< since the run began, resumed time included
+  double cost_total = 0.0, cost_image = 0.0, cost_silhouette = 0.0, cost_priors = 0.0;
+  double cost_change_rel = 0.0;  ///< predicted by the solver for this round's samples
+  double gradient_max = 0.0, step_norm = 0.0, trust_radius = 0.0;
+  bool accepted = false;
+  int spp = 0;
+  double noise_relative = 0.0;  ///< rms of the half difference over rms of the residual
+  double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;  ///< inside the mask
+  double iou_fit = 0.0,
+         iou_val = 0.0;  ///< rendered coverage > 1/2 against the mask; 1 without masks
+  double render_s = 0.0, jacobian_s = 0.0, linear_s = 0.0;
+  double jacobian_mb = 0.0;
+  double peak_rss_mb = 0.0;
+  std::string linear_solver;
+};
+
+/// Quality of the views at one moment, from one common set of samples.
+struct ViewReport {
+  std::string name;
+  bool validation = false;
+  double psnr_linear = 0.0;  ///< colours inside the mask, peak 1
+  double psnr_srgb = 0.0;    ///< after the sRGB curve and clamping to 0..1
+  double iou = 1.0;
+  double gain = 1.0;
+};
+
+/// Start of the run and end of each stage.
+struct StageReport {
+  std::string stage;  ///< "start" or the stage's name
+  double wall_s = 0.0;
+  int rounds = 0;
+  double cost_before = 0.0, cost_after = 0.0;  ///< same samples for both
+  std::string kept;  ///< which candidate was kept: "averaged", "last" or "start"
+  std::vector<ViewReport> views;
+  double psnr_srgb_fit = 0.0, psnr_srgb_val = 0.0, psnr_linear_fit = 0.0,
+         psnr_linear_val = 0.0;  ///< means over views
+  double iou_fit = 1.0, iou_val = 1.0;
+  std::string stop_reason;
+};
+
+/// Listens to a fit; called from the thread that runs it, between rounds.
+class FitObserver {
+ public:
+  FitObserver() = default;
+  FitObserver(const FitObserver&) = delete;
+  FitObserver& operator=(const FitObserver&) = delete;
+  virtual ~FitObserver() = default;
+  virtual void OnRound(const RoundReport& report) = 0;
+  /// `images[i]`: rendering of view i at the stage's resolution; `photos[i]`, same size.
+  virtual void OnStage(const StageReport& report,
+                       const std::vector<renderer::Film>& images,
+                       const std::vector<renderer::Image>& photos) = 0;
+  virtual void OnMessage(const std::string& text) = 0;
+};
+
+}  // namespace pathfit::optim

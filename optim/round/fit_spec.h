@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "optim/parameter/unknown_spec.h"
+#include "optim/problem/loss_spec.h"
+
+namespace pathfit::optim {
+
+struct StageSpec {
+  std::string name;
+  std::vector<int> free;  ///< indices into FitSpec::unknowns
+  double image_scale = 1.0;
+  int max_rounds = 10;
+  int spp = 8;  ///< of both halves together, in the stage's first round
+  int max_spp = 64;
+  double spp_growth = 1.5;  ///< per round
+  double sppe = 4.0;
+  double stop_relative_cost =
+      0.0;  ///< end when the averaged cost falls by less than this; 0 = never
+};
+
+struct FitSpec {
+  std::vector<UnknownSpec> unknowns;
+  std::vector<StageSpec> stages;
+  LossSpec loss;
+  std::uint64_t seed = 0;
+  int max_bounces = 1;
+  int rr_depth = 5;
+  LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
+  double max_memory_bytes = 0.0;   ///< 0 = no limit
+  double exposure_sigma_ev = 0.3;  ///< prior of each photo's log2 gain
+  double exposure_max_ev = 3.0;    ///< bound of its magnitude
+  double time_limit_s = 0.0;       ///< 0 = none
+};
+
+}  // namespace pathfit::optim

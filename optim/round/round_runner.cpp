@@ -1,0 +1,196 @@
+#include "optim/round/round_runner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "optim/problem/image_problem.h"
+#include "optim/problem/vertex_guard.h"
+#include "optim/round/evaluation.h"
+#include "optim/round/exposure_gauge.h"
+#include "optim/round/iterate_average.h"
+#include "optim/round/peak_memory.h"
+#include "optim/round/seed_policy.h"
+#include "optim/round/step_control.h"
+#include "optim/solver/linear_solver_policy.h"
+#include "optim/solver/trust_region_solver.h"
+
+namespace pathfit::optim {
+namespace {
+
+constexpr int kValidationSpp = 8;  // per round: a trend, not a result
+constexpr double kNoisyRound = 0.05;
+
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Mean of diag(J^T J) over the vertex coordinates of the layout.
+double MeanVertexDiagonal(const ParameterSet& set, const std::vector<double>& diagonal) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    if (group.kind == renderer::ParameterKind::kVertexPositions) {
+      const auto first = static_cast<std::size_t>(group.first_scalar);
+      const std::size_t size = 3 * static_cast<std::size_t>(group.num_blocks);
+      for (std::size_t i = first; i < first + size; ++i) {
+        sum += diagonal[i];
+      }
+      count += size;
+    }
+  }
+  return count == 0 ? 0.0 : sum / static_cast<double>(count);
+}
+
+double LargestMagnitude(const std::vector<double>& values) {
+  double largest = 0.0;
+  for (const double value : values) {
+    largest = std::max(largest, std::abs(value));
+  }
+  return largest;
+}
+
+double Distance(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    sum += (a[i] - b[i]) * (a[i] - b[i]);
+  }
+  return std::sqrt(sum);
+}
+
+void ReportFittedQuality(const std::vector<ViewQuality>& quality, RoundReport& report) {
+  const auto count = static_cast<double>(quality.size());
+  for (const ViewQuality& view : quality) {
+    report.psnr_linear_fit += view.psnr_linear / count;
+    report.iou_fit += view.iou / count;
+  }
+}
+
+void ReportValidation(const StageContext& context,
+                      const ImageSource& source,
+                      int round,
+                      RoundReport& report) {
+  const auto count = static_cast<double>(context.views.validation.size());
+  const SampleHalves samples = MakeHalves(context.spec.seed,
+                                          context.stage,
+                                          round,
+                                          SampleUse::kValidation,
+                                          std::min(report.spp, kValidationSpp),
+                                          0.0);
+  for (const int view : context.views.validation) {
+    const ReportedView reported =
+        RenderForReport(source, context.views, view, samples, context.estimate_validation_gains);
+    report.psnr_linear_val += reported.quality.psnr_linear / count;
+    report.iou_val += reported.quality.iou / count;
+  }
+  if (context.views.validation.empty()) {
+    report.iou_val = 1.0;
+  }
+}
+
+SolveOutcome Solve(const StageContext& context,
+                   const renderer::Scene& scene,
+                   const FitState& state,
+                   ImageProblem& problem,
+                   const std::vector<double>& theta,
+                   RoundReport& report) {
+  const std::vector<double> values = context.set.ValuesFromTheta(theta);
+  const VertexGuard guard(scene, context.set, values);
+  const double mu = ProximalWeight(state.damping,
+                                   MeanVertexDiagonal(context.set, problem.sums().diagonal),
+                                   report.noise_relative);
+  const std::vector<PriorTerm> proximal =
+      BuildProximalTerms(scene, context.spec.unknowns, context.set, values, mu);
+  SolveOptions options;
+  options.linear_solver = problem.UsesGram() ? LinearSolverKind::kGram
+                                             : ChooseLinearSolver(context.spec.linear_solver,
+                                                                  problem.size(),
+                                                                  context.spec.max_memory_bytes);
+  options.radius = TrustRadius(report.noise_relative, state.radius_factor);
+  options.eta = report.noise_relative > kNoisyRound ? 0.1 : 0.01;
+  options.admits = [&](const std::vector<double>& trial) { return guard.Admits(trial); };
+  report.linear_solver = LinearSolverName(options.linear_solver);
+  report.trust_radius = options.radius;
+  return SolveRound(problem, context.priors, proximal, theta, options);
+}
+
+}  // namespace
+
+RoundReport RunRound(const StageContext& context,
+                     ImageSource& source,
+                     renderer::Scene& scene,
+                     FitState& state) {
+  const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
+  const double unit = 1.0 / context.views.num_channels;
+  const int round = state.round + 1;
+  RoundReport report;
+  report.step = state.step + 1;
+  report.stage = stage.name;
+  report.stage_index = context.stage;
+  report.num_stages = static_cast<int>(context.spec.stages.size());
+  report.round = round;
+  report.max_rounds = stage.max_rounds;
+  report.spp = SamplesOfRound(stage, round);
+
+  const std::vector<double> theta = context.set.ThetaFromValues(context.set.layout().Gather(scene));
+  ImageProblemOptions options;
+  options.loss = context.spec.loss;
+  options.linear_solver = context.spec.linear_solver;
+  options.max_memory_bytes = context.spec.max_memory_bytes;
+  options.samples = MakeHalves(context.spec.seed,
+                               context.stage,
+                               round,
+                               SampleUse::kFit,
+                               report.spp,
+                               stage.sppe * report.spp / std::max(1, stage.spp));
+  const auto start = Clock::now();
+  ImageProblem problem(source, context.views, context.set, options);
+  problem.Linearize(context.set.ValuesFromTheta(theta));
+  report.jacobian_s = SecondsSince(start);
+  const double priors = PriorCost(context.priors, context.set, theta);
+  const ImageCosts before = problem.costs();
+  report.cost_image = before.colors * unit;
+  report.cost_silhouette = before.coverage * unit;
+  report.cost_priors = priors * unit;
+  report.cost_total = report.cost_image + report.cost_silhouette + report.cost_priors;
+  report.noise_relative = RelativeNoise(before);
+  report.gradient_max = LargestMagnitude(problem.sums().gradient) * unit;
+  ReportFittedQuality(problem.quality(), report);
+  const auto validation_start = Clock::now();
+  ReportValidation(context, source, round, report);
+  report.render_s = SecondsSince(validation_start);
+
+  const SolveOutcome outcome = Solve(context, scene, state, problem, theta, report);
+  report.render_s += outcome.render_s;
+  report.linear_s = outcome.linear_s;
+  report.accepted = outcome.accepted;
+  const double cells = problem.size().jacobian_cells;
+  const double gram = problem.UsesGram() ? 8.0 * std::pow(problem.size().num_scalars, 2) : 0.0;
+  report.jacobian_mb = (4.0 * cells + gram) / 1e6;
+  if (outcome.accepted) {
+    const double after =
+        (problem.costs().Total() + PriorCost(context.priors, context.set, outcome.theta)) * unit;
+    report.cost_change_rel =
+        (report.cost_total - after) / std::max(std::abs(report.cost_total), 1e-300);
+    report.step_norm = Distance(theta, outcome.theta);
+    renderer::Scene moved = scene;
+    context.set.layout().Scatter(context.set.ValuesFromTheta(outcome.theta), moved);
+    FixExposureGauge(context.set, context.views.fitted, context.exposure, moved);
+    scene = std::move(moved);
+  }
+  const std::vector<double> values = context.set.layout().Gather(scene);
+  source.SetValues(values);
+  AdaptStepControl(outcome, state);
+  state.costs.push_back(report.cost_total);
+  AddIterate(state.average, round, report.spp, context.set.ThetaFromValues(values));
+  state.round = round;
+  state.step = report.step;
+  report.peak_rss_mb = PeakResidentMegabytes();
+  return report;
+}
+
+}  // namespace pathfit::optim

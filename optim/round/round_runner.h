@@ -1,0 +1,33 @@
+#pragma once
+
+#include "optim/checkpoint/fit_state.h"
+#include "optim/prior/prior_terms.h"
+#include "optim/problem/fit_views.h"
+#include "optim/problem/image_source.h"
+#include "optim/round/fit_report.h"
+#include "optim/round/fit_spec.h"
+
+namespace pathfit::optim {
+
+/// What stays the same through the rounds of a stage.
+struct StageContext {
+  const FitSpec& spec;
+  int stage = 0;
+  const FitViews& views;
+  const ParameterSet& set;
+  const ExposureModel& exposure;
+  const std::vector<PriorTerm>& priors;
+  bool estimate_validation_gains = false;
+};
+
+/// One round: fresh samples, a linearisation of every fitted view, one accepted step (or none), the
+/// gauge. Moves `scene` and, in `state`, the step control, averages and histories; state.current is
+/// the caller's. `source` must show `scene`, and does again afterwards. The report's costs and PSNR
+/// are of the round's start (its samples knew nothing of the point, so they are unbiased). Nothing
+/// is changed if it throws.
+RoundReport RunRound(const StageContext& context,
+                     ImageSource& source,
+                     renderer::Scene& scene,
+                     FitState& state);
+
+}  // namespace pathfit::optim

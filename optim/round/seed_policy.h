@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+
+#include "optim/problem/image_source.h"
+#include "optim/round/fit_spec.h"
+
+namespace pathfit::optim {
+
+/// Why samples are drawn; each use of a round has its own stream.
+enum class SampleUse : std::uint64_t { kFit = 0, kValidation = 1, kEvaluation = 2 };
+
+/// Samples per pixel of both halves together in a round (from 1): spp * growth^(round - 1), even,
+/// at most max_spp.
+int SamplesOfRound(const StageSpec& stage, int round);
+
+/// Two halves with seeds of (seed, stage, round, use, half); `spp` and `sppe` are of both together,
+/// at least 1 sample each.
+SampleHalves MakeHalves(
+    std::uint64_t seed, int stage, int round, SampleUse use, int spp, double sppe);
+
+}  // namespace pathfit::optim

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string>
+
+namespace pathfit::optim {
+
+/// Version of the Ceres headers.
+std::string CeresVersion();
+
+}  // namespace pathfit::optim

@@ -1,0 +1,255 @@
+#include "optim/solver/trust_region_solver.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+
+#include <ceres/ceres.h>
+#include <glog/logging.h>
+
+#include "optim/prior/prior_cost_function.h"
+#include "optim/problem/image_cost_functions.h"
+#include "renderer/core/error.h"
+
+// OpenBLAS's own header is not installed with every package that provides the library.
+extern "C" void openblas_set_num_threads(int num_threads);
+
+namespace pathfit::optim {
+namespace {
+
+constexpr int kMaxDenseRows =
+    3000;  // above this, priors beside a dense system are cheaper kept sparse
+
+class SilenceLog {
+ public:
+  SilenceLog() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
+  ~SilenceLog() { FLAGS_minloglevel = before_; }
+  SilenceLog(const SilenceLog&) = delete;
+  SilenceLog& operator=(const SilenceLog&) = delete;
+
+ private:
+  int before_;
+};
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Renders trial points; the start has been rendered by the linearisation, and nothing uses a
+// Jacobian after acceptance.
+class RenderCallback : public ceres::EvaluationCallback {
+ public:
+  RenderCallback(ImageProblem& problem,
+                 const std::vector<double>& theta,
+                 const SolveOptions& options,
+                 EvaluationState& state)
+      : problem_(problem), theta_(theta), options_(options), state_(state) {}
+
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override {
+    if (is_first_) {
+      is_first_ = false;
+      return;
+    }
+    if (evaluate_jacobians) {
+      state_.zero_jacobians = true;
+    }
+    if (!new_evaluation_point) {
+      return;
+    }
+    ++trials_;
+    state_.at_start = false;
+    const std::vector<double> values = problem_.set().ValuesFromTheta(theta_);
+    state_.refused = options_.admits && !options_.admits(values);
+    if (state_.refused) {
+      return;
+    }
+    const auto start = std::chrono::steady_clock::now();
+    try {
+      problem_.EvalTrial(values);
+    } catch (const renderer::SceneError&) {
+      state_.refused = true;  // the step leads out of what can be rendered
+    }
+    seconds_ += SecondsSince(start);
+  }
+
+  [[nodiscard]] double seconds() const { return seconds_; }
+  [[nodiscard]] int trials() const { return trials_; }
+
+ private:
+  ImageProblem& problem_;
+  const std::vector<double>& theta_;
+  const SolveOptions& options_;
+  EvaluationState& state_;
+  bool is_first_ = true;
+  int trials_ = 0;
+  double seconds_ = 0.0;
+};
+
+// Ends the solve with the first accepted step: iterating on would fit the noise of this sample set.
+class StopAfterStep : public ceres::IterationCallback {
+ public:
+  explicit StopAfterStep(SolveOutcome& outcome) : outcome_(outcome) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    outcome_.final_radius = summary.trust_region_radius;
+    if (summary.iteration == 0 || !summary.step_is_successful) {
+      return ceres::SOLVER_CONTINUE;
+    }
+    outcome_.accepted = true;
+    outcome_.relative_decrease = summary.relative_decrease;
+    return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+  }
+
+ private:
+  SolveOutcome& outcome_;
+};
+
+class ProblemBuilder {
+ public:
+  ProblemBuilder(const ImageProblem& image, std::vector<double>& theta, ceres::Problem& problem)
+      : image_(image), theta_(theta), problem_(problem), used_(image.set().NumBlocks()) {}
+
+  void Add(std::unique_ptr<ceres::CostFunction> cost,
+           const std::int32_t* blocks,
+           std::size_t count) {
+    pointers_.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      pointers_.push_back(theta_.data() + image_.set().BlockOffset(blocks[k]));
+      used_[static_cast<std::size_t>(blocks[k])] = 1;
+    }
+    num_rows_ += cost->num_residuals();
+    problem_.AddResidualBlock(cost.release(), nullptr, pointers_);
+  }
+
+  void AddImages(const EvaluationState& state) {
+    if (image_.UsesGram()) {
+      std::vector<std::int32_t> all;
+      for (std::size_t b = 0; b < image_.set().NumBlocks(); ++b) {
+        all.push_back(static_cast<std::int32_t>(b));
+      }
+      Add(MakeGramCostFunction(image_, state), all.data(), all.size());
+      return;
+    }
+    for (std::size_t view = 0; view < image_.view_groups().size(); ++view) {
+      const ResidualGroups& groups = image_.view_groups()[view];
+      for (std::size_t g = 0; g < groups.groups().size(); ++g) {
+        const ResidualGroup& group = groups.groups()[g];
+        Add(MakeGroupCostFunction(image_, state, view, g),
+            groups.blocks().data() + group.first_block,
+            static_cast<std::size_t>(group.num_blocks));
+      }
+    }
+    const std::int32_t block = 0;
+    Add(MakeRestCostFunction(image_, state, block), &block, 1);
+  }
+
+  void AddPriors(const std::vector<PriorTerm>& terms) {
+    for (const PriorTerm& term : terms) {
+      Add(MakePriorCostFunction(term, image_.set()), term.blocks.data(), term.blocks.size());
+    }
+  }
+
+  void SetBounds() {
+    const ParameterSet& set = image_.set();
+    for (std::size_t b = 0; b < used_.size(); ++b) {
+      const auto block = static_cast<std::int32_t>(b);
+      for (int c = 0; used_[b] != 0 && c < set.BlockSize(block); ++c) {
+        const std::size_t scalar = set.BlockOffset(block) + static_cast<std::size_t>(c);
+        double* pointer = theta_.data() + set.BlockOffset(block);
+        if (std::isfinite(set.lower()[scalar])) {
+          problem_.SetParameterLowerBound(pointer, c, set.lower()[scalar]);
+        }
+        if (std::isfinite(set.upper()[scalar])) {
+          problem_.SetParameterUpperBound(pointer, c, set.upper()[scalar]);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] int num_rows() const { return num_rows_; }
+
+ private:
+  const ImageProblem& image_;
+  std::vector<double>& theta_;
+  ceres::Problem& problem_;
+  std::vector<char> used_;
+  std::vector<double*> pointers_;
+  int num_rows_ = 0;
+};
+
+ceres::Solver::Options MakeSolverOptions(const SolveOptions& options, int num_rows) {
+  ceres::Solver::Options solver;
+  solver.initial_trust_region_radius = options.radius;
+  solver.max_trust_region_radius = options.radius;
+  solver.max_num_iterations = options.max_rejections + 1;
+  solver.max_num_consecutive_invalid_steps = options.max_rejections + 2;
+  solver.function_tolerance = 0.0;
+  solver.gradient_tolerance = 0.0;
+  solver.parameter_tolerance = 0.0;
+  // Otherwise any bound, even an inactive one, asks for Jacobians at trial points.
+  solver.max_num_line_search_step_size_iterations = 0;
+  solver.num_threads = 1;
+  solver.logging_type = ceres::SILENT;
+  solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  switch (options.linear_solver) {
+    case LinearSolverKind::kGram:
+      solver.linear_solver_type =
+          num_rows <= kMaxDenseRows ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
+      break;
+    case LinearSolverKind::kCholesky:
+      solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+      break;
+    case LinearSolverKind::kCgnr:
+      solver.linear_solver_type = ceres::CGNR;
+      solver.preconditioner_type = ceres::JACOBI;
+      solver.eta = options.eta;
+      solver.max_linear_solver_iterations = 200;
+      break;
+  }
+  return solver;
+}
+
+}  // namespace
+
+SolveOutcome SolveRound(ImageProblem& problem,
+                        const std::vector<PriorTerm>& priors,
+                        const std::vector<PriorTerm>& proximal,
+                        const std::vector<double>& theta,
+                        const SolveOptions& options) {
+  openblas_set_num_threads(1);
+  const SilenceLog silence;
+  const auto start = std::chrono::steady_clock::now();
+  SolveOutcome outcome;
+  outcome.theta = theta;
+  std::vector<double> moving = theta;
+  EvaluationState state;
+  RenderCallback render(problem, moving, options, state);
+  StopAfterStep stop(outcome);
+
+  ceres::Problem::Options problem_options;
+  problem_options.evaluation_callback = &render;
+  problem_options.disable_all_safety_checks = true;
+  ceres::Problem ceres_problem(problem_options);
+  ProblemBuilder builder(problem, moving, ceres_problem);
+  builder.AddImages(state);
+  builder.AddPriors(priors);
+  builder.AddPriors(proximal);
+  builder.SetBounds();
+
+  ceres::Solver::Options solver_options = MakeSolverOptions(options, builder.num_rows());
+  solver_options.callbacks.push_back(&stop);
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver_options, &ceres_problem, &summary);
+  if (summary.termination_type == ceres::FAILURE) {
+    outcome.message = summary.message;
+  }
+  if (outcome.accepted) {
+    outcome.theta = moving;
+  }
+  outcome.trials = render.trials();
+  outcome.render_s = render.seconds();
+  outcome.linear_s = SecondsSince(start) - outcome.render_s;
+  return outcome;
+}
+
+}  // namespace pathfit::optim

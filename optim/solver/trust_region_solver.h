@@ -1,0 +1,42 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "optim/prior/prior_terms.h"
+#include "optim/problem/image_problem.h"
+
+namespace pathfit::optim {
+
+struct SolveOptions {
+  LinearSolverKind linear_solver = LinearSolverKind::kGram;
+  double radius = 1.0;     ///< trust region, first and largest
+  double eta = 0.1;        ///< relative accuracy of conjugate gradients
+  int max_rejections = 4;  ///< trials after the first before the round gives up
+  /// Whether a trial (values in units of the scene) may be rendered at all; empty = always.
+  std::function<bool(const std::vector<double>&)> admits;
+};
+
+struct SolveOutcome {
+  bool accepted = false;
+  std::vector<double> theta;  ///< the accepted point, or the start
+  int trials = 0;
+  double relative_decrease = 0.0;  ///< actual over predicted, of the accepted step
+  double final_radius = 0.0;
+  double linear_s = 0.0;  ///< wall time outside of rendering
+  double render_s = 0.0;  ///< wall time of the trials' renderings
+  std::string message;    ///< of the solver, if it failed
+};
+
+/// One Levenberg-Marquardt step from `theta`, where `problem` has been linearised: trials shrink
+/// the radius until one is accepted. Deterministic: one thread, samples fixed. On return
+/// problem.costs() are those of the last trial, which is the accepted one if any. Throws what
+/// rendering throws.
+SolveOutcome SolveRound(ImageProblem& problem,
+                        const std::vector<PriorTerm>& priors,
+                        const std::vector<PriorTerm>& proximal,
+                        const std::vector<double>& theta,
+                        const SolveOptions& options);
+
+}  // namespace pathfit::optim

@@ -1,0 +1,291 @@
+#include "optim/observation/camera_import.h"
+
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "renderer/core/error.h"
+#include "tests/optim/observation/observation_files.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::CameraModel;
+using renderer::IoError;
+using renderer::Projection;
+
+constexpr double kPixelTolerance = 1e-9;
+
+// The pose of all cases turns the axes cyclically, x_camera = (Z, X, Y) + (1, 2, 3), so this point
+// has the coordinates (0.5, 0.25, 2) in a camera with y down and z forward: u = 1/4, v = 1/8, r^2 =
+// 5/64.
+constexpr renderer::Vec3 kPoint{-1.75, -1.0, -0.5};
+constexpr const char* kColmapPose = "0.5 0.5 0.5 0.5 1 2 3";
+constexpr const char* kMatrix = "[[0,-1,0,-2],[0,0,-1,-3],[1,0,0,-1],[0,0,0,1]]";
+
+void ExpectProjectsTo(const ImportedCamera& camera, double u, double v) {
+  const CameraModel model(camera.camera);
+  const std::optional<Projection> p = model.Project(kPoint);
+  ASSERT_TRUE(p.has_value());
+  EXPECT_NEAR(p->u, u, kPixelTolerance);
+  EXPECT_NEAR(p->v, v, kPixelTolerance);
+  EXPECT_NEAR(p->depth, 2.0, 1e-12);
+  const renderer::Ray ray = model.RayThrough(u, v);
+  EXPECT_NEAR(Norm(Cross(ray.direction, kPoint - ray.origin)), 0.0, 1e-9);
+}
+
+std::string MessageOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const IoError& error) {
+    return error.what();
+  }
+  return "(no error)";
+}
+
+void ExpectContains(const std::string& text, const std::vector<std::string>& parts) {
+  for (const std::string& part : parts) {
+    EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
+  }
+}
+
+class ColmapText : public ::testing::Test {
+ protected:
+  void Write(const std::string& cameras, const std::string& images) {
+    folder_.WriteText("cameras.txt", cameras);
+    folder_.WriteText("images.txt", images);
+  }
+  ImportedCameras Read() { return ReadColmapText(folder_.path()); }
+  void ExpectModel(const std::string& model_and_parameters, double u, double v) {
+    Write("# comment\n7 " + model_and_parameters + "\n",
+          std::string("1 ") + kColmapPose + " 7 a photo.jpg\n\n");
+    const ImportedCameras cameras = Read();
+    ASSERT_EQ(cameras.cameras.size(), 1U);
+    EXPECT_EQ(cameras.cameras[0].image, "a photo.jpg");
+    ExpectProjectsTo(cameras.cameras[0], u, v);
+  }
+  void ExpectError(const std::string& cameras,
+                   const std::string& images,
+                   const std::vector<std::string>& parts) {
+    Write(cameras, images);
+    ExpectContains(MessageOf([&] { Read(); }), parts);
+  }
+
+  TempFolder folder_;
+  const std::string good_cameras_ = "7 SIMPLE_PINHOLE 200 120 200 100.5 60.25\n";
+  const std::string good_images_ = std::string("1 ") + kColmapPose + " 7 a.jpg\n\n";
+};
+
+TEST_F(ColmapText, SimplePinholeLandsOnTheKnownPixel) {
+  ExpectModel("SIMPLE_PINHOLE 200 120 200 100.5 60.25", 150.5, 85.25);
+}
+TEST_F(ColmapText, PinholeLandsOnTheKnownPixel) {
+  ExpectModel("PINHOLE 200 120 200 400 100.5 60.25", 150.5, 110.25);
+}
+TEST_F(ColmapText, SimpleRadialLandsOnTheKnownPixel) {
+  ExpectModel("SIMPLE_RADIAL 200 120 200 100.5 60.25 0.128", 151.0, 85.5);  // factor 1.01
+}
+TEST_F(ColmapText, RadialLandsOnTheKnownPixel) {
+  ExpectModel("RADIAL 200 120 200 100.5 60.25 0.128 1.6384", 151.5, 85.75);  // factor 1.02
+}
+TEST_F(ColmapText, OpencvLandsOnTheKnownPixel) {
+  // Tangential terms add (0.01 + 0.065, 0.0175 + 0.02) to (0.255, 0.1275).
+  ExpectModel("OPENCV 200 120 200 400 100.5 60.25 0.128 1.6384 0.16 0.32", 166.5, 126.25);
+}
+
+TEST_F(ColmapText, KeepsImagesApartByTheirPointLines) {
+  Write(good_cameras_,
+        std::string("# c\n1 ") + kColmapPose +
+            " 7 a.jpg\n1.5 2.5 -1 3 4 17\n\n2 1 0 0 0 0 0 0 7 b.jpg");
+  const ImportedCameras cameras = Read();
+  ASSERT_EQ(cameras.cameras.size(), 2U);
+  EXPECT_EQ(cameras.cameras[1].image, "b.jpg");
+  EXPECT_EQ(cameras.cameras[1].camera.world_from_camera.linear.y, (renderer::Vec3{0.0, -1.0, 0.0}));
+}
+
+TEST_F(ColmapText, RefusesOtherLensModelsWithTheWaysOut) {
+  ExpectError(
+      "3 FULL_OPENCV 200 120 200 200 100 60 0 0 0 0 0 0 0 0\n",
+      good_images_,
+      {"cameras.txt:1", "camera 3", "FULL_OPENCV", "OPENCV", "image_undistorter", "leave out"});
+}
+
+TEST_F(ColmapText, NamesFileAndLineOfWhatIsMalformed) {
+  ExpectError("", good_images_, {"cameras.txt", "no camera"});
+  ExpectError("7 PINHOLE 200 120 200\n", good_images_, {"cameras.txt:1", "missing"});
+  ExpectError(
+      "\n7 SIMPLE_PINHOLE 200 120 200 1 1 1\n", good_images_, {"cameras.txt:2", "more than the 3"});
+  ExpectError(
+      "7 SIMPLE_PINHOLE 200 120 nan 1 1\n", good_images_, {"cameras.txt:1", "'nan'", "finite"});
+  ExpectError("7 SIMPLE_PINHOLE 200 120 -5 1 1\n", good_images_, {"cameras.txt:1", "positive"});
+  ExpectError("7 SIMPLE_PINHOLE 0 120 5 1 1\n", good_images_, {"cameras.txt:1", "width 0"});
+  ExpectError(
+      "x SIMPLE_PINHOLE 9 9 5 1 1\n", good_images_, {"cameras.txt:1", "'x'", "whole number"});
+  ExpectError(good_cameras_ + good_cameras_, good_images_, {"cameras.txt:2", "twice"});
+  ExpectError(good_cameras_, "", {"images.txt", "no image"});
+  ExpectError(
+      good_cameras_, "1 1 0 0 0 0 0 0 8 a.jpg\n\n", {"images.txt:1", "camera 8", "cameras.txt"});
+  ExpectError(good_cameras_, "1 1 0 0 0 0 0 0 7\n\n", {"images.txt:1", "name is missing"});
+  ExpectError(good_cameras_, "1 1 0 0 0 0 0\n\n", {"images.txt:1", "translation is missing"});
+  ExpectError(
+      good_cameras_, "1 0.9 0 0 0 0 0 0 7 a.jpg\n\n", {"images.txt:1", "quaternion", "0.9"});
+  ExpectError(good_cameras_,
+              "1 1 0 0 0 0 0 0 7 a.jpg\n2 1 0 0 0 0 0 0 7 b.jpg\n",
+              {"images.txt:2", "2D points"});
+}
+
+class TransformsJson : public ::testing::Test {
+ protected:
+  ImportedCameras ReadText(const std::string& text) {
+    folder_.WriteText("transforms.json", text);
+    return ReadTransformsJson(folder_.path() / "transforms.json");
+  }
+  /// One frame with the keys before and inside `frames`.
+  ImportedCameras ReadFrame(const std::string& global, const std::string& frame) {
+    return ReadText("{" + global + "\"frames\": [{\"file_path\": \"a.png\", " + frame + "}]}");
+  }
+  void ExpectError(const std::string& global,
+                   const std::string& frame,
+                   const std::vector<std::string>& parts) {
+    ExpectContains(MessageOf([&] { ReadFrame(global, frame); }), parts);
+  }
+
+  TempFolder folder_;
+  const std::string pose_ = std::string("\"transform_matrix\": ") + kMatrix;
+  const std::string size_ = "\"w\": 200, \"h\": 120, ";
+  const std::string pinhole_ =
+      size_ + "\"fl_x\": 200, \"fl_y\": 400, \"cx\": 100.5, \"cy\": 60.25, ";
+};
+
+TEST_F(TransformsJson, PinholeLandsOnTheKnownPixel) {
+  ExpectProjectsTo(ReadFrame(pinhole_, pose_).cameras[0], 150.5, 110.25);
+  ExpectProjectsTo(ReadFrame("", pinhole_ + pose_).cameras[0], 150.5, 110.25);
+}
+
+TEST_F(TransformsJson, FrameOverridesTheFile) {
+  ExpectProjectsTo(ReadFrame(pinhole_, "\"fl_y\": 200, " + pose_).cameras[0], 150.5, 85.25);
+}
+
+TEST_F(TransformsJson, OpencvDistortionLandsOnTheKnownPixel) {
+  const std::string lens =
+      "\"camera_model\": \"OPENCV\", \"k1\": 0.128, \"k2\": 1.6384, \"p1\": 0.16, \"p2\": 0.32, "
+      "\"k4\": 0, ";
+  ExpectProjectsTo(ReadFrame(pinhole_ + lens, pose_).cameras[0], 166.5, 126.25);
+  const std::string third = "\"k1\": 0.128, \"k2\": 1.6384, \"k3\": 20.97152, ";  // factor 1.03
+  ExpectProjectsTo(ReadFrame(pinhole_ + third, pose_).cameras[0], 152.0, 111.75);
+}
+
+TEST_F(TransformsJson, ViewAngleIsCompletedFromThePhoto) {
+  const ImportedCamera camera =
+      ReadFrame("\"camera_angle_x\": 0.9272952180016122, ", pose_).cameras[0];
+  EXPECT_EQ(camera.camera.width, 0);
+  const renderer::PerspectiveCamera complete = CompleteCamera(camera, 200, 120);
+  EXPECT_NEAR(complete.fx, 200.0, 1e-9);  // half the angle has the tangent 1/2
+  EXPECT_NEAR(complete.fy, 200.0, 1e-9);
+  EXPECT_EQ(complete.cx, 100.0);
+  EXPECT_EQ(complete.cy, 60.0);
+  EXPECT_EQ(complete.height, 120);
+}
+
+TEST_F(TransformsJson, NearlyOrthonormalPosesAreMadeExact) {
+  const std::string pose =
+      "\"transform_matrix\": [[0,-1.00003,0,-2],[0,0.00002,-1,-3],[0.99998,0,0,-1],[0,0,0,1]]";
+  const renderer::Mat3 m = ReadFrame(pinhole_, pose).cameras[0].camera.world_from_camera.linear;
+  EXPECT_NEAR(Dot(m.x, m.x), 1.0, 1e-15);
+  EXPECT_NEAR(Dot(m.y, m.y), 1.0, 1e-15);
+  EXPECT_NEAR(Dot(m.y, m.z), 0.0, 1e-15);
+  EXPECT_NEAR(Determinant(m), 1.0, 1e-15);
+}
+
+TEST_F(TransformsJson, KeepsMaskPathsAndScale) {
+  const ImportedCameras cameras =
+      ReadFrame(pinhole_ + "\"metres_per_unit\": 0.25, ", "\"mask_path\": \"m/a.png\", " + pose_);
+  EXPECT_EQ(cameras.cameras[0].mask, "m/a.png");
+  EXPECT_EQ(cameras.metres_per_unit, 0.25);
+  EXPECT_EQ(cameras.cameras[0].camera.world_from_camera.translation,
+            (renderer::Vec3{-2.0, -3.0, -1.0}));
+}
+
+TEST_F(TransformsJson, NamesTheKeyOfWhatIsMalformed) {
+  ExpectContains(MessageOf([&] { ReadText("{\n\"frames\": [\n{,}]}"); }),
+                 {"transforms.json:3", "byte"});
+  ExpectContains(MessageOf([&] { ReadText(""); }), {"transforms.json:1", "not valid JSON"});
+  ExpectContains(MessageOf([&] { ReadText("{\"w\": 1e999}"); }),
+                 {"transforms.json", "out of range"});
+  ExpectContains(MessageOf([&] { ReadText("[1]"); }), {"object"});
+  ExpectContains(MessageOf([&] { ReadText("{\"frames\": []}"); }), {"frames", "at least one"});
+  ExpectContains(MessageOf([&] { ReadText("{\"frames\": [3]}"); }), {"frames[0]", "object"});
+  ExpectContains(MessageOf([&] { ReadText("{\"frames\": [{}]}"); }),
+                 {"frames[0].file_path", "missing"});
+  ExpectError(pinhole_, "\"x\": 0", {"frames[0].transform_matrix", "missing"});
+  ExpectError(pinhole_, "\"transform_matrix\": [[1]]", {"frames[0].transform_matrix", "4 rows"});
+  ExpectError(pinhole_, "\"transform_matrix\": [[1],[1],[1]]", {"transform_matrix[0]", "four"});
+  ExpectError(pinhole_,
+              "\"transform_matrix\": [[2,0,0,0],[0,2,0,0],[0,0,2,0],[0,0,0,1]]",
+              {"frames[0].transform_matrix", "not a rotation", "determinant 8"});
+  ExpectError(pinhole_,
+              "\"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]",
+              {"not a rotation", "determinant -1"});
+  ExpectError(pinhole_,
+              "\"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,2]]",
+              {"last row 0 0 0 1"});
+  ExpectError(size_, pose_, {"frames[0]", "no focal length", "fl_x", "camera_angle_x"});
+  ExpectError("\"fl_x\": -1, ", pose_, {"fl_x", "positive"});
+  ExpectError("\"fl_x\": \"wide\", ", pose_, {"(file).fl_x", "\"wide\"", "finite number"});
+  ExpectError("\"fl_x\": 200, \"w\": 10.5, \"h\": 3, ", pose_, {"w", "10.5", "image size"});
+  ExpectError("\"fl_x\": 200, \"w\": 10, ", pose_, {"w and h"});
+  ExpectError("\"fl_x\": 200, \"cx\": 10, ", pose_, {"cx and cy"});
+  ExpectError("\"camera_angle_x\": 3.5, ", pose_, {"camera_angle_x", "below pi"});
+  ExpectError(pinhole_ + "\"metres_per_unit\": 0, ", pose_, {"metres_per_unit", "positive"});
+}
+
+TEST_F(TransformsJson, DeepNestingIsRefusedWithoutRecursion) {
+  const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+  ExpectError(pinhole_ + "\"k1\": " + deep + ", ", pose_, {"k1", "a list", "finite number"});
+  ExpectContains(MessageOf([&] { ReadText(deep); }), {"object"});
+}
+
+TEST_F(TransformsJson, RefusesOtherLensModelsWithTheWaysOut) {
+  ExpectError(pinhole_ + "\"camera_model\": \"OPENCV_FISHEYE\", ",
+              pose_,
+              {"frames[0]", "OPENCV_FISHEYE", "allowed", "undistort"});
+  ExpectError(pinhole_ + "\"k4\": 0.01, ", pose_, {"frames[0].k4", "fisheye", "undistort"});
+  ExpectError(pinhole_ + "\"camera_model\": \"PINHOLE\", \"k1\": 0.01, ", pose_, {"PINHOLE", "k1"});
+}
+
+TEST(ImportCameras, FindsTheFormatByWhatIsThere) {
+  TempFolder folder;
+  folder.WriteText("workspace/sparse/0/cameras.txt", "7 SIMPLE_PINHOLE 200 120 200 100.5 60.25\n");
+  folder.WriteText("workspace/sparse/0/images.txt", "1 1 0 0 0 0 0 0 7 a.jpg\n\n");
+  folder.WriteText(
+      "json/transforms.json",
+      std::string("{\"fl_x\": 9, \"frames\": [{\"file_path\": \"a\", \"transform_matrix\": ") +
+          kMatrix + "}]}");
+  EXPECT_EQ(ImportCameras(folder.path() / "workspace", CameraFormat::kAuto).format, kColmapFormat);
+  EXPECT_EQ(
+      ImportCameras(folder.path() / "workspace/sparse/0/images.txt", CameraFormat::kAuto).format,
+      kColmapFormat);
+  EXPECT_EQ(ImportCameras(folder.path() / "json", CameraFormat::kAuto).format, kTransformsFormat);
+  EXPECT_EQ(ImportCameras(folder.path() / "json", CameraFormat::kTransforms).format,
+            kTransformsFormat);
+}
+
+TEST(ImportCameras, SaysWhatItLookedFor) {
+  TempFolder folder;
+  folder.WriteText("binary/cameras.bin", "x");
+  const auto message = [&](const char* name, CameraFormat format) {
+    return MessageOf([&] { ImportCameras(folder.path() / name, format); });
+  };
+  ExpectContains(message("nothing", CameraFormat::kAuto), {"nothing", "no such"});
+  ExpectContains(message("", CameraFormat::kAuto), {".json", "cameras.txt", "sparse/0"});
+  ExpectContains(message("", CameraFormat::kTransforms), {"no transforms.json"});
+  ExpectContains(message("", CameraFormat::kColmap), {"no cameras.txt"});
+  ExpectContains(message("binary", CameraFormat::kAuto), {"cameras.bin", "model_converter", "TXT"});
+}
+
+}  // namespace
+}  // namespace pathfit::optim

@@ -1,0 +1,93 @@
+#include <gtest/gtest.h>
+
+#include "optim/observation/mask_metrics.h"
+#include "optim/observation/observation.h"
+#include "tests/optim/observation/observation_files.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::Image;
+
+/// 12x8 pixels, mask of the columns 4 to 9.
+View MakeView() {
+  View view;
+  view.camera.width = 12;
+  view.camera.height = 8;
+  view.camera.fx = view.camera.fy = 10.0;
+  view.camera.cx = 6.0;
+  view.camera.cy = 4.0;
+  view.photo = ConstantImage(12, 8, 3, 0.25F);
+  view.mask = ConstantImage(12, 8, 1, 0.0F);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 4; x < 10; ++x) {
+      view.mask.At(x, y, 0) = 1.0F;
+    }
+  }
+  view.clipped = ConstantImage(12, 8, 1, 0.0F);
+  view.clipped.At(0, 0, 0) = 1.0F;
+  return view;
+}
+
+TEST(MakeViewLevel, AveragesEverythingToTheScale) {
+  const ObservationSet set{
+      .views = {}, .mask_meaning = MaskMeaning::kSilhouette, .mask_erode_px = 0, .assumptions = {}};
+  const ViewLevel level = MakeViewLevel(MakeView(), set, 0.25);
+  EXPECT_EQ(level.photo.width, 3);
+  EXPECT_EQ(level.photo.height, 2);
+  EXPECT_EQ(level.camera.width, 3);
+  EXPECT_EQ(level.camera.fx, 2.5);
+  EXPECT_EQ(level.camera.cy, 1.0);
+  EXPECT_NEAR(level.photo.At(1, 1, 2), 0.25F, 1e-6F);
+  EXPECT_NEAR(level.mask.At(0, 0, 0), 0.0F, 1e-6F);
+  EXPECT_NEAR(level.mask.At(1, 0, 0), 1.0F, 1e-6F);
+  EXPECT_NEAR(level.mask.At(2, 0, 0), 0.5F, 1e-6F);
+  EXPECT_NEAR(level.clipped.At(0, 0, 0), 1.0F / 16.0F, 1e-6F);
+  EXPECT_EQ(level.color_weight.data, level.mask.data);
+}
+
+TEST(MakeViewLevel, SizesAreRoundedAndNeverZero) {
+  const ObservationSet set;
+  EXPECT_EQ(MakeViewLevel(MakeView(), set, 0.3).photo.width, 4);
+  EXPECT_EQ(MakeViewLevel(MakeView(), set, 0.3).photo.height, 2);
+  EXPECT_EQ(MakeViewLevel(MakeView(), set, 0.01).photo.height, 1);
+}
+
+TEST(MakeViewLevel, ColoursCountInsideTheErodedMask) {
+  ObservationSet set{
+      .views = {}, .mask_meaning = MaskMeaning::kSilhouette, .mask_erode_px = 1, .assumptions = {}};
+  const ViewLevel level = MakeViewLevel(MakeView(), set, 1.0);
+  EXPECT_EQ(level.color_weight.At(4, 4, 0), 0.0F);
+  EXPECT_EQ(level.color_weight.At(5, 4, 0), 1.0F);
+  EXPECT_EQ(level.color_weight.At(9, 4, 0), 0.0F);
+  EXPECT_EQ(level.mask.At(4, 4, 0), 1.0F);
+  EXPECT_NEAR(MakeViewLevel(MakeView(), set, 0.5).color_weight.At(2, 2, 0), 0.5F, 1e-6F);
+  set.mask_meaning = MaskMeaning::kIgnore;
+  EXPECT_EQ(MakeViewLevel(MakeView(), set, 1.0).color_weight.At(4, 4, 0), 0.0F);
+}
+
+TEST(MakeViewLevel, WithoutMasksAllColoursCount) {
+  ObservationSet set;
+  EXPECT_EQ(MakeViewLevel(MakeView(), set, 0.5).color_weight.At(0, 0, 0), 1.0F);
+  set.mask_meaning = MaskMeaning::kIgnore;
+  View view = MakeView();
+  view.mask = Image();
+  view.clipped = Image();
+  const ViewLevel level = MakeViewLevel(view, set, 0.5);
+  EXPECT_EQ(level.color_weight.At(0, 0, 0), 1.0F);
+  EXPECT_TRUE(level.mask.Empty());
+  EXPECT_TRUE(level.clipped.Empty());
+}
+
+TEST(MaskIou, IsIntersectionOverUnion) {
+  Image coverage = ConstantImage(4, 1, 1, 0.0F);
+  Image mask = coverage;
+  EXPECT_EQ(MaskIou(coverage, mask), 1.0);
+  coverage.At(0, 0, 0) = coverage.At(1, 0, 0) = 0.6F;
+  mask.At(1, 0, 0) = mask.At(2, 0, 0) = 1.0F;
+  mask.At(3, 0, 0) = 0.5F;  // exactly half is not inside
+  EXPECT_DOUBLE_EQ(MaskIou(coverage, mask), 1.0 / 3.0);
+}
+
+}  // namespace
+}  // namespace pathfit::optim

@@ -1,0 +1,2 @@
+pathfit_test(renderer/core/check_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/core/parallel_test LABEL parallel LINK pathfit_renderer)

@@ -1,0 +1,125 @@
+#include "renderer/emitter/emitter.h"
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "renderer/sampler/counter_rng.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit::renderer {
+namespace {
+
+constexpr double kRounding = 1e-12;
+
+EnvironmentEmitter Gradient(int width, int height) {
+  return std::get<EnvironmentEmitter>(tests::GradientEnvironment(width, height).light);
+}
+Rgb Radiance(const EnvironmentEmitter& environment, const Vec3& direction) {
+  return EnvironmentRadianceAt(environment, EnvironmentUv(direction));
+}
+
+/// u = atan2(d.x, -d.z) / (2 pi) mod 1, v = acos(d.y) / pi; the convention of equirectangular maps with +y up.
+TEST(EnvironmentUv, KnownDirections) {
+  const auto expect = [](const Vec3& d, double u, double v) {
+    const Vec2 uv = EnvironmentUv(d);
+    EXPECT_NEAR(uv.x, u, kRounding);
+    EXPECT_NEAR(uv.y, v, kRounding);
+  };
+  expect({0, 0, -1}, 0.0, 0.5);
+  expect({1, 0, 0}, 0.25, 0.5);
+  expect({0, 0, 1}, 0.5, 0.5);
+  expect({-1, 0, 0}, 0.75, 0.5);
+  EXPECT_NEAR(EnvironmentUv({0, 1, 0}).y, 0.0, kRounding);
+  EXPECT_NEAR(EnvironmentUv({0, -1, 0}).y, 1.0, kRounding);
+}
+
+TEST(EnvironmentUv, DirectionUndoesUv) {
+  CounterRng rng(1, 0, 0, 0, 0);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec2 uv{rng.Next(), 0.01 + 0.98 * rng.Next()};
+    const Vec2 back = EnvironmentUv(EnvironmentDirection(uv));
+    EXPECT_NEAR(back.x, uv.x, 1e-10);
+    EXPECT_NEAR(back.y, uv.y, 1e-10);
+  }
+}
+
+TEST(EnvironmentTexels, CentresLieAtHalfIntegersAndRowZeroIsTheUpperPole) {
+  EnvironmentEmitter environment = Gradient(8, 4);
+  for (int y = 0; y < 4; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      const Vec3 d = EnvironmentDirection({(x + 0.5) / 8.0, (y + 0.5) / 4.0});
+      const Rgb expected = environment.texels[static_cast<std::size_t>(8 * y + x)];
+      const Rgb radiance = Radiance(environment, d);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[c], expected[c], kRounding);
+    }
+  }
+  environment.texels.assign(32, {0, 0, 0});
+  for (std::size_t x = 0; x < 8; ++x) environment.texels[x] = {1, 1, 1};
+  EXPECT_NEAR(Radiance(environment, {0, 1, 0}).r, 1.0, kRounding);
+  EXPECT_NEAR(Radiance(environment, {0, -1, 0}).r, 0.0, kRounding);
+}
+
+TEST(EnvironmentTexels, UWrapsAround) {
+  EnvironmentEmitter environment = Gradient(8, 4);
+  const Rgb at_seam = Radiance(environment, EnvironmentDirection({0.0, 0.375}));
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(at_seam[c], 0.5 * (environment.texels[8][c] + environment.texels[15][c]), kRounding);
+  }
+}
+
+TEST(EnvironmentTexels, WeightsSumToOneAndReproduceTheRadiance) {
+  EnvironmentEmitter environment = Gradient(5, 3);
+  environment.intensity = {0.5, 2.0, 1.5};
+  CounterRng rng(2, 0, 0, 0, 0);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 d = EnvironmentDirection({rng.Next(), rng.Next()});
+    const TexelWeights lookup = EnvironmentTexelWeights(environment, EnvironmentUv(d));
+    double sum = 0.0;
+    Rgb radiance;
+    for (std::size_t k = 0; k < 4; ++k) {
+      ASSERT_GE(lookup.weight[k], 0.0);
+      ASSERT_GE(lookup.texel[k], 0);
+      ASSERT_LT(lookup.texel[k], 15);
+      sum += lookup.weight[k];
+      radiance += environment.texels[static_cast<std::size_t>(lookup.texel[k])] * lookup.weight[k];
+    }
+    EXPECT_NEAR(sum, 1.0, kRounding);
+    const Rgb direct = Radiance(environment, d);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(direct[c], environment.intensity[c] * radiance[c], kRounding);
+  }
+}
+
+TEST(EnvironmentTexels, OneTexelIsAConstant) {
+  const EnvironmentEmitter environment =
+      std::get<EnvironmentEmitter>(tests::ConstantEnvironment({0.25, 0.5, 0.75}).light);
+  EXPECT_EQ(Radiance(environment, {0.6, 0.8, 0.0}), (Rgb{0.25, 0.5, 0.75}));
+}
+
+TEST(EnvironmentTexels, OddSizesAndPolesStayInside) {
+  for (const auto& [width, height] : {std::pair{1, 2}, std::pair{2, 1}, std::pair{1, 7}, std::pair{7, 1}}) {
+    const EnvironmentEmitter environment = Gradient(width, height);
+    for (const Vec3& d : {Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}, Vec3{-1e-17, 0, -1}, Vec3{1e-17, 0, -1}}) {
+      const TexelWeights lookup = EnvironmentTexelWeights(environment, EnvironmentUv(d));
+      for (const int texel : lookup.texel) {
+        EXPECT_GE(texel, 0);
+        EXPECT_LT(texel, width * height);
+      }
+      EXPECT_TRUE(IsFinite(Radiance(environment, d)));
+    }
+  }
+}
+
+TEST(LightIntensity, NamesTheFactorOfEveryLight) {
+  Emitter sky = tests::ConstantEnvironment({1, 1, 1});
+  Emitter lamp{"lamp", LightFrame::kWorld, PointEmitter{}};
+  Emitter sun{"sun", LightFrame::kWorld, DirectionalEmitter{}};
+  for (Emitter* e : {&sky, &lamp, &sun}) {
+    LightIntensity(*e) = {1, 2, 3};
+    EXPECT_EQ(LightIntensity(std::as_const(*e)), (Rgb{1, 2, 3}));
+  }
+  EXPECT_EQ(std::get<DirectionalEmitter>(sun.light).irradiance, (Rgb{1, 2, 3}));
+}
+
+}  // namespace
+}  // namespace pathfit::renderer

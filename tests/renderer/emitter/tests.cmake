@@ -1,0 +1,2 @@
+pathfit_test(renderer/emitter/emitter_test LABEL unit LINK pathfit_test_support)
+pathfit_test(renderer/emitter/environment_sampler_test LABEL statistical LINK pathfit_test_support)

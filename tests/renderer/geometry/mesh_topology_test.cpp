@@ -1,0 +1,103 @@
+#include "renderer/geometry/mesh_topology.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include <gtest/gtest.h>
+
+namespace pathfit::renderer {
+namespace {
+
+Mesh MakeQuad() {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+Mesh MakeCube() {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i) {
+    mesh.positions.push_back({i & 1 ? 1.0 : 0.0, i & 2 ? 1.0 : 0.0, i & 4 ? 1.0 : 0.0});
+  }
+  mesh.triangles = {{0, 2, 3},
+                    {0, 3, 1},
+                    {4, 5, 7},
+                    {4, 7, 6},
+                    {0, 1, 5},
+                    {0, 5, 4},
+                    {2, 6, 7},
+                    {2, 7, 3},
+                    {0, 4, 6},
+                    {0, 6, 2},
+                    {1, 3, 7},
+                    {1, 7, 5}};
+  return mesh;
+}
+
+/// Every edge is an edge of both faces, in opposite directions, and the apex is the third vertex.
+void ExpectConsistent(const Mesh& mesh, const MeshTopology& topology) {
+  for (const MeshEdge& edge : topology.edges) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (edge.faces[side] < 0) {
+        EXPECT_EQ(side, 1U);
+        EXPECT_EQ(edge.apex[side], -1);
+        continue;
+      }
+      const Triangle& t = mesh.triangles[static_cast<std::size_t>(edge.faces[side])];
+      const auto apex = std::find(t.begin(), t.end(), edge.apex[side]) - t.begin();
+      ASSERT_LT(apex, 3);
+      const auto k = static_cast<std::size_t>(apex);
+      EXPECT_EQ(t[(k + 1) % 3], edge.vertices[side]);
+      EXPECT_EQ(t[(k + 2) % 3], edge.vertices[1 - side]);
+    }
+  }
+}
+
+TEST(MeshTopology, CountsOfAnOpenQuad) {
+  const Mesh mesh = MakeQuad();
+  ValidateMesh(mesh, "quad");
+  const MeshTopology topology = MeshTopology::Build(mesh);
+  ASSERT_EQ(topology.edges.size(), 5U);
+  EXPECT_FALSE(topology.closed);
+  EXPECT_EQ(std::count_if(topology.edges.begin(),
+                          topology.edges.end(),
+                          [](const MeshEdge& e) { return e.faces[1] == -1; }),
+            4);
+  ExpectConsistent(mesh, topology);
+  EXPECT_EQ(topology.neighbors[0], (std::vector<std::int32_t>{1, 2, 3}));
+  EXPECT_EQ(topology.neighbors[1], (std::vector<std::int32_t>{0, 2}));
+}
+
+TEST(MeshTopology, EdgesStandInOrderOfFirstMention) {
+  const MeshTopology topology = MeshTopology::Build(MakeQuad());
+  const std::vector<std::array<std::int32_t, 2>> expected = {
+      {0, 1}, {1, 2}, {2, 0}, {2, 3}, {3, 0}};
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(topology.edges[i].vertices, expected[i]);
+  }
+  EXPECT_EQ(topology.edges[2].faces, (std::array<std::int32_t, 2>{0, 1}));
+  EXPECT_EQ(topology.edges[2].apex, (std::array<std::int32_t, 2>{1, 3}));
+}
+
+TEST(MeshTopology, ClosedMeshesFollowEuler) {
+  for (const Mesh& mesh : {MakeCube(), MakeIcosphere(0, 1.0), MakeIcosphere(3, 1.0)}) {
+    ValidateMesh(mesh, "closed");
+    EXPECT_GT(SignedVolume(mesh), 0.0);
+    const MeshTopology topology = MeshTopology::Build(mesh);
+    EXPECT_TRUE(topology.closed);
+    EXPECT_EQ(topology.edges.size(), mesh.triangles.size() * 3 / 2);
+    EXPECT_EQ(mesh.positions.size() + mesh.triangles.size(), topology.edges.size() + 2);
+    ExpectConsistent(mesh, topology);
+    std::size_t num_neighbors = 0;
+    for (const auto& ring : topology.neighbors) {
+      EXPECT_TRUE(std::is_sorted(ring.begin(), ring.end()));
+      EXPECT_EQ(std::adjacent_find(ring.begin(), ring.end()), ring.end());
+      num_neighbors += ring.size();
+    }
+    EXPECT_EQ(num_neighbors, 2 * topology.edges.size());
+  }
+}
+
+}  // namespace
+}  // namespace pathfit::renderer

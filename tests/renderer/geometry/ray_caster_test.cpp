@@ -1,0 +1,116 @@
+#include "renderer/geometry/ray_caster.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "renderer/math/warp.h"
+#include "renderer/sampler/counter_rng.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit::renderer {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+RayCaster CasterOf(const std::vector<const Mesh*>& meshes) {
+  RayCaster caster;
+  caster.Build(meshes);
+  return caster;
+}
+
+TEST(RayCaster, RefinesHitsInDoublePrecision) {
+  const Mesh ball = MakeIcosphere(3, 1.0);
+  const RayCaster caster = CasterOf({&ball});
+  CounterRng rng(4, 0, 0, 0, 0);
+  int hits = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 origin{4.0 * rng.Next() - 2.0, 4.0 * rng.Next() - 2.0, 3.0};
+    const Vec3 target{rng.Next() - 0.5, rng.Next() - 0.5, 0.0};
+    const Ray ray{origin, Normalized(target - origin)};
+    const auto hit = caster.Intersect(ray);
+    ASSERT_TRUE(hit.has_value());
+    ++hits;
+    const TriangleGeometry& t = caster.Geometry(hit->id);
+    const Vec3 x = ray.origin + ray.direction * hit->distance;
+    // Float hits would be off by 1e-7; a ray on an edge may be given to either face by Embree's float geometry.
+    EXPECT_LT(Norm(x - t.Point(hit->b1, hit->b2)), 1e-13);
+    EXPECT_LT(std::abs(Dot(t.n, x - t.p0)), 1e-13);
+    EXPECT_GT(std::min({hit->b1, hit->b2, 1.0 - hit->b1 - hit->b2}), -1e-5);
+  }
+  EXPECT_EQ(hits, 2000);
+}
+
+TEST(RayCaster, MissesAndMeshIndices) {
+  Mesh near_plate = tests::Rectangle();
+  Mesh far_plate = tests::Rectangle();
+  ApplyTransform({{}, {0, 0, -2}}, far_plate);
+  const RayCaster caster = CasterOf({&far_plate, &near_plate});
+  const auto hit = caster.Intersect({{0.2, 0.1, 3}, {0, 0, -1}});
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_EQ(hit->id.mesh, 1);
+  EXPECT_DOUBLE_EQ(hit->distance, 3.0);
+  EXPECT_FALSE(caster.Intersect({{3, 0, 3}, {0, 0, -1}}).has_value());
+  EXPECT_FALSE(caster.Intersect({{0, 0, 3}, {0, 0, 1}}).has_value());
+}
+
+TEST(RayCaster, IgnoresNamedTrianglesOnly) {
+  Mesh near_plate = tests::Rectangle();
+  Mesh far_plate = tests::Rectangle();
+  ApplyTransform({{}, {0, 0, -2}}, far_plate);
+  const RayCaster caster = CasterOf({&far_plate, &near_plate});
+  const Ray ray{{0.3, 0.1, 3}, {0, 0, -1}};
+  const auto first = caster.Intersect(ray);
+  ASSERT_TRUE(first.has_value());
+  const std::array<TriangleId, 1> ignored = {first->id};
+  const auto second = caster.IntersectIgnoring(ray, 0.0, ignored);
+  ASSERT_TRUE(second.has_value());
+  EXPECT_EQ(second->id.mesh, 0);
+  EXPECT_DOUBLE_EQ(second->distance, 5.0);
+  const auto beyond = caster.IntersectIgnoring(ray, 4.0, {});
+  ASSERT_TRUE(beyond.has_value());
+  EXPECT_EQ(beyond->id.mesh, 0) << "the first hit is nearer than min_distance";
+}
+
+TEST(RayCaster, OcclusionRespectsTheDistance) {
+  const Mesh plate = tests::Rectangle();
+  const RayCaster caster = CasterOf({&plate});
+  const Ray ray{{0, 0, 2}, {0, 0, -1}};
+  EXPECT_TRUE(caster.Occluded(ray, kInfinity));
+  EXPECT_TRUE(caster.Occluded(ray, 2.1));
+  EXPECT_FALSE(caster.Occluded(ray, 1.9));
+  EXPECT_FALSE(caster.Occluded({{0, 0, 2}, {0, 0, 1}}, kInfinity));
+}
+
+/// Rays leaving a convex body never meet it again, at any size and distance from the origin.
+TEST(RayCaster, OffsetPointsClearTheSurface) {
+  for (const double scale : {1e-4, 1.0, 1e4}) {
+    Mesh ball = MakeIcosphere(2, 1.0);
+    ApplyTransform({{{scale, 0, 0}, {0, scale, 0}, {0, 0, scale}}, {30.0 * scale, -20.0 * scale, 10.0 * scale}},
+                   ball);
+    const RayCaster caster = CasterOf({&ball});
+    CounterRng rng(5, 0, 0, 0, 0);
+    int occluded = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const TriangleId id{0, i % static_cast<int>(ball.triangles.size())};
+      const TriangleGeometry& t = caster.Geometry(id);
+      const double a = rng.Next();
+      const double b = rng.Next() * (1.0 - a);
+      Vec3 d = SampleUniformHemisphere(rng.Next(), rng.Next());
+      if (Dot(d, t.n) < 0.0) d = -d;
+      occluded += caster.Occluded({caster.OffsetPoint(t.Point(a, b), t.n), d}, kInfinity) ? 1 : 0;
+    }
+    EXPECT_EQ(occluded, 0) << "scale " << scale;
+  }
+}
+
+TEST(RayCaster, ExtentIsHalfTheDiagonalAndEmptyScenesWork) {
+  const Mesh plate = tests::Rectangle();
+  EXPECT_DOUBLE_EQ(CasterOf({&plate}).Extent(), std::sqrt(2.0));
+  const RayCaster empty = CasterOf({});
+  EXPECT_FALSE(empty.Intersect({{0, 0, 0}, {0, 0, 1}}).has_value());
+  EXPECT_FALSE(empty.Occluded({{0, 0, 0}, {0, 0, 1}}, kInfinity));
+}
+
+}  // namespace
+}  // namespace pathfit::renderer

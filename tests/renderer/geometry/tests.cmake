@@ -1,0 +1,5 @@
+find_package(Ceres REQUIRED)
+pathfit_test(renderer/geometry/ray_caster_test LABEL unit LINK pathfit_test_support)
+pathfit_test(renderer/geometry/triangle_kernel_test LABEL unit LINK pathfit_renderer Ceres::ceres)
+pathfit_test(renderer/geometry/mesh_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/geometry/mesh_topology_test LABEL unit LINK pathfit_renderer)

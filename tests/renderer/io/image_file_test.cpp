@@ -1,0 +1,224 @@
+#include "renderer/io/image_file.h"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "renderer/core/error.h"
+#include "renderer/io/exr_file.h"
+#include "renderer/io/image_container.h"
+#include "tests/renderer/io/temporary_folder.h"
+
+namespace pathfit::renderer {
+namespace {
+
+using std::string_literals::operator""s;
+
+/// Smooth, and different in every channel and corner; values are multiples of 1/255.
+Image MakeImage(int width, int height, int channels) {
+  Image image(width, height, channels);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < channels; ++c) {
+        image.At(x, y, c) = static_cast<float>((30 * c + 3 * x + 2 * y) % 256) / 255.0F;
+      }
+    }
+  }
+  return image;
+}
+
+std::string BytesOf(const std::vector<unsigned char>& bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+/// A JPEG file with an EXIF segment that holds only the orientation.
+std::string JpegWithOrientation(const Image& image, int orientation, bool big_endian) {
+  const std::string jpeg = BytesOf(EncodeJpeg(image, 100));
+  const char value = static_cast<char>(orientation);
+  const std::string tiff =
+      big_endian ? "MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0"s + value + "\0\0\0\0\0\0"s
+                 : "II\x2a\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0"s + value + "\0\0\0\0\0\0\0"s;
+  const std::string payload = "Exif\0\0"s + tiff;
+  const std::string segment = "\xff\xe1\0"s + static_cast<char>(payload.size() + 2) + payload;
+  return jpeg.substr(0, 2) + segment + jpeg.substr(2);
+}
+
+TEST(ImageFile, PngRoundTripIsExact) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.Path() / "a.png";
+  const Image color = MakeImage(20, 13, 3);
+  WritePng8(path, color);
+  const DecodedImage decoded = ReadImageFile(path, false);
+  EXPECT_EQ(decoded.image.data, color.data);
+  EXPECT_EQ(decoded.image.width, 20);
+  EXPECT_TRUE(decoded.alpha.Empty());
+  EXPECT_FALSE(decoded.linear);
+  EXPECT_EQ(decoded.bits, 8);
+  EXPECT_EQ(decoded.exif_orientation, 1);
+  const Image gray = MakeImage(20, 13, 1);
+  WritePng8(path, gray);
+  const Image repeated = ReadImageFile(path, false).image;
+  ASSERT_EQ(repeated.channels, 3);
+  for (std::size_t i = 0; i < repeated.data.size(); ++i) {
+    EXPECT_EQ(repeated.data[i], gray.data[i / 3]);
+  }
+}
+
+TEST(ImageFile, EncodersClampAndRefuse) {
+  const TemporaryFolder folder;
+  Image image(2, 1, 1);
+  image.data = {-3.0F, 7.0F};
+  WritePng8(folder.Path() / "a.png", image);
+  const Image clamped = ReadImageFile(folder.Path() / "a.png", false).image;
+  EXPECT_EQ(clamped.At(0, 0, 0), 0.0F);
+  EXPECT_EQ(clamped.At(1, 0, 2), 1.0F);
+  image.data[0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(EncodePng(image), NumericalError);
+  EXPECT_THROW(EncodeJpeg(Image(), 90), IoError);
+  EXPECT_THROW(EncodePng(Image(3, 3, 2)), IoError);
+  EXPECT_THROW(WritePng8(folder.Path() / "no" / "a.png", MakeImage(2, 2, 3)), IoError);
+}
+
+TEST(ImageFile, JpegStaysCloseAndInRgbOrder) {
+  const TemporaryFolder folder;
+  const Image color = MakeImage(32, 24, 3);
+  const Image decoded =
+      ReadImageFile(folder.Write("a.jpg", BytesOf(EncodeJpeg(color, 100))), false).image;
+  ASSERT_EQ(decoded.data.size(), color.data.size());
+  for (std::size_t i = 0; i < color.data.size(); ++i) {
+    EXPECT_NEAR(decoded.data[i], color.data[i], 0.03F);
+  }
+}
+
+TEST(ImageFile, ReadsAlphaAndSixteenBitsFromPngAndTiff) {
+  const TemporaryFolder folder;
+  cv::Mat pixels(3, 5, CV_16UC4);
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 5; ++x) {
+      pixels.at<cv::Vec<std::uint16_t, 4>>(y, x) = {
+          1, static_cast<std::uint16_t>(1000 * x), 65535, static_cast<std::uint16_t>(y * 20000)};
+    }
+  }
+  for (const char* extension : {".png", ".tiff"}) {
+    std::vector<unsigned char> bytes;
+    ASSERT_TRUE(cv::imencode(extension, pixels, bytes));
+    const DecodedImage decoded =
+        ReadImageFile(folder.Write(std::string("a") + extension, BytesOf(bytes)), false);
+    EXPECT_EQ(decoded.bits, 16);
+    EXPECT_FALSE(decoded.linear);
+    EXPECT_EQ(decoded.image.At(3, 1, 0), 1.0F);
+    EXPECT_EQ(decoded.image.At(3, 1, 1), 3000.0F / 65535.0F);
+    EXPECT_EQ(decoded.image.At(3, 1, 2), 1.0F / 65535.0F);
+    ASSERT_FALSE(decoded.alpha.Empty());
+    EXPECT_EQ(decoded.alpha.At(2, 2, 0), 40000.0F / 65535.0F);
+  }
+}
+
+TEST(ImageFile, FloatFormatsAreLinear) {
+  const TemporaryFolder folder;
+  Image image(9, 2, 3);
+  for (float& value : image.data) value = 2.5F;
+  WriteExr(folder.Path() / "a.exr", image);
+  WriteHdr(folder.Path() / "a.hdr", image);
+  std::vector<unsigned char> tiff;
+  ASSERT_TRUE(cv::imencode(".tiff", cv::Mat(2, 9, CV_32FC3, cv::Scalar(2.5, 2.5, 2.5)), tiff));
+  folder.Write("a.tif", BytesOf(tiff));
+  for (const char* name : {"a.exr", "a.hdr", "a.tif"}) {
+    const DecodedImage decoded = ReadImageFile(folder.Path() / name, true);
+    EXPECT_TRUE(decoded.linear) << name;
+    EXPECT_EQ(decoded.bits, 32) << name;
+    EXPECT_EQ(decoded.image.channels, 3) << name;
+    // OpenCV writes float TIFF with a logarithmic coding of 16 bits.
+    EXPECT_NEAR(decoded.image.At(8, 1, 2), 2.5F, 0.05F) << name;
+  }
+}
+
+TEST(ImageFile, OrientationIsReportedAndAppliedOnRequest) {
+  const TemporaryFolder folder;
+  Image image(32, 16, 3);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) image.At(x, y, 0) = 1.0F;  // marks the stored top left corner
+  }
+  // Where that corner is shown: x and y from the left and top (0) or right and bottom (1).
+  const int shown[8][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const std::filesystem::path path =
+        folder.Write("a.jpg", JpegWithOrientation(image, orientation, orientation % 2 == 0));
+    const DecodedImage stored = ReadImageFile(path, false);
+    EXPECT_EQ(stored.exif_orientation, orientation);
+    EXPECT_EQ(stored.image.width, 32);
+    EXPECT_GT(stored.image.At(1, 1, 0), 0.9F);
+    const Image upright = ReadImageFile(path, true).image;
+    EXPECT_EQ(upright.width, orientation >= 5 ? 16 : 32);
+    const int x = shown[orientation - 1][0] == 0 ? 1 : upright.width - 2;
+    const int y = shown[orientation - 1][1] == 0 ? 1 : upright.height - 2;
+    EXPECT_GT(upright.At(x, y, 0), 0.9F) << orientation;
+  }
+}
+
+TEST(ImageFile, ApplyOrientationTurnsAsTheStandardSays) {
+  Image image(3, 2, 1);
+  image.data = {1, 2, 3, 4, 5, 6};
+  EXPECT_EQ(ApplyOrientation(image, 6).data, (std::vector<float>{4, 1, 5, 2, 6, 3}));
+  EXPECT_EQ(ApplyOrientation(image, 8).data, (std::vector<float>{3, 6, 2, 5, 1, 4}));
+  EXPECT_EQ(ApplyOrientation(image, 3).data, (std::vector<float>{6, 5, 4, 3, 2, 1}));
+  EXPECT_EQ(ApplyOrientation(image, 5).data, (std::vector<float>{1, 4, 2, 5, 3, 6}));
+}
+
+TEST(ImageFile, MalformedOrientationCountsAsNone) {
+  const Image image = MakeImage(8, 8, 3);
+  EXPECT_EQ(ReadJpegOrientation(JpegWithOrientation(image, 9, false)), 1);
+  EXPECT_EQ(ReadJpegOrientation(JpegWithOrientation(image, 0, true)), 1);
+  EXPECT_EQ(ReadJpegOrientation("\xff\xd8\xff\xe1"s), 1);
+  EXPECT_EQ(ReadJpegOrientation(""), 1);
+  std::string bytes = JpegWithOrientation(image, 6, false);
+  EXPECT_EQ(ReadJpegOrientation(bytes), 6);
+  for (std::size_t size = 0; size < 40; ++size) {
+    const int orientation = ReadJpegOrientation(bytes.substr(0, size));
+    EXPECT_TRUE(orientation == 1 || orientation == 6);
+  }
+  // A directory far beyond the end.
+  bytes.replace(bytes.find("II") + 4, 4, "\xff\xff\xff\xff");
+  EXPECT_EQ(ReadJpegOrientation(bytes), 1);
+}
+
+TEST(ImageFile, RefusesOtherFilesAndHostileSizes) {
+  const TemporaryFolder folder;
+  EXPECT_NE(IoErrorOf([&] {
+              ReadImageFile(folder.Write("a.jpg", "GIF89a"), false);
+            }).find("allowed are JPEG, PNG, TIFF, HDR and EXR"),
+            std::string::npos);
+  EXPECT_THROW(ReadImageFile(folder.Write("b.jpg", ""), false), IoError);
+  EXPECT_THROW(ReadImageFile(folder.Path() / "none.png", false), IoError);
+  std::string png = BytesOf(EncodePng(MakeImage(4, 4, 3)));
+  png.replace(16, 8, "\x7f\xff\xff\xff\x7f\xff\xff\xff");
+  EXPECT_NE(
+      IoErrorOf([&] { ReadImageFile(folder.Write("c.png", png), false); }).find("is not allowed"),
+      std::string::npos);
+}
+
+TEST(ImageFile, SurvivesCutAndDamagedFiles) {
+  const TemporaryFolder folder;
+  const auto read = [](const std::filesystem::path& file) { ReadImageFile(file, true); };
+  const Image image = MakeImage(40, 30, 3);
+  std::vector<unsigned char> tiff;
+  cv::Mat pixels(30, 40, CV_16UC3);
+  cv::randu(pixels, 0, 65535);
+  ASSERT_TRUE(cv::imencode(".tiff", pixels, tiff));
+  for (const std::filesystem::path& path :
+       {folder.Write("a.png", BytesOf(EncodePng(image))),
+        folder.Write("a.jpg", JpegWithOrientation(image, 6, true)),
+        folder.Write("a.tiff", BytesOf(tiff))}) {
+    ExpectCutFilesRefused(path, ReadWholeFile(path).size(), 150, read);
+    ExpectDamagedFilesSurvived(path, 200, read);
+  }
+}
+
+}  // namespace
+}  // namespace pathfit::renderer

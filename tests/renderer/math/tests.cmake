@@ -1,0 +1,6 @@
+find_package(Ceres REQUIRED)
+pathfit_test(renderer/math/distribution_1d_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/math/dual_test LABEL unit LINK pathfit_renderer Ceres::ceres)
+pathfit_test(renderer/math/frame_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/math/transform_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/math/warp_test LABEL unit LINK pathfit_renderer)

@@ -1,0 +1,1 @@
+pathfit_test(renderer/path/path_tracer_test LABEL statistical LINK pathfit_test_support)
