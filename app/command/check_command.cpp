@@ -34,7 +34,8 @@ std::vector<ViewOverlap> MeasureOverlap(const Experiment& experiment) {
     if (view.mask.Empty()) {
       continue;
     }
-    const double scale = std::min(1.0, kOverlapSize / std::max(view.camera.width, view.camera.height));
+    const double scale =
+        std::min(1.0, kOverlapSize / std::max(view.camera.width, view.camera.height));
     const optim::ViewLevel level = optim::MakeViewLevel(view, experiment.observations, scale);
     renderer::RenderOptions options;
     options.spp = kOverlapSpp;
@@ -42,7 +43,8 @@ std::vector<ViewOverlap> MeasureOverlap(const Experiment& experiment) {
     const renderer::Film film = renderer.RenderPrimal(level.camera, options);
     overlaps.push_back({view.name, optim::MaskIou(renderer::CoverageImage(film), level.mask)});
   }
-  std::sort(overlaps.begin(), overlaps.end(), [](const auto& a, const auto& b) { return a.iou < b.iou; });
+  std::sort(
+      overlaps.begin(), overlaps.end(), [](const auto& a, const auto& b) { return a.iou < b.iou; });
   return overlaps;
 }
 
@@ -66,7 +68,10 @@ void PrintSummary(const Experiment& experiment, const std::vector<ViewOverlap>& 
     fmt::print("{}\n", text);
   }
   for (const auto& mesh : experiment.scene.meshes) {
-    fmt::print("Mesh {}: {} vertices, {} triangles.\n", mesh.name, mesh.mesh.positions.size(), mesh.mesh.triangles.size());
+    fmt::print("Mesh {}: {} vertices, {} triangles.\n",
+               mesh.name,
+               mesh.mesh.positions.size(),
+               mesh.mesh.triangles.size());
   }
   for (const auto& sensor : experiment.scene.sensors) {
     if (experiment.observations.views.empty()) {
@@ -81,10 +86,12 @@ void PrintSummary(const Experiment& experiment, const std::vector<ViewOverlap>& 
                stage.max_rounds);
   }
   if (!overlaps.empty()) {
-    fmt::print("Silhouette of the initial model against the masks: median IoU {:.3f}, worst {:.3f} ({}).\n",
-               overlaps[overlaps.size() / 2].iou,
-               overlaps.front().iou,
-               overlaps.front().name);
+    fmt::print(
+        "Silhouette of the initial model against the masks: median IoU {:.3f}, worst {:.3f} "
+        "({}).\n",
+        overlaps[overlaps.size() / 2].iou,
+        overlaps.front().iou,
+        overlaps.front().name);
   }
   for (const std::string& text : experiment.warnings) {
     fmt::print("warning: {}\n", text);
@@ -116,7 +123,8 @@ void PrintJson(const Experiment& experiment, const std::vector<ViewOverlap>& ove
 }  // namespace
 
 ExitStatus CheckCommand(CommandContext& context) {
-  const ExperimentConfig config = LoadExperimentConfig(context.line.target, OverridesOf(context.line));
+  const ExperimentConfig config =
+      LoadExperimentConfig(context.line.target, OverridesOf(context.line));
   const renderer::ThreadLimit limit(NumThreads(context.line, config));
   const Experiment experiment = BuildExperiment(config);
   const std::vector<ViewOverlap> overlaps = MeasureOverlap(experiment);

@@ -56,7 +56,8 @@ void RequireFittable(const ExperimentConfig& config, const std::string& stop_aft
     problems.push_back({{}, "input", "a fit needs photos: give input.images and input.cameras"});
   }
   if (config.unknowns.empty()) {
-    problems.push_back({{}, "unknowns", "a fit needs at least one unknown, for example axe.vertices: {}"});
+    problems.push_back(
+        {{}, "unknowns", "a fit needs at least one unknown, for example axe.vertices: {}"});
   }
   if (config.stages.empty()) {
     problems.push_back({{}, "stages", "a fit needs at least one stage"});
@@ -73,7 +74,8 @@ void RequireFittable(const ExperimentConfig& config, const std::string& stop_aft
   }
 }
 
-std::vector<ExportedView> ExportedViews(const Experiment& experiment, const ExperimentConfig& config) {
+std::vector<ExportedView> ExportedViews(const Experiment& experiment,
+                                        const ExperimentConfig& config) {
   std::vector<ExportedView> views;
   const fs::path folder =
       config.input->images.empty() ? config.input->cameras.parent_path() : config.input->images;
@@ -91,11 +93,14 @@ struct Ending {
 
 Ending EndingOf(optim::FitStatus status, const StopSignals& signals, bool stage_reached) {
   if (status == optim::FitStatus::kFinished || stage_reached) {
-    return {RunStatus::kFinished, stage_reached ? "stopped after the requested stage" : "all stages done",
+    return {RunStatus::kFinished,
+            stage_reached ? "stopped after the requested stage" : "all stages done",
             ExitStatus::kFinished};
   }
   if (status == optim::FitStatus::kTimeLimit) {
-    return {RunStatus::kStopped, "time limit reached; continue with: pathfit resume", ExitStatus::kStopped};
+    return {RunStatus::kStopped,
+            "time limit reached; continue with: pathfit resume",
+            ExitStatus::kStopped};
   }
   const ExitStatus exit = signals.Received().value_or(ExitStatus::kStopped);
   return {RunStatus::kStopped,
@@ -122,8 +127,8 @@ ExitStatus RunInDirectory(CommandContext& context,
   controls.checkpoint_folder = run.Checkpoints();
   controls.resume = std::move(resume);
   try {
-    const optim::FitResult result =
-        optim::RunFit(experiment.scene, experiment.observations, experiment.fit, observer, controls);
+    const optim::FitResult result = optim::RunFit(
+        experiment.scene, experiment.observations, experiment.fit, observer, controls);
     progress.Finish();
     recorder.RecordScenes(experiment.fit, experiment.scene, result.scene);
     ExportResult(run.Result(),
@@ -132,7 +137,8 @@ ExitStatus RunInDirectory(CommandContext& context,
                  SummarizeParameters(experiment.fit, experiment.scene, result.scene));
     const Ending ending = EndingOf(result.status, signals, observer.reached());
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
-    context.log.Info(fmt::format("{}; {} rounds in {:.0f} s", ending.reason, result.rounds, result.wall_s));
+    context.log.Info(
+        fmt::format("{}; {} rounds in {:.0f} s", ending.reason, result.rounds, result.wall_s));
     return ending.exit;
   } catch (const std::exception& e) {
     progress.Finish();
@@ -153,7 +159,8 @@ void PrintRun(const CommandContext& context, const RunDirectory& run) {
 }  // namespace
 
 ExitStatus FitCommand(CommandContext& context) {
-  const ExperimentConfig config = LoadExperimentConfig(context.line.target, OverridesOf(context.line));
+  const ExperimentConfig config =
+      LoadExperimentConfig(context.line.target, OverridesOf(context.line));
   RequireFittable(config, context.line.stop_after);
   const int threads = NumThreads(context.line, config);
   const renderer::ThreadLimit limit(threads);
@@ -172,7 +179,8 @@ ExitStatus FitCommand(CommandContext& context) {
 
   const fs::path pattern =
       context.line.output.empty() ? config.output.directory : fs::absolute(context.line.output);
-  const RunDirectory run = CreateRunDirectory(pattern, config.name, std::chrono::system_clock::now());
+  const RunDirectory run =
+      CreateRunDirectory(pattern, config.name, std::chrono::system_clock::now());
   renderer::WriteFileAtomically(run.Config(), config.given_text);
   renderer::WriteFileAtomically(run.ResolvedConfig(), config.resolved_yaml);
   context.log.AddFile(run.LogFile());
@@ -181,14 +189,16 @@ ExitStatus FitCommand(CommandContext& context) {
   }
   context.log.Info("run directory " + run.root().string());
   RunRecordFile record_file(run.Record(), record);
-  const ExitStatus status = RunInDirectory(context, config, experiment, run, record_file, std::nullopt);
+  const ExitStatus status =
+      RunInDirectory(context, config, experiment, run, record_file, std::nullopt);
   PrintRun(context, run);
   return status;
 }
 
 ExitStatus ResumeCommand(CommandContext& context) {
   const RunDirectory run = OpenRunDirectory(context.line.target);
-  const ExperimentConfig config = LoadExperimentConfig(run.ResolvedConfig(), OverridesOf(context.line));
+  const ExperimentConfig config =
+      LoadExperimentConfig(run.ResolvedConfig(), OverridesOf(context.line));
   const renderer::ThreadLimit limit(NumThreads(context.line, config));
   Experiment experiment = BuildExperiment(config);
 
@@ -196,15 +206,18 @@ ExitStatus ResumeCommand(CommandContext& context) {
   const std::vector<InputFile> inputs = HashInputs(experiment.input_files);
   for (std::size_t i = 0; i < std::min(inputs.size(), before.inputs.size()); ++i) {
     if (inputs[i].path != before.inputs[i].path || inputs[i].sha256 != before.inputs[i].sha256) {
-      throw renderer::IoError(inputs[i].path + ": has changed since the run began; start a new fit");
+      throw renderer::IoError(inputs[i].path +
+                              ": has changed since the run began; start a new fit");
     }
   }
   std::optional<optim::FitState> state = optim::ReadNewestCheckpoint(run.Checkpoints());
   context.log.AddFile(run.LogFile());
-  context.log.Info(state ? fmt::format("resuming {} after round {}", run.root().string(), state->step)
-                         : "no checkpoint yet: starting over in " + run.root().string());
+  context.log.Info(state
+                       ? fmt::format("resuming {} after round {}", run.root().string(), state->step)
+                       : "no checkpoint yet: starting over in " + run.root().string());
   RunRecordFile record_file(run.Record(), context.line.arguments, state ? state->step : 0);
-  const ExitStatus status = RunInDirectory(context, config, experiment, run, record_file, std::move(state));
+  const ExitStatus status =
+      RunInDirectory(context, config, experiment, run, record_file, std::move(state));
   PrintRun(context, run);
   return status;
 }

@@ -25,9 +25,10 @@ namespace fs = std::filesystem;
 
 constexpr int kTile = 4;
 
-/// Directions to check: names from the command line or config, where a glob stands for matching unknowns; all unknowns
-/// without any.
-std::vector<Direction> ChooseDirections(const Experiment& experiment, const std::vector<std::string>& params) {
+/// Directions to check: names from the command line or config, where a glob stands for matching
+/// unknowns; all unknowns without any.
+std::vector<Direction> ChooseDirections(const Experiment& experiment,
+                                        const std::vector<std::string>& params) {
   std::vector<std::string> names;
   for (const std::string& param : params) {
     if (param.find_first_of("*?") == std::string::npos) {
@@ -104,14 +105,37 @@ nlohmann::json ToJson(const Row& row) {
 }
 
 void PrintTable(const std::vector<Row>& rows) {
-  fmt::print("{:<28} {:<12} {:>11} {:>11} {:>11} {:>7} {:>7} {:>7} {:>7} {:>8}  result\n", "parameter", "sensor",
-             "interior", "primary", "difference", "z rms", "z max", "limit", "z sum", "signal/n");
+  fmt::print("{:<28} {:<12} {:>11} {:>11} {:>11} {:>7} {:>7} {:>7} {:>7} {:>8}  result\n",
+             "parameter",
+             "sensor",
+             "interior",
+             "primary",
+             "difference",
+             "z rms",
+             "z max",
+             "limit",
+             "z sum",
+             "signal/n");
   for (const Row& r : rows) {
-    fmt::print("{:<28} {:<12} {:>11.4g} {:>11.4g} {:>11.4g} {:>7.2f} {:>7.2f} {:>7.2f} {:>7.2f} {:>8.3g}  {}\n", r.name,
-               r.sensor, r.interior.g, r.primary.g, r.difference.g, r.tiles.z_rms, r.tiles.z_max, r.tiles.z_limit,
-               r.whole.z_max, r.tiles.signal_to_noise, r.passed ? "agrees" : "DIFFERS");
+    fmt::print(
+        "{:<28} {:<12} {:>11.4g} {:>11.4g} {:>11.4g} {:>7.2f} {:>7.2f} {:>7.2f} {:>7.2f} {:>8.3g}  "
+        "{}\n",
+        r.name,
+        r.sensor,
+        r.interior.g,
+        r.primary.g,
+        r.difference.g,
+        r.tiles.z_rms,
+        r.tiles.z_max,
+        r.tiles.z_limit,
+        r.whole.z_max,
+        r.tiles.signal_to_noise,
+        r.passed ? "agrees" : "DIFFERS");
   }
-  fmt::print("Sums over the image of the green channel; z over tiles of {0} x {0} pixels, colours and coverage.\n", kTile);
+  fmt::print(
+      "Sums over the image of the green channel; z over tiles of {0} x {0} pixels, colours and "
+      "coverage.\n",
+      kTile);
 }
 
 }  // namespace
@@ -146,11 +170,19 @@ ExitStatus GradcheckCommand(CommandContext& context) {
     for (std::size_t s = 0; s < experiment.scene.sensors.size(); ++s) {
       const auto& camera = experiment.scene.sensors[s];
       for (const Direction& direction : directions) {
-        const optim::GradientCheckResult result = optim::CheckGradient(
-            experiment.scene, camera, static_cast<int>(s), direction.layout, direction.values, options);
-        Row row{direction.name, camera.name, optim::Compare(result, {}, kTile, config.gradcheck.sigma),
-                optim::Compare(result, {}, 0, config.gradcheck.sigma), ImageSum(result.interior),
-                ImageSum(result.primary), ImageSum(result.difference)};
+        const optim::GradientCheckResult result = optim::CheckGradient(experiment.scene,
+                                                                       camera,
+                                                                       static_cast<int>(s),
+                                                                       direction.layout,
+                                                                       direction.values,
+                                                                       options);
+        Row row{direction.name,
+                camera.name,
+                optim::Compare(result, {}, kTile, config.gradcheck.sigma),
+                optim::Compare(result, {}, 0, config.gradcheck.sigma),
+                ImageSum(result.interior),
+                ImageSum(result.primary),
+                ImageSum(result.difference)};
         row.passed = row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit;
         rows.push_back(row);
         if (!line.output.empty()) {
@@ -175,7 +207,8 @@ ExitStatus GradcheckCommand(CommandContext& context) {
   }
   if (!passed) {
     context.log.Warn(
-        "some derivatives differ from finite differences; where shadows or hidden parts of interreflections move this is "
+        "some derivatives differ from finite differences; where shadows or hidden parts of "
+        "interreflections move this is "
         "expected, their boundary terms are not in this version");
   }
   return passed ? ExitStatus::kFinished : ExitStatus::kCheckFailed;

@@ -63,7 +63,10 @@ void WriteFilm(const renderer::Film& film, const fs::path& stem, std::vector<fs:
   written.insert(written.end(), {exr, alpha, png});
 }
 
-void WriteDerivative(const renderer::Film& film, const fs::path& stem, Log& log, std::vector<fs::path>& written) {
+void WriteDerivative(const renderer::Film& film,
+                     const fs::path& stem,
+                     Log& log,
+                     std::vector<fs::path>& written) {
   const fs::path exr = stem.string() + ".exr";
   const fs::path alpha = stem.string() + "_coverage.exr";
   const fs::path png = stem.string() + ".png";
@@ -71,7 +74,8 @@ void WriteDerivative(const renderer::Film& film, const fs::path& stem, Log& log,
   renderer::WriteExr(exr, renderer::ColorImage(film));
   renderer::WriteExr(alpha, renderer::CoverageImage(film));
   renderer::WritePng8(png, SignedImage(film, scale));
-  log.Info(fmt::format("{}: white is 0, full red +{:.4g}, full blue -{:.4g}", png.string(), scale, scale));
+  log.Info(fmt::format(
+      "{}: white is 0, full red +{:.4g}, full blue -{:.4g}", png.string(), scale, scale));
   written.insert(written.end(), {exr, alpha, png});
 }
 
@@ -90,7 +94,8 @@ Experiment LoadTarget(const ExperimentConfig& config, const fs::path& run_root) 
 
 void LogStats(const renderer::RenderStats& stats, Log& log) {
   if (stats.non_finite_samples > 0) {
-    log.Warn(fmt::format("{} samples of {} were not finite and left out", stats.non_finite_samples, stats.paths));
+    log.Warn(fmt::format(
+        "{} samples of {} were not finite and left out", stats.non_finite_samples, stats.paths));
   }
 }
 
@@ -109,7 +114,8 @@ ExitStatus RenderCommand(CommandContext& context) {
     directions.push_back(ParseDirection(experiment.scene, name));
   }
   const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
-  const fs::path folder = fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
+  const fs::path folder =
+      fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
@@ -142,7 +148,10 @@ ExitStatus RenderCommand(CommandContext& context) {
       for (const Direction& direction : directions) {
         renderer::FilmSink sink(direction.layout, direction.values, camera.width, camera.height);
         renderer.RenderDerivative(camera, index, options, direction.layout, sink, &stats);
-        WriteDerivative(sink.film(), folder / (name + "_d_" + SafeFileName(direction.name)), context.log, written);
+        WriteDerivative(sink.film(),
+                        folder / (name + "_d_" + SafeFileName(direction.name)),
+                        context.log,
+                        written);
       }
       LogStats(stats, context.log);
       context.log.Info("rendered " + camera.name);

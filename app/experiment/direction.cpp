@@ -1,11 +1,12 @@
 #include "app/experiment/direction.h"
 
-#include <fnmatch.h>
-
 #include <array>
 #include <charconv>
 #include <optional>
+#include <string_view>
 #include <utility>
+
+#include <fnmatch.h>
 
 #include "renderer/core/error.h"
 #include "renderer/sampler/counter_rng.h"
@@ -87,7 +88,10 @@ int IndexOf(const List& list, const std::string& object, const std::string& name
   Fail(name, "no '" + object + "' with this property (known: " + known + ")");
 }
 
-int ObjectIndex(const renderer::Scene& scene, ParameterKind kind, const std::string& object, const std::string& name) {
+int ObjectIndex(const renderer::Scene& scene,
+                ParameterKind kind,
+                const std::string& object,
+                const std::string& name) {
   switch (kind) {
     case ParameterKind::kVertexPositions:
     case ParameterKind::kVertexColors:
@@ -110,11 +114,33 @@ Direction AllExposures(const renderer::Scene& scene) {
   return direction;
 }
 
+constexpr std::string_view kScaleSuffix = ".vertices.scale";
+
+Direction ScaleOfMesh(const renderer::Scene& scene, const std::string& name) {
+  const std::string object = name.substr(0, name.size() - kScaleSuffix.size());
+  const int mesh = IndexOf(scene.meshes, object, name);
+  Direction direction{name, ParameterLayout(scene), {}};
+  direction.layout.Add(ParameterKind::kVertexPositions, mesh);
+  const auto& positions = scene.meshes[static_cast<std::size_t>(mesh)].mesh.positions;
+  renderer::Vec3 mean;
+  for (const renderer::Vec3& p : positions) {
+    mean += p / static_cast<double>(positions.size());
+  }
+  for (const renderer::Vec3& p : positions) {
+    const renderer::Vec3 velocity = p - mean;
+    direction.values.insert(direction.values.end(), {velocity.x, velocity.y, velocity.z});
+  }
+  return direction;
+}
+
 }  // namespace
 
 Direction ParseDirection(const renderer::Scene& scene, const std::string& name) {
   if (name == "exposure") {
     return AllExposures(scene);
+  }
+  if (name.ends_with(kScaleSuffix)) {
+    return ScaleOfMesh(scene, name);
   }
   const ParsedName parsed = Parse(name);
   const std::pair<const char*, ParameterKind>* property = nullptr;
@@ -143,9 +169,11 @@ Direction ParseDirection(const renderer::Scene& scene, const std::string& name) 
   for (std::int32_t block = 0; block < group.num_blocks; ++block) {
     for (int c = 0; c < group.block_size; ++c) {
       const double random = 2.0 * rng.Next() - 1.0;
-      const bool chosen = (!parsed.index || *parsed.index == block) && (!parsed.component || *parsed.component == c);
+      const bool chosen = (!parsed.index || *parsed.index == block) &&
+                          (!parsed.component || *parsed.component == c);
       if (chosen) {
-        direction.values[static_cast<std::size_t>(block * group.block_size + c)] = whole_field ? random : 1.0;
+        direction.values[static_cast<std::size_t>(block * group.block_size + c)] =
+            whole_field ? random : 1.0;
       }
     }
   }

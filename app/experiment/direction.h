@@ -7,7 +7,8 @@
 
 namespace pathfit::app {
 
-/// A direction in which a scene can be changed: what `render --derivative` and `gradcheck` differentiate by.
+/// A direction in which a scene can be changed: what `render --derivative` and `gradcheck`
+/// differentiate by.
 struct Direction {
   std::string name;
   renderer::ParameterLayout layout;  ///< one group (all sensors for exposure)
@@ -15,9 +16,11 @@ struct Direction {
 };
 
 /// Directions by name:
-///   OBJECT.PROPERTY           all scalars of the group: 1 for constants; for vertices, colors and texels a fixed
+///   OBJECT.PROPERTY           all scalars of the group: 1 for constants; for vertices, colors and
+///   texels a fixed
 ///                             pseudo-random number in [-1, 1] each
-///   OBJECT.PROPERTY.x|y|z|r|g|b   this component of all of them (vertices.x: the mesh moves along x)
+///   OBJECT.PROPERTY.x|y|z|r|g|b   this component of all of them (vertices.x: the mesh moves along
+///   x) MESH.vertices.scale       grows about the mean of its vertices, per relative scale
 ///   OBJECT.PROPERTY[i]        block i alone, and OBJECT.PROPERTY[i].x one scalar
 ///   exposure                  the gain of every sensor
 /// Throws SceneError naming what does not exist.

@@ -55,7 +55,7 @@ std::string EscapeHtml(const std::string& text) {
     } else if (c == '&') {
       escaped += "&amp;";
     } else if (c == '<') {
-      escaped += '<';
+      escaped += "&lt;";
     } else if (c == '>') {
       escaped += "&gt;";
     } else if (c == '"') {

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace pathfit::app {
+
+/// A key or value that people know from other programs or from our plans and that does not exist
+/// here. It is refused with " is not supported" and the advice.
+struct Unsupported {
+  std::string name;
+  std::string advice;  ///< "; write max_rounds"; may be empty
+};
+
+/// Allowed numbers; both ends belong to it unless open.
+struct NumberRange {
+  double lower;
+  double upper;
+  bool lower_open = false;
+  bool upper_open = false;
+  bool allow_infinite = false;  ///< `.inf` may be written
+};
+
+/// One value of the configuration: what it may be, what it is without the file, what it means.
+/// Readers, checks, --set, the resolved copy and the reference page all follow this tree.
+struct SchemaNode {
+  enum class Type {
+    kBool,
+    kInteger,
+    kNumber,
+    kText,
+    kName,    ///< letters, digits, _ and -
+    kChoice,  ///< one of `words`
+    kPath,
+    kBytes,     ///< "16 GiB"
+    kList,      ///< children[0] is the item
+    kMap,       ///< children are the keys
+    kNamedMap,  ///< names given by the user; children[0] is the value of each
+    kEither,    ///< children are alternatives, told apart by scalar, list or map
+  };
+  enum class Presence {
+    kDefaulted,  ///< absent = default_yaml; maps: absent = empty, so that their keys take defaults
+    kOptional,   ///< absent = not used, or depends on other values
+    kRequired,
+  };
+
+  Type type = Type::kMap;
+  std::string key;  ///< of a child of a map; kNamedMap items: what a name stands for, "MATERIAL"
+  std::string doc;
+  Presence presence = Presence::kOptional;
+  std::string default_yaml;
+  std::string default_doc;  ///< for the reference where the default depends on other values
+  std::string unit;
+  NumberRange range{0.0, 0.0, false, false, false};
+  bool has_range = false;
+  std::vector<std::string> words;  ///< kChoice; also accepted instead of a number, path or bytes
+  std::vector<Unsupported> unsupported;  ///< keys of a map, or values of a choice
+  std::vector<SchemaNode> children;
+  int min_items = 0;
+  int max_items = 0;     ///< 0 = any number
+  std::string one_of;    ///< exactly one sibling with the same text here must be given
+  std::string needs;     ///< a sibling that must be given too
+  std::string when_key;  ///< belongs only to maps whose `when_key` has one of when_values
+  std::vector<std::string> when_values;
+
+  [[nodiscard]] const SchemaNode* Child(const std::string& name) const;
+
+  // To build the tree in reading order.
+  SchemaNode& Default(std::string yaml);
+  SchemaNode& DefaultIs(std::string text);
+  SchemaNode& Required();
+  SchemaNode& Always();
+  SchemaNode& Unit(std::string text);
+  SchemaNode& From(double lower, double upper);
+  SchemaNode& AtLeast(double lower);
+  SchemaNode& Above(double lower);
+  SchemaNode& Between(double lower, double upper);  ///< ends excluded
+  SchemaNode& OrInfinite();
+  SchemaNode& Words(std::vector<std::string> list);
+  SchemaNode& Refuse(std::vector<Unsupported> list);
+  SchemaNode& Items(int min_count, int max_count);
+  SchemaNode& OneOf(std::string group);
+  SchemaNode& Needs(std::string sibling);
+  SchemaNode& When(std::string sibling, std::vector<std::string> values);
+};
+
+/// Schema of the whole file.
+const SchemaNode& ConfigSchema();
+
+/// "from 0 to 1", "above 0", "at least 1"; empty without a range.
+std::string DescribeRange(const SchemaNode& node);
+
+/// "a number from 0 to 1", "a list of 3 numbers", "one of a, b": what may be written.
+std::string DescribeType(const SchemaNode& node);
+
+/// configs/README.md: every key with its type, default, unit and meaning.
+std::string SchemaMarkdown();
+
+}  // namespace pathfit::app

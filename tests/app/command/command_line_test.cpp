@@ -1,0 +1,201 @@
+#include "app/command/command_line.h"
+
+#include <filesystem>
+#include <map>
+
+#include <gtest/gtest.h>
+
+namespace pathfit::app {
+namespace {
+
+CommandLine Parse(std::vector<std::string> words,
+                  const std::map<std::string, std::string>& environment = {}) {
+  words.insert(words.begin(), "pathfit");
+  return ParseCommandLine(words, [&environment](const std::string& name) {
+    const auto found = environment.find(name);
+    return found == environment.end() ? std::string() : found->second;
+  });
+}
+
+// First line of the message, or "accepted".
+std::string Refusal(const std::vector<std::string>& words,
+                    const std::map<std::string, std::string>& environment = {}) {
+  try {
+    Parse(words, environment);
+  } catch (const UsageError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("(status 2)"), std::string::npos);
+    return text.substr(0, text.find('\n'));
+  }
+  return "accepted";
+}
+
+TEST(CommandLine, FlagsMayStandAnywhere) {
+  const CommandLine line =
+      Parse({"-v",      "--threads",    "2",          "fit",          "--set",  "a.b=[1, 2]",
+             "c.yaml",  "--set",        "d=e",        "-o",           "out",    "--time-limit",
+             "1h30m",   "--max-memory", "12GiB",      "--stop-after", "light",  "--json",
+             "--color", "never",        "--progress", "plain",        "--seed", "5"});
+  EXPECT_EQ(line.command, CommandName::kFit);
+  EXPECT_EQ(line.target, "c.yaml");
+  EXPECT_EQ(line.set, (std::vector<std::string>{"a.b=[1, 2]", "d=e"}));
+  EXPECT_EQ(line.output, "out");
+  EXPECT_DOUBLE_EQ(line.time_limit_s, 5400.0);
+  EXPECT_EQ(line.stop_after, "light");
+  EXPECT_EQ(line.log_level, LogLevel::kDebug);
+  EXPECT_EQ(line.threads, 2);
+  EXPECT_EQ(line.seed, 5);
+  EXPECT_EQ(line.color, ColorMode::kNever);
+  EXPECT_EQ(line.progress, ProgressMode::kPlain);
+  EXPECT_TRUE(line.json);
+}
+
+TEST(CommandLine, OverridesComeInOrderOfPrecedence) {
+  const CommandLine line =
+      Parse({"gradcheck", "c.yaml", "--params",  "a.*", "--params",     "it's", "--spp",  "64",
+             "--step",    "1e-3",   "--sigma",   "4.5", "--replicates", "9",    "--seed", "3",
+             "--set",     "seed=1", "--threads", "8"});
+  const std::vector<std::pair<std::string, std::string>> expected = {
+      {"--set #1", "seed=1"},
+      {"--seed", "seed=3"},
+      {"--threads", "solver.threads=8"},
+      {"--spp", "gradcheck.spp=64"},
+      {"--replicates", "gradcheck.replicates=9"},
+      {"--step", "gradcheck.step=0.001"},
+      {"--sigma", "gradcheck.sigma=4.5"},
+      {"--params", "gradcheck.params=['a.*', 'it''s']"},
+  };
+  const std::vector<ConfigOverride> overrides = OverridesOf(line);
+  ASSERT_EQ(overrides.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(overrides[i].label, expected[i].first);
+    EXPECT_EQ(overrides[i].assignment, expected[i].second);
+  }
+}
+
+TEST(CommandLine, OneSetTakesOneWord) {
+  EXPECT_EQ(Refusal({"fit", "c.yaml", "--set", "a=1", "b=2"}),
+            "pathfit fit: unexpected argument 'b=2'");
+}
+
+TEST(CommandLine, RenderListsAreSplit) {
+  const CommandLine line = Parse({"render",
+                                  "runs/a",
+                                  "--views",
+                                  "0,3,IMG_1.JPG",
+                                  "--derivative",
+                                  "axe.vertices[3].x",
+                                  "--derivative",
+                                  "exposure",
+                                  "--terms",
+                                  "primary",
+                                  "--spp",
+                                  "4"});
+  EXPECT_EQ(line.views, (std::vector<std::string>{"0", "3", "IMG_1.JPG"}));
+  EXPECT_EQ(line.derivatives, (std::vector<std::string>{"axe.vertices[3].x", "exposure"}));
+  EXPECT_FALSE(line.interior);
+  EXPECT_TRUE(line.primary);
+  ASSERT_EQ(OverridesOf(line).size(), 1U);
+  EXPECT_EQ(OverridesOf(line)[0].assignment, "render.spp=4");
+  EXPECT_TRUE(Parse({"render", "c.yaml", "--views", "all"}).views.empty());
+}
+
+TEST(CommandLine, SensorsMayBeNamedOneByOne) {
+  const CommandLine line = Parse({"render", "c.yaml", "--sensor", "front", "--sensor", "top,left"});
+  EXPECT_EQ(line.views, (std::vector<std::string>{"front", "top,left"}));
+}
+
+TEST(CommandLine, TheRunDirectoryOfAFitIsRelativeToTheWorkingDirectory) {
+  const std::vector<ConfigOverride> overrides =
+      OverridesOf(Parse({"fit", "c.yaml", "-o", "it's here"}));
+  ASSERT_EQ(overrides.size(), 1U);
+  EXPECT_EQ(overrides[0].label, "-o");
+  const std::string folder = std::filesystem::current_path().string();
+  EXPECT_EQ(overrides[0].assignment, "output.directory='" + folder + "/it''s here'");
+  EXPECT_TRUE(OverridesOf(Parse({"render", "c.yaml", "-o", "out"})).empty());
+}
+
+TEST(CommandLine, HelpAndVersionSucceed) {
+  EXPECT_NE(Parse({"--help"}).help_text.find("gradcheck"), std::string::npos);
+  EXPECT_NE(Parse({"fit", "-h"}).help_text.find("--time-limit"), std::string::npos);
+  EXPECT_NE(Parse({"help", "render"}).help_text.find("--derivative"), std::string::npos);
+  EXPECT_EQ(Parse({"help"}).command, CommandName::kHelp);
+  EXPECT_EQ(Parse({"--version"}).command, CommandName::kVersion);
+  EXPECT_EQ(Parse({"version", "--json"}).command, CommandName::kVersion);
+}
+
+TEST(CommandLine, EnvironmentGivesDefaultsOnly) {
+  const std::map<std::string, std::string> environment = {
+      {"PATHFIT_THREADS", "3"}, {"SLURM_CPUS_PER_TASK", "9"}, {"PATHFIT_LOG_LEVEL", "warn"}};
+  const CommandLine line = Parse({"check", "c.yaml"}, environment);
+  EXPECT_EQ(line.default_threads, 3);
+  EXPECT_FALSE(line.threads);
+  EXPECT_EQ(line.log_level, LogLevel::kWarn);
+  EXPECT_EQ(Parse({"check", "c.yaml", "-q"}, environment).log_level, LogLevel::kError);
+  EXPECT_EQ(Parse({"check", "c.yaml", "--log-level", "info", "-vv"}, environment).log_level,
+            LogLevel::kInfo);
+  EXPECT_EQ(Parse({"check", "c.yaml"}, {{"SLURM_CPUS_PER_TASK", "9"}}).default_threads, 9);
+}
+
+TEST(CommandLine, MistakesAreNamed) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{}, "pathfit: a command is needed: check, fit, resume, render, gradcheck, version, help"},
+      {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
+      {{"help", "rendr"}, "pathfit: unknown command 'rendr' (did you mean 'render'?)"},
+      {{"fit"}, "pathfit fit: CONFIG is missing"},
+      {{"resume"}, "pathfit resume: RUN is missing"},
+      {{"fit", "c.yaml", "--treads", "4"},
+       "pathfit fit: unknown option '--treads' (did you mean '--threads'?)"},
+      {{"--treads", "4", "fit", "c.yaml"},
+       "pathfit: unknown option '--treads' (did you mean '--threads'?)"},
+      {{"check", "c.yaml", "--time-limit=2h"},
+       "pathfit check: unknown option '--time-limit' (it belongs to 'pathfit fit')"},
+      {{"fit", "c.yaml", "-x"}, "pathfit fit: unknown option '-x'"},
+      {{"fit", "c.yaml", "d.yaml"}, "pathfit fit: unexpected argument 'd.yaml'"},
+      {{"fit", "c.yaml", "--threads"}, "pathfit fit: option --threads needs a value"},
+      {{"fit", "c.yaml", "--threads", "0"},
+       "pathfit fit: --threads: '0' is not a whole number of at least 1"},
+      {{"fit", "c.yaml", "--threads", "4x"},
+       "pathfit fit: --threads: '4x' is not a whole number of at least 1"},
+      {{"fit", "c.yaml", "--seed", "-1"},
+       "pathfit fit: --seed: '-1' is not a whole number of at least 0"},
+      {{"fit", "c.yaml", "--set", "novalue"}, "pathfit fit: --set #1: 'novalue' is not KEY=VALUE"},
+      {{"fit", "c.yaml", "--time-limit", "2"},
+       "pathfit fit: --time-limit: '2' is not a time like 2h, 90m, 1h30m or 45s"},
+      {{"fit", "c.yaml", "-q", "-v"}, "pathfit fit: -q and -v exclude each other"},
+      {{"fit", "c.yaml", "--color", "red"},
+       "pathfit fit: --color: 'red' is not one of: auto, always, never"},
+      {{"fit", "c.yaml", "--progress", "fancy"},
+       "pathfit fit: --progress: 'fancy' is not one of: auto, bar, plain, json, none"},
+      {{"fit", "c.yaml", "--log-level", "loud"},
+       "pathfit fit: --log-level: 'loud' is not one of: trace, debug, info, warn, error"},
+      {{"render", "c.yaml", "--views", "1,,2"},
+       "pathfit render: --views: '1,,2' has an empty part"},
+      {{"render", "c.yaml", "--views", "orbit:24"},
+       "pathfit render: --views: 'orbit:' is not supported; give indices, names or all"},
+      {{"render", "c.yaml", "--views", "1", "--sensor", "front"},
+       "pathfit render: --views and --sensor exclude each other"},
+      {{"render", "c.yaml", "--derivative", "x", "--terms", "direct"},
+       "pathfit render: --terms: 'direct' is not supported (known: interior, primary)"},
+      {{"render", "c.yaml", "--derivative", "x", "--terms", "inner"},
+       "pathfit render: --terms: 'inner' is not one of: interior, primary"},
+      {{"render", "c.yaml", "--terms", "primary"}, "pathfit render: --terms needs --derivative"},
+      {{"gradcheck", "c.yaml", "--step", "0"},
+       "pathfit gradcheck: --step: '0' is not a number above 0"},
+      {{"gradcheck", "c.yaml", "--sigma", "nan"},
+       "pathfit gradcheck: --sigma: 'nan' is not a number above 0"},
+      {{"fit", "\xff"}, "pathfit: an argument is not UTF-8 text"},
+  };
+  for (const auto& [words, expected] : cases) EXPECT_EQ(Refusal(words), expected);
+  EXPECT_EQ(Refusal({"fit", "c.yaml"}, {{"PATHFIT_THREADS", "many"}}),
+            "pathfit fit: PATHFIT_THREADS: 'many' is not a whole number of at least 1");
+  EXPECT_NE(Refusal({"fit", "c.yaml", "--max-memory", "12"}).find("--max-memory: "),
+            std::string::npos);
+}
+
+TEST(CommandLine, AFolderMayBeCalledLikeACommand) {
+  EXPECT_EQ(Parse({"resume", "render"}).target, "render");
+}
+
+}  // namespace
+}  // namespace pathfit::app

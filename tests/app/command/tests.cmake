@@ -1,0 +1,1 @@
+pathfit_test(app/command/command_line_test LABEL unit LINK pathfit_app)

@@ -1,0 +1,208 @@
+#include "app/config/experiment_config.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "tests/app/config/config_text.h"
+
+namespace pathfit::app {
+namespace {
+
+const UnknownConfig& UnknownOf(const ExperimentConfig& config, const std::string& name) {
+  for (const UnknownConfig& unknown : config.unknowns) {
+    if (unknown.name == name) return unknown;
+  }
+  throw std::logic_error("no unknown " + name);
+}
+
+TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
+  const ConfigFile file(kFitConfig);
+  const ExperimentConfig config = LoadExperimentConfig(file.path(), {});
+  EXPECT_EQ(config.path, file.path());
+  EXPECT_EQ(config.given_text, kFitConfig);
+  EXPECT_EQ(config.name, "mug");
+  EXPECT_EQ(config.seed, 7U);
+  ASSERT_TRUE(config.input);
+  EXPECT_EQ(config.input->images, file.folder() / "photos");
+  EXPECT_EQ(config.input->cameras, file.folder() / "cameras/transforms.json");
+  EXPECT_EQ(config.input->cameras_format, "transforms");
+  EXPECT_TRUE(config.input->has_masks);
+  EXPECT_TRUE(config.input->masks_silhouette);
+  EXPECT_EQ(config.input->masks, file.folder() / "masks");
+  EXPECT_EQ(config.input->masks_erode_px, 2);
+  EXPECT_TRUE(config.input->exposure_gain);
+  EXPECT_EQ(config.input->validation_every, 8);
+  EXPECT_EQ(config.input->max_size_px, 0);
+
+  ASSERT_EQ(config.geometry.size(), 2U);
+  EXPECT_EQ(std::get<VisualHullGeometry>(config.geometry[0].geometry).resolution, 64);
+  EXPECT_EQ(config.geometry[0].material, "glaze");
+  EXPECT_DOUBLE_EQ(std::get<SphereGeometry>(config.geometry[1].geometry).radius, 0.1);
+  ASSERT_EQ(config.materials.size(), 2U);
+  EXPECT_TRUE(config.materials[0].metallic_roughness);
+  EXPECT_EQ(config.materials[0].base_color_source, MaterialConfig::BaseColor::kVertexConstant);
+  EXPECT_EQ(config.materials[0].base_color, (Triple{0.5, 0.4, 0.3}));
+  EXPECT_DOUBLE_EQ(config.materials[0].roughness, 0.4);
+  EXPECT_EQ(config.materials[1].base_color_source, MaterialConfig::BaseColor::kConstant);
+  ASSERT_EQ(config.lights.size(), 2U);
+  EXPECT_EQ(config.lights[0].size_px, (std::array<int, 2>{16, 8}));
+  EXPECT_EQ(config.lights[1].type, LightConfig::Type::kPoint);
+  EXPECT_EQ(config.lights[1].position, (Triple{0, 1, 0}));
+
+  EXPECT_TRUE(config.loss.relative);
+  ASSERT_EQ(config.stages.size(), 2U);
+  EXPECT_EQ(config.stages[0].free, (std::vector<std::string>{"room.texels", "exposure"}));
+  EXPECT_EQ(config.stages[1].free.size(), 7U) << "all but the held one";
+  EXPECT_EQ(config.stages[1].spp, 16);
+  EXPECT_DOUBLE_EQ(config.solver.max_memory_bytes, 2.0 * 1024 * 1024 * 1024);
+  EXPECT_EQ(config.solver.threads, 2);
+  EXPECT_EQ(config.output.directory, file.folder() / "runs/{name}/{timestamp}");
+  EXPECT_EQ(config.gradcheck.params, (std::vector<std::string>{"mug.*"}));
+  EXPECT_DOUBLE_EQ(config.gradcheck.step, 1e-4);
+}
+
+TEST(ExperimentConfig, DefaultsOfUnknownsFollowTheirKind) {
+  const ExperimentConfig config = LoadText(kFitConfig);
+  const double infinity = std::numeric_limits<double>::infinity();
+  const UnknownConfig& vertices = UnknownOf(config, "mug.vertices");
+  EXPECT_EQ(vertices.lower, -infinity);
+  EXPECT_DOUBLE_EQ(vertices.large_steps_lambda, 19.0);
+  EXPECT_DOUBLE_EQ(vertices.laplacian_weight, 1e-2);
+  EXPECT_DOUBLE_EQ(UnknownOf(config, "mug.colors").upper, 0.95);
+  const UnknownConfig& color = UnknownOf(config, "paint.base_color");
+  EXPECT_DOUBLE_EQ(color.lower, 0.01);
+  EXPECT_DOUBLE_EQ(color.upper, 0.99);
+  EXPECT_FALSE(color.log_transform);
+  ASSERT_TRUE(color.gaussian);
+  EXPECT_EQ(color.gaussian->mean, (std::vector<double>{0.2, 0.3, 0.4}));
+  EXPECT_DOUBLE_EQ(UnknownOf(config, "glaze.roughness").lower, 0.1);
+  EXPECT_TRUE(UnknownOf(config, "glaze.metallic").hold);
+  const UnknownConfig& texels = UnknownOf(config, "room.texels");
+  EXPECT_DOUBLE_EQ(texels.lower, 1e-4);
+  EXPECT_EQ(texels.upper, infinity);
+  EXPECT_TRUE(texels.log_transform);
+  EXPECT_DOUBLE_EQ(texels.smooth_weight, 1e-3);
+  EXPECT_DOUBLE_EQ(texels.neutral_weight, 1e-2);
+  EXPECT_EQ(UnknownOf(config, "exposure").object, "");
+  EXPECT_EQ(UnknownOf(config, "exposure").property, "exposure");
+}
+
+TEST(ExperimentConfig, ASceneNeedsNoPhotos) {
+  const ConfigFile file(kSceneConfig);
+  const ExperimentConfig config = LoadExperimentConfig(file.path(), {});
+  EXPECT_FALSE(config.input);
+  EXPECT_EQ(config.name, "test") << "the file's name";
+  EXPECT_EQ(config.geometry[0].transform.scale, (Triple{2, 2, 2}));
+  EXPECT_DOUBLE_EQ(config.geometry[0].transform.angle, -0.5 * std::numbers::pi);
+  EXPECT_EQ(config.lights[0].type, LightConfig::Type::kConstant);
+  ASSERT_EQ(config.sensors.size(), 1U);
+  const SensorConfig& sensor = config.sensors[0];
+  EXPECT_NEAR(sensor.focal_px[0], 16.0, 1e-12) << "90 degrees along the smaller side of 32";
+  EXPECT_EQ(sensor.principal_point_px, (std::array<double, 2>{32.0, 16.0}));
+  EXPECT_EQ(sensor.up, (Triple{0, 1, 0}));
+}
+
+TEST(ExperimentConfig, FieldOfViewIsMeasuredAlongTheAxisNamed) {
+  const auto focal = [](const std::string& axis) {
+    return LoadText(kSceneConfig, {"scene.sensors.front.fov_axis=" + axis}).sensors[0].focal_px[0];
+  };
+  EXPECT_NEAR(focal("x"), 32.0, 1e-12);
+  EXPECT_NEAR(focal("y"), 16.0, 1e-12);
+  EXPECT_NEAR(focal("larger"), 32.0, 1e-12);
+  EXPECT_NEAR(focal("diagonal"), 0.5 * std::hypot(64.0, 32.0), 1e-12);
+}
+
+TEST(ExperimentConfig, ReadsInlineMeshesAndGivenPoses) {
+  const ExperimentConfig config = LoadText(R"(schema: 1
+scene:
+  geometry:
+    leaf:
+      mesh:
+        vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        triangles: [[0, 1, 2]]
+        colors: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+      material: own
+  materials: {own: {model: diffuse, base_color: {vertex: mesh}, two_sided: false}}
+  lights: {sun: {type: directional, direction: [0, -1, 0], irradiance: [3, 2, 1], frame: camera}}
+  sensors:
+    a:
+      size_px: [8, 8]
+      focal_px: [9, 10]
+      principal_point_px: [4, 4.5]
+      distortion: {k1: 0.1, p2: -0.2}
+      pose: {world_from_camera: [[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}
+      crop_px: [0, 4, 8, 4]
+      exposure_ev: -1
+)");
+  const auto& mesh = std::get<InlineGeometry>(config.geometry[0].geometry);
+  EXPECT_EQ(mesh.vertices.size(), 3U);
+  EXPECT_EQ(mesh.triangles[0], (std::array<int, 3>{0, 1, 2}));
+  EXPECT_EQ(mesh.colors[2], (Triple{0, 0, 1}));
+  EXPECT_EQ(config.materials[0].base_color_source, MaterialConfig::BaseColor::kVertexOfMesh);
+  EXPECT_FALSE(config.materials[0].two_sided);
+  EXPECT_EQ(config.lights[0].intensity, (Triple{3, 2, 1}));
+  EXPECT_TRUE(config.lights[0].camera_frame);
+  const SensorConfig& sensor = config.sensors[0];
+  EXPECT_EQ(sensor.focal_px, (std::array<double, 2>{9, 10}));
+  EXPECT_FALSE(sensor.look_at);
+  EXPECT_DOUBLE_EQ(sensor.world_from_camera[2][3], 3.0);
+  EXPECT_EQ(*sensor.crop_px, (std::array<int, 4>{0, 4, 8, 4}));
+  EXPECT_DOUBLE_EQ(sensor.p2, -0.2);
+  EXPECT_DOUBLE_EQ(sensor.exposure_ev, -1.0);
+}
+
+TEST(ExperimentConfig, PathsAreRelativeToTheFileAndExpanded) {
+  setenv("PATHFIT_TEST_FOLDER", "/data/x", 1);
+  setenv("HOME", "/home/somebody", 1);
+  const ConfigFile file(kFitConfig);
+  const auto images = [&file](const std::string& text) {
+    const auto config = LoadExperimentConfig(file.path(), Sets({"input.images=" + text}));
+    return config.input->images.string();
+  };
+  EXPECT_EQ(images("a/../b/"), (file.folder() / "b").string());
+  EXPECT_EQ(images("../c"), (file.folder().parent_path() / "c").string());
+  EXPECT_EQ(images("/abs/photos"), "/abs/photos");
+  EXPECT_EQ(images("\"${PATHFIT_TEST_FOLDER}/photos\""), "/data/x/photos");
+  EXPECT_EQ(images("~/photos"), "/home/somebody/photos");
+  EXPECT_EQ(images("a~b"), (file.folder() / "a~b").string());
+  EXPECT_EQ(ProblemOf(kFitConfig, {"input.images=\"${PATHFIT_NOT_SET}/a\""}),
+            "--set #1: input.images: environment variable 'PATHFIT_NOT_SET' is not set");
+  EXPECT_EQ(ProblemOf(kFitConfig, {"input.images=\"${PATHFIT_NOT_SET\""}),
+            "--set #1: input.images: '${' is never closed by '}'");
+}
+
+TEST(ExperimentConfig, AMissingFileIsNamed) {
+  try {
+    LoadExperimentConfig("/nowhere/a.yaml", {});
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("/nowhere/a.yaml: error: the config cannot be opened"),
+              std::string::npos);
+  }
+}
+
+TEST(ExperimentConfig, ListsAllProblemsInTheOrderOfTheFile) {
+  std::string text = Replaced(kFitConfig, "seed: 7", "sed: 7");
+  text = Replaced(text, "erode_px: 2", "invert: no");
+  text = Replaced(text, "material: paint", "material: pant");
+  text = Replaced(text, "[0.02, 0.95]", "[0.95, 0.02]");
+  text = Replaced(text, "room.texels, exposure", "room.texel, exposure");
+  text = Replaced(text, "max_rounds: 3", "max_iterations: 3");
+  const std::vector<std::string> expected = {
+      "3:1: unknown key 'sed' (did you mean 'seed'?)",
+      "7:32: input.masks.invert: 'no' is not a boolean here; write false",
+      "14:60: scene.geometry.disc.material: no material is called 'pant' (did you mean 'paint'?)",
+      "26:24: unknowns.mug.colors.bounds: lower bound 0.95 is above upper bound 0.02",
+      "35:26: stages[0].free: no unknown is called 'room.texel' (did you mean 'room.texels'?)",
+      "35:68: stages[0]: key 'max_iterations' is not supported; write max_rounds",
+      "--set #1: render.spp: 0 is out of range (allowed: a whole number from 1 to 1048576)",
+  };
+  EXPECT_EQ(ProblemsOf(text, {"render.spp=0"}), expected);
+}
+
+}  // namespace
+}  // namespace pathfit::app

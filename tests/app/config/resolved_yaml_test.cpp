@@ -1,0 +1,92 @@
+#include "app/config/resolved_yaml.h"
+
+#include <regex>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/app/config/config_text.h"
+
+namespace pathfit::app {
+namespace {
+
+std::string WithoutComments(const std::string& yaml) {
+  return std::regex_replace(yaml, std::regex("  # [^\n]*\n"), "\n");
+}
+
+// What is read back from the resolved copy, in another folder, is the same config.
+void ExpectRoundTrip(const std::string& text, const std::vector<std::string>& sets = {}) {
+  const ExperimentConfig first = LoadText(text, sets);
+  const ExperimentConfig second = LoadText(first.resolved_yaml);
+  EXPECT_EQ(WithoutComments(first.resolved_yaml), WithoutComments(second.resolved_yaml));
+  EXPECT_EQ(second.resolved_yaml.find("# default"), std::string::npos)
+      << "every value is written in the copy";
+  EXPECT_EQ(first.name, second.name);
+  EXPECT_EQ(first.output.directory, second.output.directory);
+  ASSERT_EQ(first.unknowns.size(), second.unknowns.size());
+  for (std::size_t i = 0; i < first.unknowns.size(); ++i) {
+    EXPECT_EQ(first.unknowns[i].lower, second.unknowns[i].lower);
+    EXPECT_EQ(first.unknowns[i].upper, second.unknowns[i].upper);
+    EXPECT_EQ(first.unknowns[i].log_transform, second.unknowns[i].log_transform);
+  }
+  ASSERT_EQ(first.stages.size(), second.stages.size());
+  for (std::size_t i = 0; i < first.stages.size(); ++i) {
+    EXPECT_EQ(first.stages[i].free, second.stages[i].free);
+  }
+}
+
+TEST(ResolvedYaml, ReadsBackAsTheSameConfig) {
+  ExpectRoundTrip(kFitConfig, {"stages.all.spp=32", "unknowns.mug.colors.bounds[0]=0.1"});
+  ExpectRoundTrip(kSceneConfig);
+  ExpectRoundTrip(R"(schema: 1
+scene:
+  geometry:
+    leaf:
+      mesh:
+        vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [2, 2, 1e-3]]
+        triangles: [[0, 1, 2]]
+      material: "1"
+    other: {file: "a \"b\" \\c.ply", material: "1"}
+  materials: {"1": {model: "diffuse", base_color: {constant: [.5, +0.5, 5e-1]}}}
+  sensors:
+    a: {size_px: [8, 9], focal_px: 9, pose: {look_at: {origin_m: [0, 0, 1], target_m: [0, 0, 0]}}}
+gradcheck: {params: ["*", "# no comment", " spaced ", "é: x"]}
+)");
+}
+
+TEST(ResolvedYaml, SaysWhereEveryValueCameFrom) {
+  const std::string yaml =
+      LoadText(kFitConfig,
+               {"stages.all.spp=32", "render.spp=3", "unknowns.mug.colors.bounds[0]=0.1"})
+          .resolved_yaml;
+  for (const char* line : {"\nseed: 7  # test.yaml:3\n",
+                           "\n    spp: 32  # --set #1\n",
+                           "\n  spp: 3  # --set #2\n",
+                           "\n    bounds: [0.1, 0.95]  # test.yaml:26, --set #3\n",
+                           "\n  max_bounces: 1  # default\n",
+                           "\n    transform: log  # default\n"}) {
+    EXPECT_NE(yaml.find(line), std::string::npos) << line << yaml;
+  }
+  const std::regex valued("^[^#]*: [^ ].*$");
+  std::istringstream lines(yaml);
+  for (std::string line; std::getline(lines, line);) {
+    if (std::regex_match(line, valued)) {
+      EXPECT_NE(line.find("  # "), std::string::npos) << line;
+    }
+  }
+}
+
+TEST(ResolvedYaml, HoldsEveryDefault) {
+  const std::string yaml = LoadText(kSceneConfig).resolved_yaml;
+  for (const char* line : {"\nname: \"test\"  # default\n",
+                           "\nseed: 0  # default\n",
+                           "\n      principal_point_px: [32, 16]  # default\n",
+                           "\n      fov_axis: smaller  # default\n",
+                           "\n  linear_solver: auto  # default\n"}) {
+    EXPECT_NE(yaml.find(line), std::string::npos) << line << yaml;
+  }
+}
+
+}  // namespace
+}  // namespace pathfit::app

@@ -1,0 +1,183 @@
+#include "app/output/export_result.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/output/export_cameras.h"
+#include "app/output/parameter_table.h"
+#include "optim/observation/camera_import.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/io/exr_file.h"
+#include "renderer/io/mesh_file.h"
+#include "renderer/io/radiance_file.h"
+#include "tests/app/output/html_check.h"
+#include "tests/app/output/synthetic_run.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::PerspectiveCamera;
+
+/// A quaternion and a normalisation lie between the matrices: some units in the last place.
+constexpr double kPoseTolerance = 1e-14;
+
+std::vector<PerspectiveCamera> ManyCameras() {
+  std::vector<PerspectiveCamera> cameras;
+  for (int i = 0; i < 24; ++i) {
+    PerspectiveCamera camera;
+    camera.width = 640 + i % 2;
+    camera.height = 480;
+    camera.fx = 512.34567890123456 + i % 3;
+    camera.fy = 511.0 / 3.0;
+    camera.cx = 320.1;
+    camera.cy = 239.7;
+    if (i % 4 == 1) camera.distortion = {.k1 = -0.1, .k2 = 0.01, .p1 = 1e-3, .p2 = -2e-3};
+    // Half turns about the axes, and turns close to them, are where one quaternion formula or
+    // another divides by zero.
+    const renderer::Vec3 main_axis{
+        i % 3 == 0 ? 1.0 : 0.0, i % 3 == 1 ? 1.0 : 0.0, i % 3 == 2 ? 1.0 : 0.0};
+    const renderer::Vec3 axis =
+        i < 3 ? main_axis
+              : renderer::Normalized(main_axis + renderer::Vec3{0.3 * std::sin(1.0 * i),
+                                                                0.2 * std::cos(2.0 * i),
+                                                                0.15});
+    const double angle = i < 3 ? std::numbers::pi : (i < 12 ? 3.0 : 0.7 * i);
+    camera.world_from_camera = {renderer::RotationAboutAxis(axis, angle), {0.1 * i, -1.0, 2.5}};
+    cameras.push_back(camera);
+  }
+  return cameras;
+}
+
+std::vector<std::string> Names(std::size_t count) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < count; ++i) names.push_back("a b/" + ViewName(static_cast<int>(i)));
+  return names;
+}
+
+void ExpectSame(const std::vector<PerspectiveCamera>& cameras,
+                const optim::ImportedCameras& imported) {
+  ASSERT_EQ(imported.cameras.size(), cameras.size());
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const PerspectiveCamera& a = cameras[i];
+    const PerspectiveCamera& b = imported.cameras[i].camera;
+    EXPECT_EQ(imported.cameras[i].image, Names(cameras.size())[i]);
+    EXPECT_EQ(a.width, b.width);
+    EXPECT_EQ(a.height, b.height);
+    EXPECT_EQ(a.fx, b.fx);
+    EXPECT_EQ(a.fy, b.fy);
+    EXPECT_EQ(a.cx, b.cx);
+    EXPECT_EQ(a.cy, b.cy);
+    EXPECT_EQ(a.distortion, b.distortion);
+    const renderer::Transform& p = a.world_from_camera;
+    const renderer::Transform& q = b.world_from_camera;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(p.linear.x[k], q.linear.x[k], kPoseTolerance) << i;
+      EXPECT_NEAR(p.linear.y[k], q.linear.y[k], kPoseTolerance) << i;
+      EXPECT_NEAR(p.linear.z[k], q.linear.z[k], kPoseTolerance) << i;
+      EXPECT_NEAR(p.translation[k], q.translation[k], 4.0 * kPoseTolerance) << i;
+    }
+  }
+}
+
+TEST(ExportCameras, ImportersReadBackWhatWasWritten) {
+  const TemporaryFolder folder("cameras");
+  std::vector<PerspectiveCamera> cameras = ManyCameras();
+  const std::vector<std::string> names = Names(cameras.size());
+  WriteCameras(folder.path(), cameras, names, names);
+  ExpectSame(cameras, optim::ReadColmapText(folder.path()));
+  ExpectSame(cameras, optim::ReadTransformsJson(folder.path() / "transforms.json"));
+  // k3 is in no COLMAP model the importer reads; transforms.json keeps it.
+  cameras[5].distortion.k3 = 0.05;
+  renderer::WriteFileAtomically(folder.path() / "transforms.json", TransformsJson(cameras, names));
+  ExpectSame(cameras, optim::ReadTransformsJson(folder.path() / "transforms.json"));
+  EXPECT_EQ(Count(ColmapModel(cameras, names).cameras, "FULL_OPENCV"), 1);
+}
+
+TEST(ExportCameras, EqualIntrinsicsShareACamera) {
+  std::vector<PerspectiveCamera> cameras(3, ManyCameras().front());
+  EXPECT_EQ(Count(ColmapModel(cameras, Names(3)).cameras, "PINHOLE"), 1);
+  cameras[1].fx += 1e-9;
+  EXPECT_EQ(Count(ColmapModel(cameras, Names(3)).cameras, "PINHOLE"), 2);
+}
+
+std::vector<ExportedView> Views(const optim::ObservationSet& set) {
+  std::vector<ExportedView> views;
+  for (const optim::View& view : set.views) {
+    views.push_back({view.name, "photos/" + view.name, view.validation});
+  }
+  return views;
+}
+
+TEST(ExportResult, WritesMeshesLightsAndTables) {
+  const TemporaryFolder folder("export");
+  const optim::ObservationSet set = MakeObservations(5, 64, 48);
+  renderer::Scene scene = MakeScene(set);
+  scene.sensors[2].gain = 2.0;
+  const fs::path result = folder.path() / "result";
+  ExportResult(result, scene, Views(set), SummarizeParameters(MakeSpec(), scene, scene));
+
+  const renderer::Mesh mesh = renderer::ReadMesh(result / "axe.ply");
+  EXPECT_EQ(mesh.triangles.size(), scene.meshes[0].mesh.triangles.size());
+  ASSERT_TRUE(mesh.HasColors());
+  EXPECT_NEAR(mesh.colors[0].r, 0.6, 5e-3);  // 8 bits
+  EXPECT_TRUE(renderer::ReadWholeFile(result / "axe.glb").starts_with("glTF"));
+
+  const auto& sky = std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light);
+  const renderer::Image exr = renderer::ReadExr(result / "environment.exr");
+  EXPECT_EQ(exr.width, 16);
+  EXPECT_NEAR(exr.ColorAt(3, 2).g, (sky.intensity * sky.texels[2 * 16 + 3]).g, 1e-6);
+  EXPECT_EQ(renderer::DecodeHdr(renderer::ReadWholeFile(result / "environment.hdr"), "hdr").height,
+            8);
+
+  const auto lights = nlohmann::json::parse(renderer::ReadWholeFile(result / "lights.json"));
+  ASSERT_EQ(lights.at("lights").size(), 3U);
+  EXPECT_EQ(lights.at("lights")[0].at("frame"), "camera");
+  EXPECT_EQ(lights.at("lights")[1].at("type"), "point");
+
+  const std::string exposure = renderer::ReadWholeFile(result / "exposure.csv");
+  EXPECT_EQ(Count(exposure, "IMG_0002.jpg,0,2,1\n"), 1);
+  EXPECT_EQ(Count(exposure, "IMG_0004.jpg,1,1,0\n"), 1);
+  EXPECT_EQ(Count(renderer::ReadWholeFile(result / "parameters.csv"), "\n"), 9);
+}
+
+TEST(ExportResult, AConstantColourIsAFactorInGlbAndVertexColoursInPly) {
+  const TemporaryFolder folder("export_constant");
+  const optim::ObservationSet set = MakeObservations(1, 64, 48);
+  renderer::Scene scene = MakeScene(set);
+  scene.materials[0].vertex_colors = false;
+  scene.materials[0].base_color = {0.1, 0.2, 0.3};
+  ExportResult(folder.path(), scene, Views(set), {});
+  const std::string glb = renderer::ReadWholeFile(folder.path() / "axe.glb");
+  EXPECT_EQ(Count(glb, "COLOR_0"), 0);
+  EXPECT_EQ(Count(glb, "baseColorFactor"), 1);
+  EXPECT_NEAR(renderer::ReadMesh(folder.path() / "axe.ply").colors.at(0).b, 0.3, 5e-3);
+}
+
+TEST(ParameterTable, HasScalarsAndGroups) {
+  const optim::ObservationSet set = MakeObservations(5, 64, 48);
+  const renderer::Scene start = MakeScene(set);
+  renderer::Scene result = start;
+  std::get<renderer::MetallicRoughnessBsdf>(result.materials[0].bsdf).roughness = 0.1;
+  for (renderer::Vec3& p : result.meshes[0].mesh.positions) p.x += 0.01;
+  const std::vector<ParameterSummary> rows = SummarizeParameters(MakeSpec(), start, result);
+  ASSERT_EQ(rows.size(), 8U);
+  EXPECT_EQ(rows[0].name, "axe.vertices");
+  EXPECT_NEAR(rows[0].rms_change, 0.01 / std::sqrt(3.0), 1e-12);
+  EXPECT_EQ(rows[1].name, "paint.roughness");
+  EXPECT_EQ(rows[1].num_at_bound, 1);
+  EXPECT_EQ(rows[1].initial, 0.4);
+  EXPECT_TRUE(rows[2].hold);
+  EXPECT_EQ(rows[3].name, "room.intensity.r");
+  EXPECT_EQ(rows[5].name, "room.intensity.b");
+  EXPECT_EQ(rows[6].num_scalars, 16 * 8 * 3);
+  EXPECT_EQ(rows[7].name, "exposure");
+  EXPECT_EQ(rows[7].num_scalars, 5);
+  EXPECT_EQ(rows[7].upper, 8.0);
+}
+
+}  // namespace
+}  // namespace pathfit::app

@@ -1,0 +1,83 @@
+#include "app/output/fit_history.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "app/output/metrics_csv.h"
+#include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+#include "tests/app/output/synthetic_run.h"
+
+namespace pathfit::app {
+namespace {
+
+TEST(FitHistory, ReadsBackWhatWasWritten) {
+  const TemporaryFolder folder("history");
+  const optim::ObservationSet set = MakeObservations(3, 8, 6);
+  FitHistory history;
+  AddStage(MakeStage("start", 0, 1.0, set), history);
+  for (int step = 1; step <= 5; ++step) AddRound(MakeRound(step, 3), history);
+  history.rounds.back().psnr_linear_val = std::numeric_limits<double>::quiet_NaN();
+  AddStage(MakeStage("light", 3, 0.5, set), history);
+  ParameterSummary parameter;
+  parameter.name = "a \"b\" \xff";
+  parameter.lower = -std::numeric_limits<double>::infinity();
+  parameter.upper = 2.0 / 3.0;
+  history.parameters.push_back(parameter);
+  WriteHistory(folder.path() / "history.json", history);
+
+  const FitHistory read = ReadHistory(folder.path() / "history.json");
+  ASSERT_EQ(read.rounds.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(MetricsCsv::Row(read.rounds[i]), MetricsCsv::Row(history.rounds[i]));
+  }
+  EXPECT_TRUE(std::isnan(read.rounds.back().psnr_linear_val));
+  ASSERT_EQ(read.stages.size(), 2U);
+  EXPECT_EQ(read.stages[1].after_step, 5);
+  EXPECT_EQ(read.stages[1].report.views[2].psnr_srgb, history.stages[1].report.views[2].psnr_srgb);
+  ASSERT_EQ(read.parameters.size(), 1U);
+  EXPECT_EQ(read.parameters[0].upper, 2.0 / 3.0);
+  EXPECT_EQ(read.parameters[0].lower, -std::numeric_limits<double>::infinity());
+}
+
+TEST(FitHistory, TruncationForgetsLaterRoundsAndStages) {
+  const optim::ObservationSet set = MakeObservations(2, 8, 6);
+  FitHistory history;
+  AddStage(MakeStage("start", 0, 1.0, set), history);
+  for (int step = 1; step <= 3; ++step) AddRound(MakeRound(step, 3), history);
+  AddStage(MakeStage("light", 3, 0.5, set), history);
+  AddRound(MakeRound(4, 3), history);
+  TruncateHistory(3, history);
+  EXPECT_EQ(history.rounds.size(), 3U);
+  EXPECT_EQ(history.stages.size(), 2U);
+  TruncateHistory(2, history);
+  EXPECT_EQ(history.rounds.size(), 2U);
+  EXPECT_EQ(history.stages.size(), 1U);
+}
+
+TEST(FitHistory, AStageOrRoundThatComesAgainReplacesTheOld) {
+  const optim::ObservationSet set = MakeObservations(2, 8, 6);
+  FitHistory history;
+  AddStage(MakeStage("start", 0, 1.0, set), history);
+  AddStage(MakeStage("start", 0, 0.9, set), history);
+  EXPECT_EQ(history.stages.size(), 1U);
+  for (int step = 1; step <= 4; ++step) AddRound(MakeRound(step, 3), history);
+  AddRound(MakeRound(2, 3), history);
+  ASSERT_EQ(history.rounds.size(), 2U);
+  EXPECT_EQ(history.rounds.back().step, 2);
+}
+
+TEST(FitHistory, RefusesDamagedFiles) {
+  const TemporaryFolder folder("history_bad");
+  for (const char* text :
+       {"", "[]", "{\"version\": 1}", "{\"version\": 9}", "{\"version\":1,\"rounds\":3}"}) {
+    renderer::WriteFileAtomically(folder.path() / "history.json", text);
+    EXPECT_THROW(ReadHistory(folder.path() / "history.json"), renderer::IoError) << text;
+  }
+  EXPECT_THROW(ReadHistory(folder.path() / "none.json"), renderer::IoError);
+}
+
+}  // namespace
+}  // namespace pathfit::app

@@ -1,0 +1,174 @@
+#include "app/output/fit_recorder.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "app/output/report_html.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/io/exr_file.h"
+#include "tests/app/output/html_check.h"
+#include "tests/app/output/synthetic_run.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kRoundsPerStage = 3;
+constexpr int kLastStep = 9;
+constexpr int kWidth = 40, kHeight = 30;
+
+TerminalOptions Silent() {
+  TerminalOptions options;
+  options.progress = ProgressMode::kNone;
+  options.write = [](std::string_view) {};
+  options.columns = [] { return 80; };
+  return options;
+}
+
+/// A fit's reports from after `step` on, with its stage ends, until `stop` rounds are done.
+class SyntheticFit {
+ public:
+  SyntheticFit(const fs::path& root, int step, int resume_step = 0)
+      : run_(root), terminal_(Silent()), log_(terminal_, LogLevel::kInfo), progress_(terminal_) {
+    if (step == 0) {
+      RunRecord record = MakeRunRecord({"pathfit", "fit"});
+      record.name = "axe";
+      record_ = std::make_unique<RunRecordFile>(run_.Record(), record);
+    } else {
+      record_ = std::make_unique<RunRecordFile>(
+          run_.Record(), std::vector<std::string>{"resume"}, resume_step);
+    }
+    recorder_ = std::make_unique<FitRecorder>(run_, set_, *record_, log_, progress_, resume_step);
+  }
+
+  void Stage(const std::string& name, int rounds, double wrong) {
+    std::vector<renderer::Film> films;
+    std::vector<renderer::Image> photos;
+    for (int i = 0; i < static_cast<int>(set_.views.size()); ++i) {
+      films.push_back(DiscFilm(kWidth / 2, kHeight / 2, i, wrong));
+      photos.push_back(renderer::ColorImage(DiscFilm(kWidth / 2, kHeight / 2, i, 0.0)));
+    }
+    recorder_->OnStage(MakeStage(name, rounds, wrong, set_), films, photos);
+  }
+  void Rounds(int first, int last) {
+    for (int step = first; step <= last; ++step) {
+      const optim::RoundReport round = MakeRound(step, kRoundsPerStage);
+      recorder_->OnRound(round);
+      if (round.round == round.max_rounds) Stage(round.stage, kRoundsPerStage, 0.5 / step);
+    }
+  }
+  FitRecorder& recorder() { return *recorder_; }
+  Log& log() { return log_; }
+  const RunDirectory& run() const { return run_; }
+  const optim::ObservationSet& set() const { return set_; }
+
+ private:
+  optim::ObservationSet set_ = MakeObservations(5, kWidth, kHeight);
+  RunDirectory run_;
+  Terminal terminal_;
+  Log log_;
+  Progress progress_;
+  std::unique_ptr<RunRecordFile> record_;
+  std::unique_ptr<FitRecorder> recorder_;
+};
+
+TEST(FitRecorder, WritesTheRunDirectory) {
+  const TemporaryFolder folder("recorder");
+  SyntheticFit fit(folder.path(), 0);
+  fit.Stage("start", 0, 1.0);
+  fit.Rounds(1, kLastStep);
+  fit.log().Warn("one mask is black");
+  const renderer::Scene scene = MakeScene(fit.set());
+  fit.recorder().RecordScenes(MakeSpec(), scene, scene);
+  fit.recorder().Finish(RunStatus::kFinished, "all stages done", 0);
+
+  const fs::path held_out = fit.run().Images() / "IMG_0000";
+  for (const char* file : {"start_fit.png",
+                           "start_fit.exr",
+                           "shape_difference.png",
+                           "colours_difference.exr",
+                           "thumbnail_photo.jpg",
+                           "thumbnail_silhouette.jpg"}) {
+    EXPECT_TRUE(fs::is_regular_file(held_out / file)) << file;
+  }
+  EXPECT_FALSE(fs::exists(fit.run().Images() / "IMG_0001/start_fit.exr"));
+  EXPECT_EQ(renderer::ReadExr(held_out / "shape_fit.exr").width, kWidth / 2);
+
+  const RunRecord record = ReadRunRecord(fit.run().Record());
+  EXPECT_EQ(record.status, RunStatus::kFinished);
+  EXPECT_EQ(record.stages.size(), 4U);
+  EXPECT_EQ(record.warnings, std::vector<std::string>{"one mask is black"});
+
+  const std::string html = renderer::ReadWholeFile(fit.run().Report());
+  EXPECT_EQ(HtmlFault(html), "");
+  EXPECT_EQ(Count(html, "<article"), 5);
+  EXPECT_EQ(Count(html, "data:image/jpeg"), 25);
+  EXPECT_EQ(Count(html, "data:image/png"), 2);
+  EXPECT_EQ(Count(html, "one mask is black"), 1);
+  EXPECT_EQ(Count(html, "not available"), 0);
+}
+
+TEST(FitRecorder, AKilledAndResumedRunLeavesTheFilesOfAStraightOne) {
+  const TemporaryFolder straight("recorder_straight");
+  {
+    SyntheticFit fit(straight.path(), 0);
+    fit.Stage("start", 0, 1.0);
+    fit.Rounds(1, kLastStep);
+    fit.recorder().Finish(RunStatus::kFinished, "", 0);
+  }
+  for (int killed_after = 1; killed_after < kLastStep; ++killed_after) {
+    for (int checkpoint = std::max(0, killed_after - 2); checkpoint <= killed_after; ++checkpoint) {
+      const TemporaryFolder folder("recorder_killed");
+      {
+        SyntheticFit fit(folder.path(), 0);
+        fit.Stage("start", 0, 1.0);
+        fit.Rounds(1, killed_after);
+      }
+      SyntheticFit fit(folder.path(), killed_after, checkpoint);
+      fit.Rounds(checkpoint + 1, kLastStep);
+      fit.recorder().Finish(RunStatus::kFinished, "", 0);
+      for (const char* file :
+           {"metrics.csv", "history.json", "images/IMG_0003/thumbnail_result.jpg"}) {
+        ASSERT_EQ(renderer::ReadWholeFile(folder.path() / file),
+                  renderer::ReadWholeFile(straight.path() / file))
+            << file << " " << killed_after << " " << checkpoint;
+      }
+    }
+  }
+}
+
+TEST(FitRecorder, TheReportIsMadeFromDiskAlone) {
+  const TemporaryFolder folder("recorder_report");
+  {
+    SyntheticFit fit(folder.path(), 0);
+    fit.Stage("start", 0, 1.0);
+    fit.Rounds(1, 4);
+    fit.recorder().Finish(RunStatus::kStopped, "interrupted", 130);
+  }
+  const RunDirectory run(folder.path());
+  const std::string html = renderer::ReadWholeFile(run.Report());
+  fs::remove(run.Report());
+  WriteReport(run);
+  EXPECT_EQ(renderer::ReadWholeFile(run.Report()), html);
+  EXPECT_EQ(Count(html, "pathfit resume " + folder.path().string()), 1);
+}
+
+TEST(FitRecorder, WarningsOfEarlierSessionsAreKept) {
+  const TemporaryFolder folder("recorder_warnings");
+  {
+    SyntheticFit fit(folder.path(), 0);
+    fit.log().Warn("first");
+    fit.recorder().Finish(RunStatus::kStopped, "interrupted", 130);
+  }
+  SyntheticFit fit(folder.path(), 1, 0);
+  fit.log().Warn("second");
+  fit.log().Warn("first");
+  fit.recorder().Finish(RunStatus::kFinished, "", 0);
+  EXPECT_EQ(ReadRunRecord(fit.run().Record()).warnings,
+            (std::vector<std::string>{"first", "second"}));
+}
+
+}  // namespace
+}  // namespace pathfit::app

@@ -1,0 +1,198 @@
+#include "app/output/progress.h"
+
+#include <limits>
+#include <map>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/output/log.h"
+#include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+#include "tests/app/output/html_check.h"
+#include "tests/app/output/synthetic_run.h"
+
+namespace pathfit::app {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+TerminalOptions Options(ProgressMode progress, LineStyle style, std::string& out) {
+  TerminalOptions options;
+  options.progress = progress;
+  options.style = style;
+  options.utf8 = true;
+  options.write = [&out](std::string_view text) { out += text; };
+  options.columns = [] { return 100; };
+  return options;
+}
+
+Environment Variables(std::map<std::string, std::string> values) {
+  return [values = std::move(values)](const std::string& name) {
+    const auto found = values.find(name);
+    return found == values.end() ? std::string() : found->second;
+  };
+}
+
+int Columns(const std::string& line) {
+  return static_cast<int>(std::count_if(line.begin(), line.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U;
+  }));
+}
+
+optim::RoundReport DocumentedRound() {
+  optim::RoundReport r;
+  r.stage = "shape";
+  r.stage_index = 1;
+  r.num_stages = 4;
+  r.round = 31;
+  r.max_rounds = 60;
+  r.cost_total = 3.214e-3;
+  r.cost_change_rel = 0.018;  // the cost falls
+  r.psnr_linear_val = 27.9;
+  r.accepted = true;
+  return r;
+}
+
+TEST(StatusLine, LooksAsDocumented) {
+  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 100, true, false),
+            "[2/4 shape] ██████████░░░░░░░░░░ 31/60  cost 3.214e-03 (-1.8 %)  val 27.9 dB  "
+            "7.9 s/it  ETA 3:49");
+  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 100, false, false).substr(0, 40),
+            "[2/4 shape] ##########---------- 31/60  ");
+}
+
+TEST(StatusLine, NeverWraps) {
+  for (int columns = 1; columns < 120; ++columns) {
+    EXPECT_LT(Columns(StatusLine(DocumentedRound(), 7.9, columns, true, false)), columns);
+  }
+  EXPECT_EQ(Count(StatusLine(DocumentedRound(), 7.9, 70, true, false), "█"), 0);
+}
+
+TEST(StatusLine, LeavesOutWhatIsNotANumber) {
+  optim::RoundReport r = DocumentedRound();
+  r.cost_total = r.cost_change_rel = r.psnr_linear_val = kNan;
+  r.max_rounds = 0;
+  EXPECT_EQ(StatusLine(r, 1.0, 100, false, false).find("nan"), std::string::npos);
+  r.psnr_linear_val = 0.0;  // no held-out view
+  EXPECT_EQ(StatusLine(r, 1.0, 100, false, false).find("val"), std::string::npos);
+}
+
+TEST(PlainLine, LooksAsDocumented) {
+  EXPECT_EQ(PlainLine(DocumentedRound(), 7.9, "2026-11-21T03:47:12Z"),
+            "2026-11-21T03:47:12Z info stage=shape it=31/60 cost=3.214e-03 dcost=-1.8% "
+            "val_psnr=27.9 s_per_it=7.9 eta_s=229");
+}
+
+TEST(JsonLine, IsOneJsonObject) {
+  optim::RoundReport r = DocumentedRound();
+  r.psnr_linear_val = kNan;
+  const std::string line = JsonLine(r, 7.9, "2026-11-21T03:47:12Z");
+  EXPECT_EQ(line.find('\n'), std::string::npos);
+  const auto json = nlohmann::json::parse(line);
+  EXPECT_EQ(json.at("stage"), "shape");
+  EXPECT_EQ(json.at("it"), 31);
+  EXPECT_TRUE(json.at("val_psnr").is_null());
+}
+
+TEST(Progress, PlainLinesAreThrottledButStageChangesAreNot) {
+  std::string out;
+  Terminal terminal(Options(ProgressMode::kPlain, LineStyle::kStamped, out));
+  double now = 100.0;
+  Progress progress(terminal, [&now] { return now; });
+  for (int step = 1; step <= 30; ++step, now += 1.0) progress.OnRound(MakeRound(step, 30));
+  EXPECT_EQ(Count(out, "\n"), 3);  // seconds 0, 10 and 20
+  EXPECT_EQ(Count(out, "\r"), 0);
+  EXPECT_EQ(Count(out, "\x1b"), 0);
+  progress.OnStage(MakeStage("light", 30, 0.5, MakeObservations(2, 8, 6)));
+  progress.OnRound(MakeRound(31, 30));
+  EXPECT_EQ(Count(out, "\n"), 5);
+  EXPECT_EQ(Count(out, "stage=light end=true"), 1);
+  EXPECT_EQ(Count(out, "stage=shape it=1/30"), 1);
+}
+
+TEST(Progress, TheBarIsRedrawnFiveTimesASecondAtMost) {
+  std::string out;
+  Terminal terminal(Options(ProgressMode::kBar, LineStyle::kHuman, out));
+  double now = 0.0;
+  Progress progress(terminal, [&now] { return now; });
+  for (int step = 1; step <= 100; ++step, now += 0.01) progress.OnRound(MakeRound(step, 200));
+  EXPECT_EQ(Count(out, "\r\x1b[K"), 5);
+  EXPECT_EQ(Count(out, "\n"), 0);
+  progress.Finish();
+  EXPECT_TRUE(out.ends_with("\r\x1b[K"));
+}
+
+TEST(Progress, NoneIsSilent) {
+  std::string out;
+  Terminal terminal(Options(ProgressMode::kNone, LineStyle::kHuman, out));
+  Progress progress(terminal);
+  progress.OnRound(MakeRound(1, 3));
+  progress.OnStage(MakeStage("light", 3, 0.5, MakeObservations(2, 8, 6)));
+  progress.Finish();
+  EXPECT_EQ(out, "");
+}
+
+TEST(Log, LinesScrollAboveTheStatusLine) {
+  std::string out;
+  Terminal terminal(Options(ProgressMode::kBar, LineStyle::kHuman, out));
+  Log log(terminal, LogLevel::kInfo);
+  terminal.SetStatus("STATUS");
+  out.clear();
+  log.Info("hello");
+  EXPECT_EQ(out, "\r\x1b[Khello\nSTATUS");
+}
+
+TEST(Log, HasLevelsStylesAndAFile) {
+  const TemporaryFolder folder("log");
+  std::string out;
+  Terminal terminal(Options(ProgressMode::kPlain, LineStyle::kStamped, out));
+  Log log(terminal, LogLevel::kWarn);
+  log.AddFile(folder.path() / "log.txt");
+  log.Debug("detail");
+  log.Info("quiet");
+  log.Warn("careful \x1b[31m");
+  log.Warn("careful \x1b[31m");
+  EXPECT_EQ(Count(out, "\n"), 2);
+  EXPECT_EQ(Count(out, "Z warning careful ?[31m\n"), 2);
+  EXPECT_EQ(log.Warnings(), std::vector<std::string>{"careful ?[31m"});
+  const std::string text = renderer::ReadWholeFile(folder.path() / "log.txt");
+  EXPECT_EQ(Count(text, "\n"), 4);
+  EXPECT_EQ(text[10], 'T');
+  EXPECT_EQ(text[23], 'Z');
+  EXPECT_EQ(Count(text, " debug detail\n"), 1);
+  EXPECT_THROW(log.AddFile(folder.path() / "log.txt/x"), renderer::IoError);
+}
+
+TEST(Log, JsonLinesAreJson) {
+  std::string out;
+  Terminal terminal(Options(ProgressMode::kJson, LineStyle::kJson, out));
+  Log log(terminal, LogLevel::kInfo);
+  log.Error("a \"b\" \xff");
+  EXPECT_EQ(nlohmann::json::parse(out).at("level"), "error");
+}
+
+TEST(Terminal, ColourRulesHaveTheirOrder) {
+  EXPECT_TRUE(ResolveColor(ColorMode::kAlways, false, Variables({{"NO_COLOR", "1"}})));
+  EXPECT_FALSE(ResolveColor(ColorMode::kNever, true, Variables({{"CLICOLOR_FORCE", "1"}})));
+  EXPECT_FALSE(ResolveColor(
+      ColorMode::kAuto, true, Variables({{"NO_COLOR", "1"}, {"CLICOLOR_FORCE", "1"}})));
+  EXPECT_TRUE(ResolveColor(
+      ColorMode::kAuto, false, Variables({{"CLICOLOR_FORCE", "1"}, {"TERM", "dumb"}})));
+  EXPECT_FALSE(ResolveColor(ColorMode::kAuto, false, Variables({{"CLICOLOR_FORCE", "0"}})));
+  EXPECT_FALSE(ResolveColor(ColorMode::kAuto, true, Variables({{"TERM", "dumb"}})));
+  EXPECT_TRUE(ResolveColor(ColorMode::kAuto, true, Variables({})));
+  EXPECT_FALSE(ResolveColor(ColorMode::kAuto, false, Variables({})));
+}
+
+TEST(Terminal, ABarNeedsATerminal) {
+  EXPECT_EQ(ResolveProgress(ProgressMode::kAuto, true, Variables({})), ProgressMode::kBar);
+  EXPECT_EQ(ResolveProgress(ProgressMode::kAuto, false, Variables({})), ProgressMode::kPlain);
+  EXPECT_EQ(ResolveProgress(ProgressMode::kBar, false, Variables({})), ProgressMode::kPlain);
+  EXPECT_EQ(ResolveProgress(ProgressMode::kAuto, true, Variables({{"TERM", "dumb"}})),
+            ProgressMode::kPlain);
+  EXPECT_EQ(ResolveProgress(ProgressMode::kJson, true, Variables({})), ProgressMode::kJson);
+}
+
+}  // namespace
+}  // namespace pathfit::app
