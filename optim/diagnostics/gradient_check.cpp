@@ -13,7 +13,6 @@ namespace {
 using renderer::Film;
 using renderer::Rgba;
 
-constexpr double kFalseAlarm = 1e-4;
 // Differences below this share of the largest value are rounding, not signal.
 constexpr double kRounding = 1e-9;
 
@@ -45,7 +44,8 @@ Rgba TileSum(const Film& film, int x0, int y0, int tile) {
   return sum;
 }
 
-/// Upper quantile of the standard normal distribution for small tail probabilities (Newton on erfc).
+/// Upper quantile of the standard normal distribution for small tail probabilities (Newton on
+/// erfc).
 double NormalQuantile(double tail) {
   double z = 4.0;
   for (int i = 0; i < 50; ++i) {
@@ -65,6 +65,12 @@ double StudentQuantile(double tail, double nu) {
   const double second = (5.0 * z5 + 16.0 * z3 + 3.0 * z) / 96.0;
   const double third = (3.0 * z5 * z * z + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / 384.0;
   return z + first / nu + second / (nu * nu) + third / (nu * nu * nu);
+}
+
+bool MovesEdges(const renderer::ParameterLayout& layout) {
+  return std::any_of(layout.groups().begin(), layout.groups().end(), [](const auto& group) {
+    return group.kind == renderer::ParameterKind::kVertexPositions;
+  });
 }
 
 }  // namespace
@@ -117,14 +123,23 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
     result.primary.push_back(derivative({.interior = false, .primary = true}));
     render.seed += 1;
     render.spp = options.difference_spp;
-    result.difference.push_back(CentralDifference(at_plus.RenderPrimal(camera_of(at_plus), render),
-                                                  at_minus.RenderPrimal(camera_of(at_minus), render),
-                                                  options.step));
+    const Film plus = at_plus.RenderPrimal(camera_of(at_plus), render);
+    const Film minus = at_minus.RenderPrimal(camera_of(at_minus), render);
+    result.difference.push_back(CentralDifference(plus, minus, options.step));
+    for (int c = 0; c < 4 && MovesEdges(layout); ++c) {
+      for (const Rgba& p : plus.pixels) {
+        result.quantum[c] = std::max(result.quantum[c], p[c]);
+      }
+    }
   }
+  result.quantum *= 0.5 / (options.step * options.difference_spp * options.replicates);
   return result;
 }
 
-GradientComparison Compare(const GradientCheckResult& result, const TermScales& scales, int tile) {
+GradientComparison Compare(const GradientCheckResult& result,
+                           const TermScales& scales,
+                           int tile,
+                           double sigma) {
   const std::size_t n = result.difference.size();
   const Film& first = result.difference.front();
   const int side = tile > 0 ? tile : std::max(first.width, first.height);
@@ -152,9 +167,13 @@ GradientComparison Compare(const GradientCheckResult& result, const TermScales& 
           variance += (e[c] - mean_error[c]) * (e[c] - mean_error[c]);
           largest = std::max(largest, std::abs(e[c]));
         }
-        const double error_bar = std::sqrt(variance / static_cast<double>(n * (n - 1)));
+        const bool constant = variance == 0.0 && mean_error[c] == 0.0;
+        const double quantum = constant ? 0.0 : result.quantum[c];
+        const double error_bar =
+            std::hypot(std::sqrt(variance / static_cast<double>(n * (n - 1))), quantum);
         const double rounding = kRounding * largest + 1e-300;
-        if (error_bar <= rounding && std::abs(mean_error[c]) <= 1e-6 * std::abs(mean_difference[c]) + rounding) {
+        if (error_bar <= rounding &&
+            std::abs(mean_error[c]) <= 1e-6 * std::abs(mean_difference[c]) + rounding) {
           if (largest > 1e-300) {
             ++out.count;
             sum_signal2 += mean_difference[c] * mean_difference[c];
@@ -173,7 +192,8 @@ GradientComparison Compare(const GradientCheckResult& result, const TermScales& 
   if (out.count > 0) {
     const double count = static_cast<double>(out.count);
     out.z_rms = std::sqrt(sum_z2 / count);
-    out.z_limit = StudentQuantile(0.5 * kFalseAlarm / count, static_cast<double>(n - 1));
+    out.z_limit = StudentQuantile(0.5 * std::erfc(sigma / std::sqrt(2.0)) / count,
+                                  static_cast<double>(n - 1));
     out.signal_to_noise = sum_noise2 > 0.0 ? std::sqrt(sum_signal2 / sum_noise2)
                                            : std::numeric_limits<double>::infinity();
   }

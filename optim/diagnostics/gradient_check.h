@@ -9,9 +9,10 @@ namespace pathfit::optim {
 
 /// Derivative estimate against central differences of the same images, both in expectation.
 struct GradientCheckOptions {
-  int replicates = 32;       ///< independent repetitions, from which the error bars come
-  int spp = 64;              ///< of one derivative replicate
-  int difference_spp = 256;  ///< of one replicate of the two displaced images, which share their random numbers
+  int replicates = 32;  ///< independent repetitions, from which the error bars come
+  int spp = 64;         ///< of one derivative replicate
+  int difference_spp =
+      256;  ///< of one replicate of the two displaced images, which share their random numbers
   double sppe = 16.0;
   double step = 1e-3;  ///< half distance of the central difference, in units of the direction
   int max_bounces = 1;
@@ -23,14 +24,20 @@ struct GradientCheckOptions {
 /// Replicates of the terms of one directional derivative and of its central difference.
 struct GradientCheckResult {
   std::vector<renderer::Film> interior, primary, difference;
+  /// What one sample that changes sides of an edge adds to the mean difference. Where an edge
+  /// barely touches a tile, few or no samples do, and the spread of the replicates tells nothing:
+  /// this is the least error bar there.
+  renderer::Rgba quantum;
 };
 
-/// z statistics of scale_interior * interior + scale_primary * primary - difference over square tiles of an image.
-/// Tiles where both sides are exactly constant and equal count with z = 0, unequal ones with infinity.
+/// z statistics of scale_interior * interior + scale_primary * primary - difference over square
+/// tiles of an image. Tiles where both sides are exactly constant and equal count with z = 0,
+/// unequal ones with infinity.
 struct GradientComparison {
   std::int64_t count = 0;  ///< tiles times channels that carry noise or signal
   double z_rms = 0.0, z_max = 0.0;
-  double z_limit = 0.0;  ///< a right derivative stays below with probability 1 - 1e-4 (Sidak, Student t)
+  double z_limit = 0.0;  ///< exceeded by a right derivative as rarely as `sigma` by one normal
+                         ///< number (Sidak, Student t)
   double signal_to_noise = 0.0;  ///< rms of the difference over rms of the error bars
 };
 struct TermScales {
@@ -47,7 +54,10 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const GradientCheckOptions& options);
 
 /// `tile`: pixels per side; 0 = the whole image is one tile.
-GradientComparison Compare(const GradientCheckResult& result, const TermScales& scales, int tile);
+GradientComparison Compare(const GradientCheckResult& result,
+                           const TermScales& scales,
+                           int tile,
+                           double sigma = 4.0);
 
 /// Mean over replicates.
 renderer::Film MeanFilm(const std::vector<renderer::Film>& films);

@@ -138,6 +138,14 @@ FitResult FitDriver::Run() {
   if (controls_.resume) {
     Resume();
   }
+  const bool any_held_out = std::any_of(observations_.views.begin(),
+                                        observations_.views.end(),
+                                        [](const View& view) { return view.validation; });
+  if (fits_exposure_ && any_held_out) {
+    observer_.OnMessage(
+        "assumption: the gain of each held-out view is estimated from its own photo, one number "
+        "per view; nothing else of it enters the fit");
+  }
   try {
     if (!controls_.resume) {
       ReportStart();

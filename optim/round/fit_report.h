@@ -7,7 +7,9 @@
 
 namespace pathfit::optim {
 
-/// One row of metrics.csv.
+/// One row of metrics.csv. Costs, noise and PSNR are of the round's start, whose parameters this
+/// round's samples know nothing of: unbiased. Costs are means per valid pixel-channel
+/// (problem/fit_views.h).
 struct RoundReport {
   int step = 0;  ///< counts rounds of all stages from 1
   std::string stage;
@@ -15,7 +17,7 @@ struct RoundReport {
   int round = 0, max_rounds = 0;  ///< within the stage, from 1
   double wall_s = 0.0;            ///< since the run began, resumed time included
   double cost_total = 0.0, cost_image = 0.0, cost_silhouette = 0.0, cost_priors = 0.0;
-  double cost_change_rel = 0.0;  ///< predicted by the solver for this round's samples
+  double cost_change_rel = 0.0;  ///< fall by the accepted step, on this round's samples
   double gradient_max = 0.0, step_norm = 0.0, trust_radius = 0.0;
   bool accepted = false;
   int spp = 0;

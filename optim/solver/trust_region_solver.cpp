@@ -12,6 +12,7 @@
 #include "renderer/core/error.h"
 
 // OpenBLAS's own header is not installed with every package that provides the library.
+// NOLINTNEXTLINE(readability-identifier-naming): the library's name.
 extern "C" void openblas_set_num_threads(int num_threads);
 
 namespace pathfit::optim {

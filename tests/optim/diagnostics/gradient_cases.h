@@ -1,0 +1,86 @@
+#pragma once
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "optim/diagnostics/gradient_check.h"
+#include "renderer/sampler/counter_rng.h"
+#include "tests/support/probe.h"
+
+namespace pathfit::tests {
+
+/// Which terms a derivative consists of; a term that is listed must be missed when it is taken
+/// away.
+struct ExpectedTerms {
+  bool interior = true;
+  bool primary = false;
+};
+
+/// The bounds of an image derivative: see style.md 3.8 and path_space 7.
+inline constexpr double kMaxZRms = 1.3;
+inline constexpr double kMinSignalToNoise = 10.0;
+inline constexpr int kTile = 2;
+
+inline bool Accepts(const optim::GradientComparison& c) {
+  return c.z_rms < kMaxZRms && c.z_max < c.z_limit;
+}
+
+/// Random direction in [-1,1]^n: every scalar of the layout takes part with its own weight.
+inline std::vector<double> RandomDirection(const renderer::ParameterLayout& layout,
+                                           std::uint64_t seed) {
+  renderer::CounterRng rng(seed, 77, 0, 0, 0);
+  std::vector<double> direction;
+  for (std::int64_t i = 0; i < layout.NumScalars(); ++i)
+    direction.push_back(2.0 * rng.Next() - 1.0);
+  return direction;
+}
+
+/// The estimate agrees with central differences tile by tile, sharply; and every mutant (a term off
+/// or with its sign flipped) is found out by the same bounds.
+inline void ExpectRightDerivative(const std::string& name,
+                                  const optim::GradientCheckResult& result,
+                                  const ExpectedTerms& terms) {
+  const optim::GradientComparison c = optim::Compare(result, {}, kTile);
+  std::printf("%-34s z_rms %5.2f  z_max %5.2f  limit %5.2f  SNR %7.1f  tiles %lld\n",
+              name.c_str(),
+              c.z_rms,
+              c.z_max,
+              c.z_limit,
+              c.signal_to_noise,
+              static_cast<long long>(c.count));
+  EXPECT_TRUE(Accepts(c)) << name << ": z_rms " << c.z_rms << " z_max " << c.z_max << " limit "
+                          << c.z_limit;
+  EXPECT_GT(c.signal_to_noise, kMinSignalToNoise) << name;
+  EXPECT_GT(c.count, 0) << name;
+  for (const double mutant : {0.0, -1.0}) {
+    if (terms.interior) {
+      EXPECT_FALSE(Accepts(optim::Compare(result, {mutant, 1.0}, kTile)))
+          << name << ": interior times " << mutant;
+    }
+    if (terms.primary) {
+      EXPECT_FALSE(Accepts(optim::Compare(result, {1.0, mutant}, kTile)))
+          << name << ": primary times " << mutant;
+    }
+  }
+}
+
+/// Checks all parameters of one kind of one object in a random direction of entries up to `scale`.
+inline void CheckKind(const std::string& name,
+                      const renderer::Scene& scene,
+                      renderer::ParameterKind kind,
+                      int object,
+                      const optim::GradientCheckOptions& options,
+                      double scale = 1.0) {
+  renderer::ParameterLayout layout(scene);
+  layout.Add(kind, object);
+  const bool moves = kind == renderer::ParameterKind::kVertexPositions;
+  const int sensor = kind == renderer::ParameterKind::kExposure ? 0 : -1;
+  std::vector<double> direction = RandomDirection(layout, 5);
+  for (double& d : direction) d *= scale;
+  const auto result =
+      optim::CheckGradient(scene, scene.sensors[0], sensor, layout, direction, options);
+  ExpectRightDerivative(name, result, {true, moves});
+}
+
+}  // namespace pathfit::tests

@@ -1,0 +1,114 @@
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "optim/diagnostics/gradient_check.h"
+#include "renderer/core/error.h"
+#include "renderer/sampler/counter_rng.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::Film;
+using renderer::Rgba;
+
+constexpr int kReplicates = 32;
+constexpr int kSide = 16;
+
+/// Truth 1 everywhere; the difference carries unit normal noise, both terms add up to 1 + bias
+/// without noise.
+GradientCheckResult Synthetic(double bias, double noise) {
+  GradientCheckResult result;
+  for (std::uint64_t r = 0; r < kReplicates; ++r) {
+    Film interior(kSide, kSide);
+    Film primary(kSide, kSide);
+    Film difference(kSide, kSide);
+    for (std::size_t i = 0; i < interior.pixels.size(); ++i) {
+      renderer::CounterRng rng(r, 9, 0, i, 0);
+      for (int c = 0; c < 4; ++c) {
+        const double u = 1.0 - rng.Next();
+        const double normal =
+            std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * rng.Next());
+        interior.pixels[i][c] = 0.25 + bias;
+        primary.pixels[i][c] = 0.75;
+        difference.pixels[i][c] = 1.0 + noise * normal;
+      }
+    }
+    result.interior.push_back(interior);
+    result.primary.push_back(primary);
+    result.difference.push_back(difference);
+  }
+  return result;
+}
+
+TEST(GradientComparison, PureNoiseHasUnitZ) {
+  const GradientComparison c = Compare(Synthetic(0.0, 0.3), {}, 1);
+  EXPECT_EQ(c.count, kSide * kSide * 4);
+  // Student's t of 31 degrees has variance 31 / 29; 1024 values scatter by 2 percent.
+  EXPECT_NEAR(c.z_rms, std::sqrt(31.0 / 29.0), 0.1);
+  EXPECT_LT(c.z_max, c.z_limit);
+  EXPECT_NEAR(c.signal_to_noise, std::sqrt(32.0) / 0.3, 1.0);
+}
+
+TEST(GradientComparison, FindsAMissingOrFlippedTerm) {
+  const GradientCheckResult result = Synthetic(0.0, 0.3);
+  for (const TermScales& mutant :
+       {TermScales{0.0, 1.0}, TermScales{1.0, 0.0}, TermScales{-1.0, 1.0}, TermScales{1.0, -1.0}}) {
+    EXPECT_GT(Compare(result, mutant, 1).z_rms, 3.0);
+    EXPECT_GT(Compare(result, mutant, 0).z_max, Compare(result, mutant, 0).z_limit);
+  }
+}
+
+TEST(GradientComparison, LargerTilesFindSmallerBiases) {
+  const GradientCheckResult result = Synthetic(0.02, 0.3);
+  EXPECT_LT(Compare(result, {}, 1).z_rms, 1.3);
+  EXPECT_GT(Compare(result, {}, 0).z_rms, 5.0)
+      << "0.02 of 1 under an error bar of 0.3 / sqrt(32 * 256)";
+  EXPECT_EQ(Compare(result, {}, 0).count, 4);
+}
+
+TEST(GradientComparison, EqualConstantsPassAndUnequalConstantsFail) {
+  const GradientComparison equal = Compare(Synthetic(0.0, 0.0), {}, 4);
+  EXPECT_EQ(equal.z_max, 0.0);
+  EXPECT_EQ(equal.count, 64);
+  EXPECT_GT(Compare(Synthetic(0.01, 0.0), {}, 4).z_max, 1e3);
+}
+
+TEST(GradientComparison, ZeroAgainstZeroCarriesNoInformation) {
+  GradientCheckResult result = Synthetic(0.0, 0.0);
+  for (auto* films : {&result.interior, &result.primary, &result.difference}) {
+    for (Film& film : *films) film = Film(kSide, kSide);
+  }
+  EXPECT_EQ(Compare(result, {}, 4).count, 0);
+}
+
+/// Upper 5e-5 quantile (two-sided 1e-4) of Student's t with 31 degrees of freedom: 4.461; shared by
+/// four values, 1.25e-5: 4.947.
+TEST(GradientComparison, LimitIsTheStudentQuantileOverAllTiles) {
+  const double limit = Compare(Synthetic(0.0, 0.3), {}, 0).z_limit;  // four values share 1e-4
+  EXPECT_NEAR(limit, 4.947, 0.01);
+}
+
+TEST(CheckGradient, RefusesAStepOutOfTheValidScenes) {
+  renderer::Scene scene = tests::BallAndWall();
+  renderer::ParameterLayout layout(scene);
+  layout.Add(renderer::ParameterKind::kMetallic, 1);
+  GradientCheckOptions options;
+  options.replicates = 2;
+  options.step = 0.5;  // 0.6 + 0.5 is no metallic value
+  EXPECT_THROW(CheckGradient(scene, scene.sensors[0], -1, layout, {1.0}, options),
+               renderer::SceneError);
+}
+
+TEST(MeanFilm, IsTheMean) {
+  Film a(1, 1);
+  Film b(1, 1);
+  a.pixels[0] = {1, 2, 3, 4};
+  b.pixels[0] = {3, 2, 1, 0};
+  EXPECT_EQ(MeanFilm({a, b}).pixels[0], Rgba(2, 2, 2, 2));
+}
+
+}  // namespace
+}  // namespace pathfit::optim

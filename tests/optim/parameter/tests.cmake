@@ -1,0 +1,1 @@
+pathfit_test(optim/parameter/parameter_set_test LABEL unit LINK pathfit_optim pathfit_test_support)

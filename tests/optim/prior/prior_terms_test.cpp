@@ -1,0 +1,159 @@
+#include "optim/prior/prior_terms.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "optim/prior/prior_cost_function.h"
+#include "renderer/core/error.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit {
+namespace {
+
+using optim::ParameterSet;
+using optim::PriorTerm;
+using optim::UnknownSpec;
+using renderer::ParameterKind;
+
+class PriorTermsTest : public testing::Test {
+ protected:
+  UnknownSpec& Add(ParameterKind kind, int object) {
+    unknowns_.emplace_back();
+    unknowns_.back().kind = kind;
+    unknowns_.back().object = object;
+    active_.push_back(static_cast<int>(active_.size()));
+    return unknowns_.back();
+  }
+
+  [[nodiscard]] ParameterSet Set() const { return {scene_, unknowns_, active_, {0}, exposure_}; }
+
+  [[nodiscard]] std::vector<PriorTerm> Terms(const ParameterSet& set) const {
+    return optim::BuildPriorTerms(scene_, unknowns_, set, exposure_, kNumChannels);
+  }
+
+  [[nodiscard]] double Cost(const ParameterSet& set) const {
+    return PriorCost(Terms(set), set, set.ThetaFromValues(set.layout().Gather(scene_))) /
+           kNumChannels;
+  }
+
+  static constexpr double kNumChannels = 1000.0;
+  renderer::Scene scene_ = tests::BallAndWall();
+  std::vector<UnknownSpec> unknowns_;
+  std::vector<int> active_;
+  optim::ExposureModel exposure_{{1.0}, 0.3, 3.0};
+};
+
+// d residual / d theta of every term against central differences.
+void CheckJacobians(const std::vector<PriorTerm>& terms,
+                    const ParameterSet& set,
+                    std::vector<double> theta) {
+  ASSERT_FALSE(terms.empty());
+  for (const PriorTerm& term : terms) {
+    std::vector<const double*> blocks;
+    std::vector<std::vector<double>> storage(term.blocks.size(), std::vector<double>(9));
+    std::vector<double*> jacobians;
+    for (std::size_t k = 0; k < term.blocks.size(); ++k) {
+      blocks.push_back(theta.data() + set.BlockOffset(term.blocks[k]));
+      jacobians.push_back(storage[k].data());
+    }
+    double residual[3], above[3], below[3];
+    EvalPrior(term, set, blocks.data(), residual, jacobians.data());
+    const auto size = static_cast<std::size_t>(set.BlockSize(term.blocks[0]));
+    for (std::size_t k = 0; k < term.blocks.size(); ++k) {
+      for (std::size_t c = 0; c < size; ++c) {
+        double& x = theta[set.BlockOffset(term.blocks[k]) + c];
+        const double before = x;
+        constexpr double kStep = 1e-5;
+        x = before + kStep;
+        EvalPrior(term, set, blocks.data(), above, nullptr);
+        x = before - kStep;
+        EvalPrior(term, set, blocks.data(), below, nullptr);
+        x = before;
+        for (std::size_t row = 0; row < size; ++row) {
+          const double difference = (above[row] - below[row]) / (2.0 * kStep);
+          EXPECT_NEAR(storage[k][row * size + c], difference, 1e-6 * (1.0 + std::abs(difference)));
+        }
+      }
+    }
+  }
+}
+
+TEST_F(PriorTermsTest, JacobiansAgreeWithDifferences) {
+  Add(ParameterKind::kVertexPositions, 0).laplacian_weight = 0.1;
+  Add(ParameterKind::kVertexColors, 0).smooth_weight = 0.2;
+  UnknownSpec& texels = Add(ParameterKind::kEnvironmentTexels, 0);
+  texels.smooth_weight = 0.3;
+  texels.neutral_weight = 0.4;
+  texels.parameterization = optim::Parameterization::kLog;
+  Add(ParameterKind::kRoughness, 1).gaussian = optim::GaussianPriorSpec{{0.4}, 0.1};
+  UnknownSpec& lamp = Add(ParameterKind::kLightIntensity, 1);
+  lamp.gaussian = optim::GaussianPriorSpec{{1.0, 2.0, 3.0}, 0.5};
+  lamp.parameterization = optim::Parameterization::kLog;
+  Add(ParameterKind::kExposure, -1);
+  const ParameterSet set = Set();
+  const std::vector<double> values = set.layout().Gather(scene_);
+  CheckJacobians(Terms(set), set, set.ThetaFromValues(values));
+}
+
+TEST_F(PriorTermsTest, ProximalTermsVanishAtTheRoundsStartAndWeighRoughnessMore) {
+  Add(ParameterKind::kVertexPositions, 0).large_steps_lambda = 10.0;
+  const ParameterSet set = Set();
+  std::vector<double> values = set.layout().Gather(scene_);
+  const auto terms = optim::BuildProximalTerms(scene_, unknowns_, set, values, 2.0);
+  CheckJacobians(terms, set, values);
+  EXPECT_NEAR(PriorCost(terms, set, values), 0.0, 1e-18);
+  std::vector<double> shifted = values;
+  for (double& x : shifted) {
+    x += 0.1;
+  }
+  const double smooth = PriorCost(terms, set, shifted);
+  // A translation has no Laplacian: mu / 2 * |shift|^2.
+  EXPECT_NEAR(smooth, 0.5 * 2.0 * 0.01 * static_cast<double>(values.size()), 1e-9);
+  values[0] += 0.1;
+  EXPECT_GT(PriorCost(terms, set, values), 20.0 * smooth / static_cast<double>(values.size()));
+}
+
+TEST_F(PriorTermsTest, NeutralIsZeroForGreyAndOneHalfOfTheMeanSquareOtherwise) {
+  UnknownSpec& texels = Add(ParameterKind::kEnvironmentTexels, 0);
+  texels.neutral_weight = 0.5;
+  texels.parameterization = optim::Parameterization::kLog;
+  auto& sky = std::get<renderer::EnvironmentEmitter>(scene_.emitters[0].light);
+  for (renderer::Rgb& texel : sky.texels) {
+    texel = {2.0, 2.0, 2.0};
+  }
+  const ParameterSet set = Set();
+  EXPECT_NEAR(Cost(set), 0.0, 1e-15);
+  for (renderer::Rgb& texel : sky.texels) {
+    texel = {3.0, 2.0, 1.0};
+  }
+  EXPECT_NEAR(Cost(set), 0.5 * 0.5 * 2.0, 1e-12);
+}
+
+TEST_F(PriorTermsTest, TexelSmoothnessWrapsAroundAndIgnoresConstants) {
+  Add(ParameterKind::kEnvironmentTexels, 0).smooth_weight = 1.0;
+  auto& sky = std::get<renderer::EnvironmentEmitter>(scene_.emitters[0].light);
+  for (renderer::Rgb& texel : sky.texels) {
+    texel = {2.0, 1.0, 0.5};
+  }
+  const ParameterSet set = Set();
+  EXPECT_NEAR(Cost(set), 0.0, 1e-15);
+  // A texel of the first column has the same number of neighbours as one in the middle.
+  sky.texels[8].r += 1.0;
+  const double at_seam = Cost(set);
+  sky.texels[8].r -= 1.0;
+  sky.texels[11].r += 1.0;
+  EXPECT_NEAR(Cost(set), at_seam, 1e-12);
+  EXPECT_GT(at_seam, 0.0);
+}
+
+TEST_F(PriorTermsTest, GaussianOfOneSigmaCostsTheStatedResidual) {
+  Add(ParameterKind::kRoughness, 1).gaussian =
+      optim::GaussianPriorSpec{{0.35}, 0.1};  // the scene has 0.45
+  EXPECT_NEAR(Cost(Set()) * kNumChannels, 0.5 * std::pow(optim::kGaussianResidual, 2), 1e-12);
+  unknowns_[0].gaussian->mean = {0.1, 0.2};
+  EXPECT_THROW(Terms(Set()), renderer::SceneError);
+}
+
+}  // namespace
+}  // namespace pathfit

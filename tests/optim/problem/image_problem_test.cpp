@@ -1,0 +1,168 @@
+#include "optim/problem/image_problem.h"
+
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
+#include "tests/optim/problem/linear_image_source.h"
+
+namespace pathfit {
+namespace {
+
+using optim::ImageProblem;
+using optim::ImageProblemOptions;
+using optim::LinearSolverChoice;
+using optim::ParameterSet;
+using tests::LinearFit;
+using tests::LinearImageSource;
+
+constexpr int kNumBlocks = 42;
+
+class ImageProblemTest : public testing::Test {
+ protected:
+  static ImageProblemOptions Options(LinearSolverChoice choice, std::uint64_t seed) {
+    ImageProblemOptions options;
+    options.linear_solver = choice;
+    options.samples = {{2 * seed + 1, 1, 1.0}, {2 * seed + 2, 1, 1.0}};
+    return options;
+  }
+
+  LinearFit fit_ = tests::MakeLinearFit(32, 16, 2, 4);
+  ParameterSet set_{fit_.scene, fit_.unknowns, {0}, {}, {}};
+};
+
+TEST_F(ImageProblemTest, SplitHalvesLeaveTheGradientAtTheTruthUnbiased) {
+  // At the truth, the mean of all images is the photo: the expected gradient is zero. Halves that
+  // share their samples would have a gradient of noise^2 times the image instead.
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  constexpr int kNumSeeds = 200;
+  double mean_along_truth = 0.0, square = 0.0, shared = 0.0;
+  for (int s = 0; s < kNumSeeds; ++s) {
+    const auto seed = static_cast<std::uint64_t>(s);
+    ImageProblemOptions options = Options(LinearSolverChoice::kGram, seed);
+    double along[2] = {0.0, 0.0};
+    for (int use_shared = 0; use_shared < 2; ++use_shared) {
+      if (use_shared == 1) {
+        options.samples.b = options.samples.a;
+      }
+      ImageProblem problem(source, fit_.views, set_, options);
+      problem.Linearize(fit_.truth);
+      for (std::size_t i = 0; i < fit_.truth.size(); ++i) {
+        along[use_shared] += problem.sums().gradient[i] * fit_.truth[i];
+      }
+    }
+    mean_along_truth += along[0] / kNumSeeds;
+    square += along[0] * along[0] / kNumSeeds;
+    shared += along[1] / kNumSeeds;
+  }
+  const double sigma = std::sqrt((square - mean_along_truth * mean_along_truth) / kNumSeeds);
+  EXPECT_LT(std::abs(mean_along_truth), 4.0 * sigma);
+  EXPECT_LT(sigma, 0.02 * shared);  // the noise of this test could not hide the bias
+}
+
+TEST_F(ImageProblemTest, SplitHalfCostIsUnbiased) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  constexpr int kNumSeeds = 200;
+  double mean = 0.0, square = 0.0, noise = 0.0;
+  for (int s = 0; s < kNumSeeds; ++s) {
+    ImageProblem problem(source,
+                         fit_.views,
+                         set_,
+                         Options(LinearSolverChoice::kGram, static_cast<std::uint64_t>(s)));
+    problem.Linearize(fit_.truth);
+    mean += problem.costs().Total() / kNumSeeds;
+    square += problem.costs().Total() * problem.costs().Total() / kNumSeeds;
+    noise += 0.5 * problem.costs().signal_squared / kNumSeeds;
+  }
+  const double sigma = std::sqrt((square - mean * mean) / kNumSeeds);
+  EXPECT_LT(std::abs(mean), 4.0 * sigma);
+  EXPECT_LT(sigma, 0.02 * noise);
+}
+
+TEST_F(ImageProblemTest, GradientIsTheDifferenceQuotientOfTheCost) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.3);
+  std::vector<double> x(fit_.truth.size(), 1.0);
+  const ImageProblemOptions options = Options(LinearSolverChoice::kCholesky, 5);
+  ImageProblem problem(source, fit_.views, set_, options);
+  problem.Linearize(x);
+  const std::vector<double> gradient = problem.sums().gradient;
+  for (const std::size_t i : {std::size_t{0}, std::size_t{17}, std::size_t{100}}) {
+    constexpr double kStep =
+        1e-3;  // the cost is quadratic: central differences are exact up to float Jacobians
+    x[i] = 1.0 + kStep;
+    problem.EvalTrial(x);
+    const double above = problem.costs().Total();
+    x[i] = 1.0 - kStep;
+    problem.EvalTrial(x);
+    const double below = problem.costs().Total();
+    x[i] = 1.0;
+    EXPECT_NEAR(gradient[i], (above - below) / (2.0 * kStep), 1e-5 * std::abs(gradient[i]) + 1e-6);
+  }
+}
+
+TEST_F(ImageProblemTest, NormalEquationsAreTheSameForAnyNumberOfThreads) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  std::vector<std::vector<double>> matrices;
+  for (const int threads : {1, 2}) {
+    const renderer::ThreadLimit limit(threads);
+    ImageProblem problem(source, fit_.views, set_, Options(LinearSolverChoice::kGram, 1));
+    problem.Linearize(fit_.truth);
+    matrices.push_back(problem.gram().upper);
+  }
+  EXPECT_EQ(matrices[0], matrices[1]);
+}
+
+TEST_F(ImageProblemTest, RefusesBeforeTheMemoryIsTakenAndSaysWhatHelps) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.0);
+  for (const auto choice : {LinearSolverChoice::kGram, LinearSolverChoice::kCgnr}) {
+    ImageProblemOptions options = Options(choice, 1);
+    options.max_memory_bytes = 1e4;
+    ImageProblem problem(source, fit_.views, set_, options);
+    try {
+      problem.Linearize(fit_.truth);
+      FAIL() << "not refused";
+    } catch (const optim::MemoryError& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find("limit"), std::string::npos) << text;
+      EXPECT_NE(text.find("image_scale"), std::string::npos) << text;
+    }
+  }
+}
+
+TEST_F(ImageProblemTest, NamesViewPixelAndParameterOfANumberThatIsNotFinite) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.0);
+  source.broken_derivative = 35;
+  ImageProblem problem(source, fit_.views, set_, Options(LinearSolverChoice::kCgnr, 1));
+  try {
+    problem.Linearize(fit_.truth);
+    FAIL() << "not found";
+  } catch (const renderer::NumericalError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("'photo0', pixel (3, 1)"), std::string::npos) << text;
+    EXPECT_NE(text.find("ball.vertices["), std::string::npos) << text;
+  }
+  source.broken_derivative = -1;
+  source.broken_pixel = 33;
+  ImageProblem other(source, fit_.views, set_, Options(LinearSolverChoice::kCgnr, 1));
+  EXPECT_THROW(other.Linearize(fit_.truth), renderer::NumericalError);
+}
+
+TEST_F(ImageProblemTest, CensorsClippedChannelsThatAreRenderedBrighter) {
+  optim::ViewLevel& level = fit_.views.levels[0];
+  level.clipped = renderer::Image(32, 16, 1);
+  level.clipped.data[5] = 1.0F;
+  renderer::Film film(32, 16);
+  film.pixels[5] = {100.0, -100.0, 100.0, 1.0};
+  film.pixels[6] = {100.0, 100.0, 100.0, 1.0};
+  const optim::RowScales scales = optim::MakeRowScales(fit_.views, 0, {}, film);
+  EXPECT_EQ(scales[5][0], 0.0F);
+  EXPECT_EQ(scales[5][1], 1.0F);
+  EXPECT_EQ(scales[5][2], 0.0F);
+  EXPECT_EQ(scales[6][0], 1.0F);
+}
+
+}  // namespace
+}  // namespace pathfit

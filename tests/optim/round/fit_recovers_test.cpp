@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "optim/round/fit.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+// Scenes rendered by this renderer and recovered from other starts, within seconds. The tolerances are two to three
+// times what was measured, and several times below the error of the start.
+namespace pathfit {
+namespace {
+
+using optim::FitResult;
+using optim::FitSpec;
+using optim::UnknownSpec;
+using renderer::ParameterKind;
+
+constexpr int kNumViews = 7;  // the last is held out
+constexpr int kSize = 64;
+
+class FitRecoversTest : public testing::Test {
+ protected:
+  UnknownSpec& Free(ParameterKind kind, int object) {
+    spec_.unknowns.emplace_back();
+    spec_.unknowns.back().kind = kind;
+    spec_.unknowns.back().object = object;
+    return spec_.unknowns.back();
+  }
+
+  FitResult Fit(int num_rounds) {
+    optim::StageSpec stage;
+    stage.name = "fit";
+    for (std::size_t i = 0; i < spec_.unknowns.size(); ++i) {
+      stage.free.push_back(static_cast<int>(i));
+    }
+    stage.max_rounds = num_rounds;
+    stage.spp = 8;
+    stage.max_spp = 32;
+    spec_.stages = {stage, stage};
+    spec_.stages[0].name = "coarse";
+    spec_.stages[0].image_scale = 0.5;
+    spec_.seed = 3;
+    return optim::RunFit(start_, tests::Photograph(truth_, 256), spec_, observer_, {});
+  }
+
+  static std::vector<renderer::Rgb>& Texels(renderer::Scene& scene) {
+    return std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light).texels;
+  }
+
+  static double Rms(const std::vector<renderer::Rgb>& a, const std::vector<renderer::Rgb>& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        sum += (a[i][c] - b[i][c]) * (a[i][c] - b[i][c]) / (3.0 * static_cast<double>(a.size()));
+      }
+    }
+    return std::sqrt(sum);
+  }
+
+  renderer::Scene start_ = tests::BallScene(2, kNumViews, kSize);
+  renderer::Scene truth_ = start_;
+  FitSpec spec_;
+  tests::RecordingObserver observer_;
+};
+
+TEST_F(FitRecoversTest, ShapeFromShadingAndSilhouettes) {
+  tests::Bump(truth_);
+  UnknownSpec& vertices = Free(ParameterKind::kVertexPositions, 0);
+  vertices.laplacian_weight = 1e-3;
+  vertices.large_steps_lambda = 10.0;
+  const double before = tests::BumpError(start_);
+  const FitResult result = Fit(10);
+  EXPECT_GT(before, 0.05);
+  EXPECT_LT(tests::BumpError(result.scene), 0.005);  // radius 1; a pixel is 0.045
+  EXPECT_GT(result.stages.back().iou_val, 0.985);
+  EXPECT_GT(result.stages.back().psnr_linear_val, result.stages.front().psnr_linear_val + 8.0);
+}
+
+TEST_F(FitRecoversTest, ColorsOfTheVertices) {
+  renderer::Mesh& mesh = truth_.meshes[0].mesh;
+  for (std::size_t i = 0; i < mesh.colors.size(); ++i) {
+    const renderer::Vec3& p = mesh.positions[i];
+    mesh.colors[i] = {0.5 + 0.3 * std::sin(4 * p.x), 0.5 + 0.3 * std::cos(3 * p.y), 0.4 + 0.2 * p.z};
+  }
+  UnknownSpec& colors = Free(ParameterKind::kVertexColors, 0);
+  colors.lower = 0.01;
+  colors.upper = 0.99;
+  colors.smooth_weight = 1e-4;
+  const double before = Rms(start_.meshes[0].mesh.colors, mesh.colors);
+  const FitResult result = Fit(6);
+  EXPECT_GT(before, 0.2);
+  EXPECT_LT(Rms(result.scene.meshes[0].mesh.colors, mesh.colors), 0.008);
+}
+
+TEST_F(FitRecoversTest, EnvironmentFromAMatteBall) {
+  std::fill(Texels(start_).begin(), Texels(start_).end(), renderer::Rgb{1.0, 1.0, 1.0});
+  UnknownSpec& texels = Free(ParameterKind::kEnvironmentTexels, 0);
+  texels.parameterization = optim::Parameterization::kLog;
+  texels.smooth_weight = 1e-4;  // a matte ball sees only the low frequencies
+  const double before = Rms(Texels(start_), Texels(truth_));
+  FitResult result = Fit(8);
+  EXPECT_GT(before, 0.39);
+  EXPECT_LT(Rms(Texels(result.scene), Texels(truth_)), 0.13);
+  EXPECT_GT(result.stages.back().psnr_linear_val, 30.0);
+}
+
+TEST_F(FitRecoversTest, ExposuresUpToTheFactorSharedWithTheLight) {
+  for (int i = 0; i < kNumViews; ++i) {
+    truth_.sensors[static_cast<std::size_t>(i)].gain = std::exp2(0.3 * std::sin(5.0 * i));
+  }
+  Free(ParameterKind::kExposure, -1);
+  Free(ParameterKind::kLightIntensity, 0).parameterization = optim::Parameterization::kLog;
+  const FitResult result = Fit(6);
+  double mean_ev = 0.0, mean_error = 0.0, square = 0.0;
+  for (int i = 0; i < kNumViews; ++i) {
+    const auto v = static_cast<std::size_t>(i);
+    const double error = std::log2(result.scene.sensors[v].gain / truth_.sensors[v].gain);
+    mean_error += error / kNumViews;
+    square += error * error / kNumViews;
+    if (i + 1 < kNumViews) {
+      mean_ev += std::log2(result.scene.sensors[v].gain) / (kNumViews - 1);
+    }
+  }
+  EXPECT_LT(std::sqrt(square - mean_error * mean_error), 0.01);  // EV, the held-out view included
+  EXPECT_NEAR(mean_ev, 0.0, 1e-9);                               // the gauge
+}
+
+}  // namespace
+}  // namespace pathfit

@@ -1,0 +1,216 @@
+#include "optim/round/fit.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "optim/checkpoint/checkpoint.h"
+#include "optim/problem/problem_size.h"
+#include "renderer/core/error.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+namespace pathfit {
+namespace {
+
+namespace fs = std::filesystem;
+using optim::FitControls;
+using optim::FitResult;
+using optim::FitSpec;
+using optim::FitStatus;
+using optim::UnknownSpec;
+using renderer::ParameterKind;
+using tests::RecordingObserver;
+
+FitSpec SmallSpec() {
+  FitSpec spec;
+  spec.seed = 11;
+  UnknownSpec vertices;
+  vertices.name = "ball.vertices";
+  vertices.laplacian_weight = 1e-3;
+  vertices.large_steps_lambda = 5.0;
+  UnknownSpec texels;
+  texels.name = "sky.texels";
+  texels.kind = ParameterKind::kEnvironmentTexels;
+  texels.parameterization = optim::Parameterization::kLog;
+  UnknownSpec exposure;
+  exposure.name = "exposure";
+  exposure.kind = ParameterKind::kExposure;
+  exposure.object = -1;
+  spec.unknowns = {vertices, texels, exposure};
+  optim::StageSpec stage;
+  stage.name = "light";
+  stage.free = {1, 2};
+  stage.image_scale = 0.5;
+  stage.max_rounds = 3;
+  stage.spp = 4;
+  stage.max_spp = 8;
+  spec.stages.push_back(stage);
+  stage.name = "all";
+  stage.free = {0, 1, 2};
+  stage.image_scale = 1.0;
+  spec.stages.push_back(stage);
+  return spec;
+}
+
+class FitTest : public testing::Test {
+ protected:
+  FitTest() {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() /
+              ("pathfit_fit_" + std::to_string(getpid()) + "_" + info->name());
+    fs::remove_all(folder_);
+    renderer::Scene truth = start_;
+    tests::Bump(truth);
+    for (std::size_t i = 0; i < truth.sensors.size(); ++i) {
+      truth.sensors[i].gain = 1.0 + 0.1 * static_cast<double>(i % 3);
+    }
+    observations_ = tests::Photograph(truth, 16);
+  }
+  ~FitTest() override { fs::remove_all(folder_); }
+  FitTest(const FitTest&) = delete;
+  FitTest& operator=(const FitTest&) = delete;
+
+  // Everything that can move, for comparison to the last bit.
+  static std::vector<double> Bits(const renderer::Scene& scene) {
+    std::vector<double> values;
+    for (const renderer::Vec3& p : scene.meshes[0].mesh.positions) {
+      values.insert(values.end(), {p.x, p.y, p.z});
+    }
+    for (const renderer::Rgb& t : std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light).texels) {
+      values.insert(values.end(), {t.r, t.g, t.b});
+    }
+    for (const renderer::PerspectiveCamera& sensor : scene.sensors) {
+      values.push_back(sensor.gain);
+    }
+    return values;
+  }
+
+  renderer::Scene start_ = tests::BallScene(1, 4, 24);
+  optim::ObservationSet observations_;
+  FitSpec spec_ = SmallSpec();
+  fs::path folder_;
+};
+
+TEST_F(FitTest, ContinuesToTheSameBitsFromEveryRound) {
+  RecordingObserver straight_observer;
+  const FitResult straight = optim::RunFit(start_, observations_, spec_, straight_observer, {});
+  ASSERT_EQ(straight.rounds, 6);
+  ASSERT_EQ(straight.status, FitStatus::kFinished);
+  EXPECT_NE(Bits(straight.scene), Bits(start_));
+  for (int round = 1; round <= 6; ++round) {
+    const fs::path folder = folder_ / std::to_string(round);
+    RecordingObserver first;
+    first.cancel_after = round;
+    FitControls controls;
+    controls.cancel = &first.cancel;
+    controls.checkpoint_folder = folder;
+    const FitResult stopped = optim::RunFit(start_, observations_, spec_, first, controls);
+    EXPECT_EQ(stopped.status, FitStatus::kCancelled);
+    EXPECT_EQ(stopped.rounds, round);
+    RecordingObserver second;
+    controls.cancel = nullptr;
+    controls.resume = optim::ReadNewestCheckpoint(folder);
+    ASSERT_TRUE(controls.resume.has_value());
+    const renderer::ThreadLimit limit(1 + round % 2);
+    const FitResult resumed = optim::RunFit(start_, observations_, spec_, second, controls);
+    EXPECT_EQ(resumed.status, FitStatus::kFinished);
+    EXPECT_EQ(Bits(resumed.scene), Bits(straight.scene)) << "after round " << round;
+    EXPECT_GT(resumed.wall_s, controls.resume->wall_s);
+  }
+}
+
+TEST_F(FitTest, ResumingAFinishedFitReturnsItsScene) {
+  RecordingObserver observer;
+  FitControls controls;
+  controls.checkpoint_folder = folder_;
+  const FitResult done = optim::RunFit(start_, observations_, spec_, observer, controls);
+  controls.resume = optim::ReadNewestCheckpoint(folder_);
+  const FitResult again = optim::RunFit(start_, observations_, spec_, observer, controls);
+  EXPECT_EQ(again.rounds, 6);
+  EXPECT_EQ(Bits(again.scene), Bits(done.scene));
+}
+
+TEST_F(FitTest, RefusesACheckpointOfAnotherExperiment) {
+  RecordingObserver observer;
+  FitControls controls;
+  controls.checkpoint_folder = folder_;
+  optim::RunFit(start_, observations_, spec_, observer, controls);
+  controls.resume = optim::ReadNewestCheckpoint(folder_);
+  spec_.seed = 12;
+  EXPECT_THROW(optim::RunFit(start_, observations_, spec_, observer, controls), renderer::IoError);
+}
+
+TEST_F(FitTest, NeverEndsWorseThanItStarted) {
+  // The start is the truth, and the rounds are noise: whatever they do, the stage must not lose by it. (The prior
+  // still pulls a little: the cost is what must not rise.)
+  renderer::Scene truth = start_;
+  tests::Bump(truth);
+  observations_ = tests::Photograph(truth, 256);
+  for (optim::StageSpec& stage : spec_.stages) {
+    stage.spp = stage.max_spp = 2;
+  }
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    spec_.seed = seed;
+    RecordingObserver observer;
+    const FitResult result = optim::RunFit(truth, observations_, spec_, observer, {});
+    ASSERT_EQ(result.stages.size(), 3U);
+    for (const optim::StageReport& stage : result.stages) {
+      EXPECT_LE(stage.cost_after, stage.cost_before) << stage.stage << ", kept " << stage.kept;
+    }
+    EXPECT_GT(result.stages.back().psnr_linear_fit, result.stages.front().psnr_linear_fit - 1.5);
+  }
+}
+
+TEST_F(FitTest, ReportsEveryRoundAndStage) {
+  RecordingObserver observer;
+  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  ASSERT_EQ(observer.rounds.size(), 6U);
+  ASSERT_EQ(observer.stages.size(), 3U);
+  EXPECT_EQ(observer.stages[0].stage, "start");
+  EXPECT_EQ(observer.num_images, 4U);
+  EXPECT_EQ(observer.num_photos, 4U);
+  EXPECT_EQ(result.stages[2].stop_reason, "max_rounds");
+  const optim::RoundReport& last = observer.rounds.back();
+  EXPECT_EQ(last.step, 6);
+  EXPECT_EQ(last.stage, "all");
+  EXPECT_EQ(last.round, 3);
+  EXPECT_EQ(last.spp, 8);
+  EXPECT_NEAR(last.cost_total, last.cost_image + last.cost_silhouette + last.cost_priors, 1e-15);
+  EXPECT_GT(last.psnr_linear_val, 5.0);
+  EXPECT_GT(last.iou_val, 0.5);
+  EXPECT_GT(last.noise_relative, 0.0);
+  EXPECT_GT(last.jacobian_mb, 0.0);
+  EXPECT_GT(last.peak_rss_mb, 1.0);
+  EXPECT_EQ(last.linear_solver, "gram");
+  ASSERT_EQ(observer.stages[2].views.size(), 4U);
+  EXPECT_TRUE(observer.stages[2].views[3].validation);
+}
+
+TEST_F(FitTest, StopsInTimeWithAUsableScene) {
+  spec_.time_limit_s = 1e-6;
+  RecordingObserver observer;
+  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  EXPECT_EQ(result.status, FitStatus::kTimeLimit);
+  EXPECT_EQ(result.stages.back().stop_reason, "time limit");
+  EXPECT_EQ(result.scene.meshes[0].mesh.positions, start_.meshes[0].mesh.positions);
+}
+
+TEST_F(FitTest, RefusesWhatCannotBeFitted) {
+  RecordingObserver observer;
+  optim::ObservationSet held_out = observations_;
+  for (optim::View& view : held_out.views) {
+    view.validation = true;
+  }
+  EXPECT_THROW(optim::RunFit(start_, held_out, spec_, observer, {}), renderer::SceneError);
+  renderer::Scene fewer = start_;
+  fewer.sensors.pop_back();
+  EXPECT_THROW(optim::RunFit(fewer, observations_, spec_, observer, {}), renderer::SceneError);
+  spec_.max_memory_bytes = 1000.0;
+  EXPECT_THROW(optim::RunFit(start_, observations_, spec_, observer, {}), optim::MemoryError);
+}
+
+}  // namespace
+}  // namespace pathfit

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "optim/observation/observation.h"
+#include "optim/round/fit.h"
+#include "renderer/renderer.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit::tests {
+
+/// Radius of the bumped ball in a direction (unit).
+inline double BumpRadius(const renderer::Vec3& d) {
+  return 1.0 + 0.12 * std::sin(3.0 * d.x + 0.5) * std::cos(2.5 * d.y) + 0.06 * d.z;
+}
+
+/// A ball of uniform grey (mesh 0, material 0, vertex colours) under a gradient environment (not seen behind it), with
+/// `num_views` cameras of `size` pixels squared on a spiral around it.
+inline renderer::Scene BallScene(int subdivisions, int num_views, int size) {
+  renderer::Scene scene;
+  renderer::Mesh ball = renderer::MakeIcosphere(subdivisions, 1.0);
+  renderer::SetUniformVertexColors({0.6, 0.6, 0.6}, ball);
+  scene.meshes = {{"ball", ball, 0}};
+  scene.materials = {{"paint", renderer::LambertBsdf{}, {0.6, 0.6, 0.6}, true, true}};
+  scene.emitters = {GradientEnvironment(8, 4)};
+  scene.environment_visible = false;
+  for (int i = 0; i < num_views; ++i) {
+    const double y = -0.75 + 1.5 * (i + 0.5) / num_views;
+    const double angle = 2.4 * i;
+    const double r = std::sqrt(1.0 - y * y);
+    const renderer::Vec3 origin{4.0 * r * std::sin(angle), 4.0 * y, 4.0 * r * std::cos(angle)};
+    scene.sensors.push_back(CameraAt(origin, {0, 0, 0}, 1.45 * size, size, size));
+    scene.sensors.back().name = "view" + std::to_string(i);
+  }
+  return scene;
+}
+
+inline void Bump(renderer::Scene& scene) {
+  for (renderer::Vec3& p : scene.meshes[0].mesh.positions) {
+    p = Normalized(p) * BumpRadius(Normalized(p));
+  }
+}
+
+/// Mean distance of the vertices from the bumped ball, along the radius.
+inline double BumpError(const renderer::Scene& scene) {
+  double sum = 0.0;
+  const auto& positions = scene.meshes[0].mesh.positions;
+  for (const renderer::Vec3& p : positions) {
+    sum += std::abs(Norm(p) - BumpRadius(Normalized(p))) / static_cast<double>(positions.size());
+  }
+  return sum;
+}
+
+/// Photos of `truth` by its own sensors, with silhouettes as masks; the last view is held out.
+inline optim::ObservationSet Photograph(const renderer::Scene& truth, int spp) {
+  optim::ObservationSet observations;
+  observations.mask_meaning = optim::MaskMeaning::kSilhouette;
+  const renderer::Renderer renderer(truth);
+  for (std::size_t i = 0; i < truth.sensors.size(); ++i) {
+    renderer::RenderOptions options;
+    options.seed = 77;
+    options.view = i;
+    options.spp = spp;
+    const renderer::Film film = renderer.RenderPrimal(truth.sensors[i], options);
+    optim::View view;
+    view.name = "view" + std::to_string(i);
+    view.camera = truth.sensors[i];
+    view.camera.gain = 1.0;
+    view.photo = renderer::ColorImage(film);
+    view.mask = renderer::CoverageImage(film);
+    view.validation = i + 1 == truth.sensors.size();
+    observations.views.push_back(std::move(view));
+  }
+  return observations;
+}
+
+/// Keeps everything it hears; prints nothing.
+class RecordingObserver : public optim::FitObserver {
+ public:
+  void OnRound(const optim::RoundReport& report) override {
+    rounds.push_back(report);
+    if (cancel_after > 0 && static_cast<int>(rounds.size()) == cancel_after) {
+      cancel.store(true);
+    }
+  }
+  void OnStage(const optim::StageReport& report,
+               const std::vector<renderer::Film>& images,
+               const std::vector<renderer::Image>& photos) override {
+    stages.push_back(report);
+    num_images = images.size();
+    num_photos = photos.size();
+  }
+  void OnMessage(const std::string& text) override { messages.push_back(text); }
+
+  std::vector<optim::RoundReport> rounds;
+  std::vector<optim::StageReport> stages;
+  std::vector<std::string> messages;
+  std::size_t num_images = 0, num_photos = 0;
+  int cancel_after = 0;  ///< raise `cancel` after so many rounds; 0 = never
+  renderer::CancelFlag cancel{false};
+};
+
+}  // namespace pathfit::tests

@@ -1,0 +1,109 @@
+#include "optim/solver/trust_region_solver.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/optim/problem/linear_image_source.h"
+
+namespace pathfit {
+namespace {
+
+using optim::ImageProblem;
+using optim::LinearSolverChoice;
+using optim::LinearSolverKind;
+using optim::SolveOptions;
+using optim::SolveOutcome;
+using tests::LinearFit;
+using tests::LinearImageSource;
+
+class TrustRegionSolverTest : public testing::Test {
+ protected:
+  SolveOutcome Step(LinearSolverChoice choice, LinearSolverKind kind, double noise) {
+    LinearImageSource source(48, 32, 42, 4, noise);
+    optim::ImageProblemOptions options;
+    options.linear_solver = choice;
+    options.samples = {{1, 1, 1.0}, {2, 1, 1.0}};
+    ImageProblem problem(source, fit_.views, set_, options);
+    problem.Linearize(start_);
+    SolveOptions solve;
+    solve.linear_solver = kind;
+    solve.radius = 10.0;
+    solve.eta = 1e-8;
+    solve.admits = admits_;
+    const SolveOutcome outcome = optim::SolveRound(problem, priors_, {}, start_, solve);
+    cost_after_ = problem.costs().Total();
+    return outcome;
+  }
+
+  static double Distance(const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      sum += (a[i] - b[i]) * (a[i] - b[i]);
+    }
+    return std::sqrt(sum);
+  }
+
+  LinearFit fit_ = tests::MakeLinearFit(48, 32, 3, 4);
+  optim::ParameterSet set_{fit_.scene, fit_.unknowns, {0}, {}, {}};
+  std::vector<double> start_ = std::vector<double>(fit_.truth.size(), 1.0);
+  std::vector<optim::PriorTerm> priors_;
+  std::function<bool(const std::vector<double>&)> admits_;
+  double cost_after_ = 0.0;
+};
+
+TEST_F(TrustRegionSolverTest, AllLinearSolversTakeTheSameStep) {
+  for (std::int32_t b = 0; b < 42; ++b) {
+    priors_.push_back({{b}, {0.3}, {0.2, 0.3, 0.4}, false, false});
+  }
+  for (const double noise : {0.0, 0.3}) {
+    const SolveOutcome gram = Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, noise);
+    const SolveOutcome cholesky =
+        Step(LinearSolverChoice::kCholesky, LinearSolverKind::kCholesky, noise);
+    const SolveOutcome cgnr = Step(LinearSolverChoice::kCgnr, LinearSolverKind::kCgnr, noise);
+    ASSERT_TRUE(gram.accepted && cholesky.accepted && cgnr.accepted);
+    const double length = Distance(gram.theta, start_);
+    // The noise rows of the stored Jacobian add about 1e-4 of the noise to J^T J; the dense form
+    // has none.
+    EXPECT_LT(Distance(gram.theta, cholesky.theta), (1e-6 + 1e-3 * noise) * length);
+    EXPECT_LT(Distance(cgnr.theta, cholesky.theta), 1e-4 * length);
+  }
+}
+
+TEST_F(TrustRegionSolverTest, OneStepTakesALinearProblemMostOfTheWay) {
+  const SolveOutcome outcome =
+      Step(LinearSolverChoice::kCholesky, LinearSolverKind::kCholesky, 0.0);
+  ASSERT_TRUE(outcome.accepted);
+  EXPECT_EQ(outcome.trials, 1);
+  EXPECT_LT(Distance(outcome.theta, fit_.truth), 0.2 * Distance(start_, fit_.truth));
+}
+
+TEST_F(TrustRegionSolverTest, IsTheSameToTheLastBitWhenRepeated) {
+  const SolveOutcome first = Step(LinearSolverChoice::kCholesky, LinearSolverKind::kCholesky, 0.3);
+  const SolveOutcome second = Step(LinearSolverChoice::kCholesky, LinearSolverKind::kCholesky, 0.3);
+  EXPECT_EQ(first.theta, second.theta);
+}
+
+TEST_F(TrustRegionSolverTest, StaysWhereItIsIfNoTrialIsAdmitted) {
+  admits_ = [](const std::vector<double>&) { return false; };
+  const SolveOutcome outcome = Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3);
+  EXPECT_FALSE(outcome.accepted);
+  EXPECT_EQ(outcome.theta, start_);
+  EXPECT_GT(outcome.trials, 1);
+}
+
+TEST_F(TrustRegionSolverTest, KeepsBounds) {
+  fit_.unknowns[0].upper = 1.2;
+  set_ = optim::ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
+  const SolveOutcome outcome =
+      Step(LinearSolverChoice::kCholesky, LinearSolverKind::kCholesky, 0.0);
+  double largest = 0.0;
+  for (const double x : outcome.theta) {
+    largest = std::max(largest, x);
+  }
+  EXPECT_LE(largest, 1.2);
+  EXPECT_GT(largest, 1.19);
+}
+
+}  // namespace
+}  // namespace pathfit
