@@ -315,7 +315,7 @@ void Applier::ReportGroups(const SchemaNode& schema,
     for (const auto& [key, place] : groups_given) {
       if (!Contains(members, key)) continue;
       if (!first.empty()) {
-        Report(place, path, "'" + key + "' and '" + first + "' cannot be given together");
+        Report(place, path, fmt::format("'{}' and '{}' cannot be given together", key, first));
       } else {
         first = key;
       }

@@ -59,7 +59,7 @@ class PathWalker {
   // Splits ".key" off.
   static std::string TakeKey(std::string_view& rest) {
     rest.remove_prefix(1);
-    const std::string key(rest.substr(0, rest.find_first_of(".[")));
+    std::string key(rest.substr(0, rest.find_first_of(".[")));
     rest.remove_prefix(key.size());
     return key;
   }

@@ -167,8 +167,8 @@ std::string DescribeList(const SchemaNode& node) {
 }  // namespace
 
 const SchemaNode& ConfigSchema() {
-  static const SchemaNode kSchema = RootSchema();
-  return kSchema;
+  static const SchemaNode schema = RootSchema();
+  return schema;
 }
 
 std::string DescribeRange(const SchemaNode& node) {

@@ -16,6 +16,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 template <class List>
 std::vector<std::string> NamesOf(const List& list) {
   std::vector<std::string> names;
+  names.reserve(list.size());
   for (const auto& item : list) names.push_back(item.name);
   return names;
 }
@@ -112,7 +113,7 @@ std::vector<std::string> PossibleNames(const ConfigReading& reading) {
 }  // namespace
 
 const std::vector<UnknownKind>& UnknownKinds() {
-  static const std::vector<UnknownKind> kKinds = {
+  static const std::vector<UnknownKind> all_kinds = {
       {"vertices", Owner::kMesh, "", "", 0.0, 0.0, false, false, {"laplacian"}},
       {"colors", Owner::kMesh, "[0.01, 0.99]", "", 0.0, 1.0, false, true, {"smooth"}},
       {"base_color", Owner::kMaterial, "[0.01, 0.99]", "", 0.0, 1.0, false, true, {"gaussian"}},
@@ -130,7 +131,7 @@ const std::vector<UnknownKind>& UnknownKinds() {
        {"smooth", "neutral"}},
       {"exposure", Owner::kPhotos, "", "; write input.exposure.max_ev", 0.0, 0.0, false, false, {}},
   };
-  return kKinds;
+  return all_kinds;
 }
 
 const UnknownKind* FindUnknownKind(const std::string& property) {

@@ -40,7 +40,7 @@ Quaternion QuaternionFromRotation(const Mat3& r) {
   } else if (best == 1) {
     q = {m21_12 / s, 0.25 * s, s01 / s, s02 / s};
   } else if (best == 2) {
-    q = {m02_20 / s, s12 / s, 0.25 * s, s01 / s};
+    q = {m02_20 / s, s01 / s, 0.25 * s, s12 / s};
   } else {
     q = {m10_01 / s, s02 / s, s12 / s, 0.25 * s};
   }

@@ -308,7 +308,13 @@ void FitDriver::FinishStage(const std::string& stop_reason) {
   report.rounds = state_.round;
   report.kept = candidates[best].name;
   report.stop_reason = stop_reason;
-  ReportStage(std::move(report), stage_->views, samples);
+  // Reports compare over stages only at one resolution: that of the last stage.
+  const double scale = spec_.stages.back().image_scale;
+  if (scale == views_scale_) {
+    ReportStage(std::move(report), stage_->views, samples);
+  } else {
+    ReportStage(std::move(report), MakeFitViews(observations_, scale), samples);
+  }
 }
 
 void FitDriver::ReportStage(StageReport report,

@@ -63,7 +63,7 @@ class FitObserver {
   FitObserver& operator=(const FitObserver&) = delete;
   virtual ~FitObserver() = default;
   virtual void OnRound(const RoundReport& report) = 0;
-  /// `images[i]`: rendering of view i at the stage's resolution; `photos[i]`, same size.
+  /// `images[i]`: rendering of view i at the last stage's resolution; `photos[i]`, same size.
   virtual void OnStage(const StageReport& report,
                        const std::vector<renderer::Film>& images,
                        const std::vector<renderer::Image>& photos) = 0;

@@ -9,7 +9,10 @@
 namespace pathfit::renderer {
 namespace {
 
-using std::string_view_literals::operator""sv;
+// Signatures hold zero bytes, hence the lengths.
+constexpr std::string_view kTiffLittleEndian("II*\0", 4);
+constexpr std::string_view kTiffBigEndian("MM\0*", 4);
+constexpr std::string_view kExif("Exif\0\0", 6);
 
 constexpr std::uint16_t kTiffWidth = 0x0100;
 constexpr std::uint16_t kTiffHeight = 0x0101;
@@ -97,17 +100,18 @@ void CheckJpeg(std::string_view bytes, const std::string& name) {
 }  // namespace
 
 ImageKind KindOfImage(std::string_view bytes) {
-  if (bytes.starts_with("\xff\xd8\xff"sv)) return ImageKind::kJpeg;
-  if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return ImageKind::kPng;
-  if (bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv)) return ImageKind::kTiff;
-  if (bytes.starts_with("\x76\x2f\x31\x01"sv)) return ImageKind::kExr;
-  if (bytes.starts_with("#?"sv)) return ImageKind::kHdr;
+  if (bytes.starts_with("\xff\xd8\xff")) return ImageKind::kJpeg;
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return ImageKind::kPng;
+  if (bytes.starts_with(kTiffLittleEndian) || bytes.starts_with(kTiffBigEndian))
+    return ImageKind::kTiff;
+  if (bytes.starts_with("\x76\x2f\x31\x01")) return ImageKind::kExr;
+  if (bytes.starts_with("#?")) return ImageKind::kHdr;
   return ImageKind::kUnknown;
 }
 
 std::optional<std::uint32_t> FindTiffTag(std::string_view bytes, std::uint16_t tag) {
-  const bool is_big_endian = bytes.starts_with("MM\0*"sv);
-  if (!is_big_endian && !bytes.starts_with("II*\0"sv)) return std::nullopt;
+  const bool is_big_endian = bytes.starts_with(kTiffBigEndian);
+  if (!is_big_endian && !bytes.starts_with(kTiffLittleEndian)) return std::nullopt;
   const ByteReader reader(bytes, is_big_endian);
   const std::optional<std::uint32_t> directory = reader.Uint(4, 4);
   if (!directory) return std::nullopt;
@@ -130,9 +134,9 @@ int ReadJpegOrientation(std::string_view bytes) {
   while (const std::optional<JpegSegment> segment = segments.Next()) {
     // Metadata stands before the first scan.
     if (segment->marker == 0xda || segment->marker == 0xd9) return 1;
-    if (segment->marker != 0xe1 || !segment->payload.starts_with("Exif\0\0"sv)) continue;
+    if (segment->marker != 0xe1 || !segment->payload.starts_with(kExif)) continue;
     const std::uint32_t value =
-        FindTiffTag(segment->payload.substr(6), kTiffOrientation).value_or(1);
+        FindTiffTag(segment->payload.substr(kExif.size()), kTiffOrientation).value_or(1);
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
   }
   return 1;

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <compare>
 #include <cstdint>
 #include <filesystem>
+#include <tuple>
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
@@ -16,7 +16,11 @@ struct SplitVertex {
   std::int32_t normal = -1;
   std::int32_t uv = -1;
   std::int32_t color = -1;
-  friend auto operator<=>(const SplitVertex&, const SplitVertex&) = default;
+  friend bool operator==(const SplitVertex&, const SplitVertex&) = default;
+  friend bool operator<(const SplitVertex& a, const SplitVertex& b) {
+    return std::tie(a.position, a.normal, a.uv, a.color) <
+           std::tie(b.position, b.normal, b.uv, b.color);
+  }
 };
 
 struct SplitMesh {

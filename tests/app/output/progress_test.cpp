@@ -141,6 +141,10 @@ TEST(Log, LinesScrollAboveTheStatusLine) {
   out.clear();
   log.Info("hello");
   EXPECT_EQ(out, "\r\x1b[Khello\nSTATUS");
+  terminal.ClearStatus();
+  out.clear();
+  log.Info("bye");
+  EXPECT_EQ(out, "bye\n");
 }
 
 TEST(Log, HasLevelsStylesAndAFile) {

@@ -23,18 +23,24 @@ RenderOptions Options(double sppe, int spp = 1) {
   return options;
 }
 
-/// Derivative of one pixel (and of the sum of many) for a velocity field of mesh 0: all four channels.
+/// Derivative of one pixel (and of the sum of many) for a velocity field of mesh 0: all four
+/// channels.
 template <class Velocity>
-std::vector<Rgba> Derivative(const Scene& scene, const PerspectiveCamera& camera, const RenderOptions& options, Velocity velocity) {
+std::vector<Rgba> Derivative(const Scene& scene,
+                             const PerspectiveCamera& camera,
+                             const RenderOptions& options,
+                             Velocity velocity) {
   const tests::VertexMotion motion = tests::MoveMesh(scene, velocity);
-  return tests::DerivativeReplicates(Renderer(scene), camera, motion.layout, motion.direction, options, kReplicates);
+  return tests::DerivativeReplicates(
+      Renderer(scene), camera, motion.layout, motion.direction, options, kReplicates);
 }
 
 /// A surface that covers u < s in front of a sky of radiance `sky`.
 Scene HalfPlane(double edge_x, double z, double albedo, double sky) {
   Mesh mesh = tests::Rectangle();
   ApplyTransform({{{10, 0, 0}, {0, 20, 0}, {0, 0, 1}}, {edge_x - 10.0, 0, -z}}, mesh);
-  return tests::SceneOf(mesh, LambertBsdf{}, Rgb::Constant(albedo), {tests::ConstantEnvironment(Rgb::Constant(sky))});
+  return tests::SceneOf(
+      mesh, LambertBsdf{}, Rgb::Constant(albedo), {tests::ConstantEnvironment(Rgb::Constant(sky))});
 }
 
 constexpr double kF = 4.0;
@@ -45,10 +51,12 @@ Vec3 Backwards(const Vec3&) { return {0, 0, -1}; }
 /// Turning about the camera so that u grows.
 Vec3 Yaw(const Vec3& x) { return {-x.z, 0, x.x}; }
 
-// C12: the covered share of the pixel is I = 0.66; black in front of a sky of one, so radiance is 1 - I.
+// C12: the covered share of the pixel is I = 0.66; black in front of a sky of one, so radiance is 1
+// - I.
 TEST(PrimaryBoundary, HalfPlaneCoverage) {
   const Scene scene = HalfPlane(kX, kZ, 0.0, 1.0);
-  const auto primal = tests::PrimalReplicates(Renderer(scene), tests::OnePixelCamera(kF), Options(0, 4096), kReplicates);
+  const auto primal = tests::PrimalReplicates(
+      Renderer(scene), tests::OnePixelCamera(kF), Options(0, 4096), kReplicates);
   EXPECT_TRUE(AgreesWithExact(Channel(primal, 3), 0.66));
   EXPECT_TRUE(AgreesWithExact(Channel(primal, 0), 1.0 - 0.66));
 }
@@ -67,7 +75,8 @@ TEST(PrimaryBoundary, HalfPlaneByPositionDepthAndYaw) {
 
 TEST(PrimaryBoundary, EdgesOutsideThePixelDoNothing) {
   const Scene scene = HalfPlane(0.3, kZ, 0.0, 1.0);  // s = 0.6, just beside the pixel
-  for (const Rgba& d : Derivative(scene, tests::OnePixelCamera(kF), Options(200), Right)) EXPECT_EQ(d, Rgba());
+  for (const Rgba& d : Derivative(scene, tests::OnePixelCamera(kF), Options(200), Right))
+    EXPECT_EQ(d, Rgba());
 }
 
 // C30: foreground radiance 0.3, background 1.1: dI/dx = (L_f - L_b) h f / z.
@@ -98,7 +107,8 @@ class TiltedQuad : public ::testing::Test {
 };
 
 TEST_F(TiltedQuad, Coverage) {
-  const auto primal = tests::PrimalReplicates(Renderer(QuadAt(0.4)), camera_, Options(0, 16384), kReplicates);
+  const auto primal =
+      tests::PrimalReplicates(Renderer(QuadAt(0.4)), camera_, Options(0, 16384), kReplicates);
   EXPECT_TRUE(AgreesWithExact(Channel(primal, 3), 1.536266284006e-01));
 }
 TEST_F(TiltedQuad, ByDepth) {
@@ -110,14 +120,18 @@ TEST_F(TiltedQuad, ByDepth) {
 }
 TEST_F(TiltedQuad, ByTilt) {
   const auto turn = [](const Vec3& x) { return Cross(Vec3{1, 0, 0}, x - Vec3{0, 0, -3}); };
-  EXPECT_TRUE(AgreesWithExact(Channel(Derivative(QuadAt(0.4), camera_, Options(2000), turn), 3), -6.440106273540e-02));
+  EXPECT_TRUE(AgreesWithExact(Channel(Derivative(QuadAt(0.4), camera_, Options(2000), turn), 3),
+                              -6.440106273540e-02));
 }
 
-/// Area of the image of a convex mesh seen by OnePixelCamera(f): the hull of its projected vertices.
+/// Area of the image of a convex mesh seen by OnePixelCamera(f): the hull of its projected
+/// vertices.
 double HullArea(const Mesh& mesh, double f) {
   std::vector<Vec2> p;
   for (const Vec3& x : mesh.positions) p.push_back({f * x.x / -x.z, f * x.y / -x.z});
-  std::sort(p.begin(), p.end(), [](const Vec2& a, const Vec2& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
+  std::sort(p.begin(), p.end(), [](const Vec2& a, const Vec2& b) {
+    return a.x < b.x || (a.x == b.x && a.y < b.y);
+  });
   const auto cross = [](const Vec2& o, const Vec2& a, const Vec2& b) {
     return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
   };
@@ -125,7 +139,8 @@ double HullArea(const Mesh& mesh, double f) {
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t start = hull.size();
     for (const Vec2& q : p) {
-      while (hull.size() >= start + 2 && cross(hull[hull.size() - 2], hull.back(), q) <= 0.0) hull.pop_back();
+      while (hull.size() >= start + 2 && cross(hull[hull.size() - 2], hull.back(), q) <= 0.0)
+        hull.pop_back();
       hull.push_back(q);
     }
     hull.pop_back();
@@ -140,7 +155,8 @@ double HullArea(const Mesh& mesh, double f) {
   return area;
 }
 
-// C17: convex grey body under a constant sky of one: the sum over pixels changes by (rho - 1) dA only.
+// C17: convex grey body under a constant sky of one: the sum over pixels changes by (rho - 1) dA
+// only.
 class ConvexBody : public ::testing::Test {
  protected:
   static constexpr double kAlbedo = 0.7;
@@ -151,7 +167,8 @@ class ConvexBody : public ::testing::Test {
     return mesh;
   }
   static Scene SceneWith(const Mesh& mesh) {
-    return tests::SceneOf(mesh, LambertBsdf{}, Rgb::Constant(kAlbedo), {tests::ConstantEnvironment({1, 1, 1})});
+    return tests::SceneOf(
+        mesh, LambertBsdf{}, Rgb::Constant(kAlbedo), {tests::ConstantEnvironment({1, 1, 1})});
   }
   static Vec3 Grow(const Vec3& x) { return (x - Vec3{0, 0, -3}) * (1.0 / 0.6); }
   const PerspectiveCamera camera_ = tests::OnePixelCamera(2.0);
@@ -159,10 +176,10 @@ class ConvexBody : public ::testing::Test {
 
 TEST_F(ConvexBody, SphereMeshMovesAsItsOwnExactImageArea) {
   const Scene scene = SceneWith(Ball(2, 0.6, 3.0));
-  const double by_radius = tests::RiddersDerivative(
-      [](double r) { return HullArea(Ball(2, r, 3.0), 2.0); }, 0.6, 1e-3);
-  const double by_distance = tests::RiddersDerivative(
-      [](double d) { return HullArea(Ball(2, 0.6, d), 2.0); }, 3.0, 1e-3);
+  const double by_radius =
+      tests::RiddersDerivative([](double r) { return HullArea(Ball(2, r, 3.0), 2.0); }, 0.6, 1e-3);
+  const double by_distance =
+      tests::RiddersDerivative([](double d) { return HullArea(Ball(2, 0.6, d), 2.0); }, 3.0, 1e-3);
   const auto grow = Derivative(scene, camera_, Options(500, 512), Grow);
   EXPECT_TRUE(AgreesWithExact(Channel(grow, 3), by_radius));
   EXPECT_TRUE(AgreesWithExact(Channel(grow, 0), (kAlbedo - 1.0) * by_radius));
@@ -183,7 +200,8 @@ TEST_F(ConvexBody, SphereMeshTendsToTheSphereAsTheSquareOfTheEdge) {
   EXPECT_NEAR(std::log2(errors.front() / errors.back()) / 3.0, 2.0, 0.2);
   // The finest estimate reaches the smooth sphere's answer.
   const auto grow = Derivative(SceneWith(Ball(4, 0.6, 3.0)), camera_, Options(500, 512), Grow);
-  EXPECT_TRUE(AgreesWithExact(Channel(grow, 0), -5.454153912482e-01, 0.01, 1.5 * errors.back() / smooth));
+  EXPECT_TRUE(
+      AgreesWithExact(Channel(grow, 0), -5.454153912482e-01, 0.01, 1.5 * errors.back() / smooth));
 }
 
 TEST_F(ConvexBody, CubeByItsHalfEdge) {
@@ -214,7 +232,8 @@ TEST(PrimaryBoundary, MovingMeshBehindAFixedOneKeepsItsFreePart) {
   Mesh screen = tests::Plate(10, 10, -1);
   ApplyTransform({{}, {0, 10, 0}}, screen);
   scene.meshes.push_back({"screen", screen, 0});
-  EXPECT_TRUE(AgreesWithExact(Channel(Derivative(scene, tests::OnePixelCamera(kF), Options(1000), Right), 3), 1.0));
+  EXPECT_TRUE(AgreesWithExact(
+      Channel(Derivative(scene, tests::OnePixelCamera(kF), Options(1000), Right), 3), 1.0));
 }
 
 }  // namespace

@@ -23,7 +23,8 @@ Found EdgesOf(const Scene& scene, const PerspectiveCamera& camera, std::vector<b
   double remainder = 0.0;
   std::vector<bool> seen(1000);
   for (int i = 0; !edges.distribution().Empty() && i < 20000; ++i) {
-    seen[static_cast<std::size_t>(edges.distribution().Sample((i + 0.5) / 20000.0, remainder))] = true;
+    seen[static_cast<std::size_t>(edges.distribution().Sample((i + 0.5) / 20000.0, remainder))] =
+        true;
   }
   for (const bool s : seen) found.edges += s ? 1 : 0;
   return found;
@@ -43,13 +44,15 @@ TEST(ViewEdges, CubeShowsSilhouettesAndCreasesOfSeenFacesOnly) {
   const PerspectiveCamera corner = tests::CameraAt({4, 5, 6}, {0, 0, 0}, 40.0, 64, 64);
   EXPECT_EQ(EdgesOf(Painted(tests::Cube()), corner).edges, 9) << "three faces";
   const PerspectiveCamera inside = tests::CameraAt({0, 0, 0.5}, {0, 0, -1}, 10.0, 64, 64);
-  EXPECT_GE(EdgesOf(Painted(tests::Cube()), inside).edges, 8) << "the inside of a closed mesh is seen";
+  EXPECT_GE(EdgesOf(Painted(tests::Cube()), inside).edges, 8)
+      << "the inside of a closed mesh is seen";
 }
 
 TEST(ViewEdges, ColorSeamsCountOnlyWhereColorsDiffer) {
   Mesh plate = tests::Rectangle();
   plate.colors = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {1, 0, 0}, {0, 0, 1}};
-  plate.color_triangles = {{0, 1, 2}, {4, 5, 3}};  // separately indexed, equal values on the diagonal
+  plate.color_triangles = {{0, 1, 2},
+                           {4, 5, 3}};  // separately indexed, equal values on the diagonal
   Scene scene = Painted(plate);
   scene.materials[0].vertex_colors = true;
   EXPECT_EQ(EdgesOf(scene, FrontCamera()).edges, 4);

@@ -37,9 +37,9 @@ Vec3 DirectionAt(double cos_theta, double phi) {
   return {s * std::cos(phi), s * std::sin(phi), cos_theta};
 }
 
-/// Counts of SampleBsdf in the cells of the hemisphere (the last slot: draws below the surface) against the integral
-/// of BsdfPdf.
-/// `fine`: integration points per cell and axis; a lobe of alpha = roughness^2 must not fall between them.
+/// Counts of SampleBsdf in the cells of the hemisphere (the last slot: draws below the surface)
+/// against the integral of BsdfPdf. `fine`: integration points per cell and axis; a lobe of alpha =
+/// roughness^2 must not fall between them.
 ::testing::AssertionResult SamplesFollowPdf(
     const Bsdf& bsdf, double cos_o, int fine, std::uint64_t seed, int suite) {
   const Rgb base{0.9, 0.6, 0.2};
@@ -61,7 +61,8 @@ Vec3 DirectionAt(double cos_theta, double phi) {
     const Vec3 local = frame.ToLocal(sample->wi);
     const double again = BsdfPdf(bsdf, base, {local.z, cos_o, Dot(local, wo_local)});
     if (std::abs(Norm(local) - 1.0) > 1e-12 || std::abs(again - sample->pdf) > 1e-8 * again) {
-      return ::testing::AssertionFailure() << "pdf of the sample " << sample->pdf << ", BsdfPdf " << again;
+      return ::testing::AssertionFailure()
+             << "pdf of the sample " << sample->pdf << ", BsdfPdf " << again;
     }
     const double turn = std::atan2(local.y, local.x) * 0.5 * std::numbers::inv_pi + 0.5;
     const int row = std::min(kRows - 1, static_cast<int>(local.z * kRows));
@@ -74,8 +75,8 @@ Vec3 DirectionAt(double cos_theta, double phi) {
       const double cos_theta = (row + 0.5) / (kRows * fine);
       const double phi = 2.0 * std::numbers::pi * ((column + 0.5) / (kColumns * fine) - 0.5);
       const Vec3 wi = DirectionAt(cos_theta, phi);
-      const double p = BsdfPdf(bsdf, base, {wi.z, cos_o, Dot(wi, wo_local)}) * 2.0 * std::numbers::pi /
-                       (kRows * fine * kColumns * fine);
+      const double p = BsdfPdf(bsdf, base, {wi.z, cos_o, Dot(wi, wo_local)}) * 2.0 *
+                       std::numbers::pi / (kRows * fine * kColumns * fine);
       expected[static_cast<std::size_t>((row / fine) * kColumns + column / fine)] += kDraws * p;
       above += p;
     }
@@ -88,7 +89,11 @@ TEST(BsdfSampling, MetallicRoughnessFollowsItsPdf) {
   const int suite = static_cast<int>(Cases().size()) + 2;
   std::uint64_t seed = 0;
   for (const Case& s : Cases()) {
-    EXPECT_TRUE(SamplesFollowPdf(MetallicRoughnessBsdf{s.roughness, s.metallic}, s.cos_o, s.roughness < 0.2 ? 120 : 24, ++seed, suite))
+    EXPECT_TRUE(SamplesFollowPdf(MetallicRoughnessBsdf{s.roughness, s.metallic},
+                                 s.cos_o,
+                                 s.roughness < 0.2 ? 120 : 24,
+                                 ++seed,
+                                 suite))
         << "roughness " << s.roughness << " metallic " << s.metallic << " cos_o " << s.cos_o;
   }
 }
@@ -119,19 +124,21 @@ double Albedo(const Bsdf& bsdf, double cos_o) {
   return sum / kSamples;
 }
 
-/// A white metal is the bare GGX lobe. (White dielectrics may gain at grazing angles: glTF's mix of diffuse and
-/// specular takes its Fresnel factor at the half vector for both, see THEORY.md.)
+/// A white metal is the bare GGX lobe. (White dielectrics may gain at grazing angles: glTF's mix of
+/// diffuse and specular takes its Fresnel factor at the half vector for both, see THEORY.md.)
 TEST(BsdfSampling, GgxReflectsNoMoreThanItReceives) {
   for (const Case& s : Cases()) {
     const double albedo = Albedo(MetallicRoughnessBsdf{s.roughness, 1.0}, s.cos_o);
     // Five standard errors at 1e5 samples of a weight below one.
     EXPECT_LT(albedo, 1.0 + 5e-3) << s.roughness << " " << s.cos_o;
-    EXPECT_GT(albedo, s.roughness < 0.5 ? 0.8 : 0.25) << "single scattering loses energy at high roughness";
+    EXPECT_GT(albedo, s.roughness < 0.5 ? 0.8 : 0.25)
+        << "single scattering loses energy at high roughness";
   }
 }
 
 TEST(BsdfSampling, LambertReflectsAll) {
-  EXPECT_NEAR(Albedo(LambertBsdf{}, 0.5), 1.0, 1e-9) << "cosine sampling of a Lambertian has no variance";
+  EXPECT_NEAR(Albedo(LambertBsdf{}, 0.5), 1.0, 1e-9)
+      << "cosine sampling of a Lambertian has no variance";
 }
 
 }  // namespace

@@ -23,7 +23,8 @@ const std::array<Case, 6> kCases = {{{{0.5, 0.0}, {0.8, 0.7, 0.3}},
                                      {{0.2, 0.2}, {0.4, 0.5, -0.5}},
                                      {{0.7, 0.5}, {0.3, 0.25, 0.9}}}};
 
-/// Partial of every channel against the difference of EvalBsdf when `set(value)` changes one argument.
+/// Partial of every channel against the difference of EvalBsdf when `set(value)` changes one
+/// argument.
 template <class Set>
 void ExpectPartial(const Case& at, double x, double step, const Rgb& partial, Set set) {
   for (int c = 0; c < 3; ++c) {
@@ -33,8 +34,10 @@ void ExpectPartial(const Case& at, double x, double step, const Rgb& partial, Se
       set(moved, base, value);
       return EvalBsdf(moved.bsdf, base, moved.cosines)[c];
     };
-    EXPECT_LT(tests::RelativeError(partial[c], tests::RiddersDerivative(along, x, step)), kDifference)
-        << "channel " << c << " roughness " << at.bsdf.roughness << " metallic " << at.bsdf.metallic;
+    EXPECT_LT(tests::RelativeError(partial[c], tests::RiddersDerivative(along, x, step)),
+              kDifference)
+        << "channel " << c << " roughness " << at.bsdf.roughness << " metallic "
+        << at.bsdf.metallic;
   }
 }
 
@@ -44,13 +47,21 @@ TEST(Bsdf, PartialsOfMetallicRoughnessAreDifferences) {
     const Rgb value = EvalBsdf(at.bsdf, kBase, at.cosines);
     for (int c = 0; c < 3; ++c) EXPECT_LT(tests::RelativeError(p.value[c], value[c], 0.0), 1e-12);
     const double step = 0.05 * at.bsdf.roughness * at.bsdf.roughness;
-    ExpectPartial(at, at.cosines.cos_i, step, p.d_cos_i, [](Case& m, Rgb&, double x) { m.cosines.cos_i = x; });
-    ExpectPartial(at, at.cosines.cos_o, step, p.d_cos_o, [](Case& m, Rgb&, double x) { m.cosines.cos_o = x; });
-    ExpectPartial(at, at.cosines.dot_io, step, p.d_dot_io, [](Case& m, Rgb&, double x) { m.cosines.dot_io = x; });
+    ExpectPartial(at, at.cosines.cos_i, step, p.d_cos_i, [](Case& m, Rgb&, double x) {
+      m.cosines.cos_i = x;
+    });
+    ExpectPartial(at, at.cosines.cos_o, step, p.d_cos_o, [](Case& m, Rgb&, double x) {
+      m.cosines.cos_o = x;
+    });
+    ExpectPartial(at, at.cosines.dot_io, step, p.d_dot_io, [](Case& m, Rgb&, double x) {
+      m.cosines.dot_io = x;
+    });
     ExpectPartial(at, at.bsdf.roughness, 0.05, p.d_roughness, [](Case& m, Rgb&, double x) {
       m.bsdf.roughness = x;
     });
-    ExpectPartial(at, at.bsdf.metallic, 0.05, p.d_metallic, [](Case& m, Rgb&, double x) { m.bsdf.metallic = x; });
+    ExpectPartial(at, at.bsdf.metallic, 0.05, p.d_metallic, [](Case& m, Rgb&, double x) {
+      m.bsdf.metallic = x;
+    });
     for (int k = 0; k < 3; ++k) {
       Rgb diagonal;
       diagonal[k] = p.d_base_color[k];
@@ -63,12 +74,14 @@ TEST(Bsdf, PartialsOfLambertAreThoseOfAConstant) {
   const BsdfPartials p = EvalBsdfPartials(LambertBsdf{}, kBase, {0.5, 0.6, 0.2});
   EXPECT_EQ(p.value, kBase * std::numbers::inv_pi);
   EXPECT_EQ(p.d_base_color, Rgb::Constant(std::numbers::inv_pi));
-  for (const Rgb& zero : {p.d_cos_i, p.d_cos_o, p.d_dot_io, p.d_roughness, p.d_metallic}) EXPECT_TRUE(IsBlack(zero));
+  for (const Rgb& zero : {p.d_cos_i, p.d_cos_o, p.d_dot_io, p.d_roughness, p.d_metallic})
+    EXPECT_TRUE(IsBlack(zero));
 }
 
 TEST(Bsdf, IsZeroBelowTheSurface) {
   for (const Bsdf& bsdf : {Bsdf{LambertBsdf{}}, Bsdf{MetallicRoughnessBsdf{0.4, 0.3}}}) {
-    for (const BsdfCosines& c : {BsdfCosines{-0.1, 0.5, 0.0}, BsdfCosines{0.5, -0.1, 0.0}, BsdfCosines{0.0, 0.5, 0.0}}) {
+    for (const BsdfCosines& c :
+         {BsdfCosines{-0.1, 0.5, 0.0}, BsdfCosines{0.5, -0.1, 0.0}, BsdfCosines{0.0, 0.5, 0.0}}) {
       EXPECT_TRUE(IsBlack(EvalBsdf(bsdf, kBase, c)));
       EXPECT_TRUE(IsBlack(EvalBsdfPartials(bsdf, kBase, c).value));
       EXPECT_EQ(BsdfPdf(bsdf, kBase, c), 0.0);
@@ -85,21 +98,26 @@ TEST(Bsdf, IsReciprocal) {
   }
 }
 
-/// Light exactly opposite to the camera (both grazing) has no half vector; nothing may become infinite.
+/// Light exactly opposite to the camera (both grazing) has no half vector; nothing may become
+/// infinite.
 TEST(Bsdf, StaysFiniteForOppositeDirections) {
   for (const double roughness : {kMinRoughness, 0.5, 1.0}) {
     const MetallicRoughnessBsdf bsdf{roughness, 1.0};
-    for (const BsdfCosines& c : {BsdfCosines{1e-8, 1e-8, -1.0}, BsdfCosines{1e-12, 1.0, 1e-12}, BsdfCosines{1.0, 1.0, 1.0}}) {
+    for (const BsdfCosines& c : {BsdfCosines{1e-8, 1e-8, -1.0},
+                                 BsdfCosines{1e-12, 1.0, 1e-12},
+                                 BsdfCosines{1.0, 1.0, 1.0}}) {
       EXPECT_TRUE(IsFinite(EvalBsdf(bsdf, kBase, c)));
       const BsdfPartials p = EvalBsdfPartials(bsdf, kBase, c);
-      for (const Rgb& d : {p.d_cos_i, p.d_cos_o, p.d_dot_io, p.d_roughness, p.d_metallic}) EXPECT_TRUE(IsFinite(d));
+      for (const Rgb& d : {p.d_cos_i, p.d_cos_o, p.d_dot_io, p.d_roughness, p.d_metallic})
+        EXPECT_TRUE(IsFinite(d));
       EXPECT_TRUE(std::isfinite(BsdfPdf(bsdf, kBase, c)));
     }
   }
 }
 
 TEST(Bsdf, FollowsTheGltfFormula) {
-  // Specification, appendix B: dielectric = mix(diffuse, specular, F with f0 = 0.04); metal = specular tinted by F.
+  // Specification, appendix B: dielectric = mix(diffuse, specular, F with f0 = 0.04); metal =
+  // specular tinted by F.
   const BsdfCosines c{0.8, 0.6, 0.5};
   const double weight = std::pow(1.0 - std::sqrt(0.75), 5);
   const Rgb black = EvalBsdf(MetallicRoughnessBsdf{0.5, 0.0}, {0, 0, 0}, c);

@@ -42,9 +42,11 @@ TEST(MicrofacetKernel, DualJetAndDifferencesAgree) {
       // Relative to the value's own scale of change, its size over alpha.
       const double scale = by_dual.v / p.alpha;
       const double step = i == 3 ? 0.2 * p.alpha : 0.02 * p.alpha;
-      EXPECT_LT(tests::RelativeError(by_dual.d[i], by_jet.v[static_cast<int>(i)], scale), kSameFormula);
-      EXPECT_LT(tests::RelativeError(by_dual.d[i], tests::RiddersDerivative(along, at[i], step), scale),
-                kDifference)
+      EXPECT_LT(tests::RelativeError(by_dual.d[i], by_jet.v[static_cast<int>(i)], scale),
+                kSameFormula);
+      EXPECT_LT(
+          tests::RelativeError(by_dual.d[i], tests::RiddersDerivative(along, at[i], step), scale),
+          kDifference)
           << "variable " << i << " at alpha " << p.alpha;
     }
   }
@@ -56,7 +58,8 @@ TEST(MicrofacetKernel, SchlickWeightDualJetAndDifferencesAgree) {
     const auto by_jet = SchlickWeight(ceres::Jet<double, 1>(dot, 0));
     const auto along = [](double value) { return SchlickWeight(value); };
     EXPECT_LT(tests::RelativeError(by_dual.d[0], by_jet.v[0]), kSameFormula);
-    EXPECT_LT(tests::RelativeError(by_dual.d[0], tests::RiddersDerivative(along, dot, 0.02)), kDifference);
+    EXPECT_LT(tests::RelativeError(by_dual.d[0], tests::RiddersDerivative(along, dot, 0.02)),
+              kDifference);
   }
 }
 
@@ -80,13 +83,15 @@ TEST(MicrofacetKernel, EqualsTheTextbookProduct) {
     const double cos_h = (p.cos_i + p.cos_o) / std::sqrt(2.0 + 2.0 * p.dot_io);
     const double tan2 = 1.0 / (cos_h * cos_h) - 1.0;
     const double a2 = p.alpha * p.alpha;
-    const double d = 1.0 / (std::numbers::pi * a2 * std::pow(cos_h, 4) * std::pow(1.0 + tan2 / a2, 2));
+    const double d =
+        1.0 / (std::numbers::pi * a2 * std::pow(cos_h, 4) * std::pow(1.0 + tan2 / a2, 2));
     const auto lambda = [&](double c) {
       return 0.5 * (std::sqrt(1.0 + a2 * (1.0 / (c * c) - 1.0)) - 1.0);
     };
     const double g2 = 1.0 / (1.0 + lambda(p.cos_i) + lambda(p.cos_o));
     const double expected = d * g2 / (4.0 * p.cos_i * p.cos_o);
-    EXPECT_LT(tests::RelativeError(MicrofacetReflection(p.cos_i, p.cos_o, p.dot_io, p.alpha), expected, 0.0),
+    EXPECT_LT(tests::RelativeError(
+                  MicrofacetReflection(p.cos_i, p.cos_o, p.dot_io, p.alpha), expected, 0.0),
               1e-12);
   }
 }

@@ -31,7 +31,9 @@ class SinksOfOneRendering : public ::testing::Test {
     options_.max_bounces = 2;
     options_.seed = 3;
   }
-  void Render(DerivativeSink& sink) const { renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink); }
+  void Render(DerivativeSink& sink) const {
+    renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink);
+  }
   [[nodiscard]] const PerspectiveCamera& Camera() const { return renderer_.scene().sensors[0]; }
   [[nodiscard]] std::size_t NumPixels() const {
     return static_cast<std::size_t>(Camera().width) * static_cast<std::size_t>(Camera().height);
@@ -45,7 +47,8 @@ class SinksOfOneRendering : public ::testing::Test {
 TEST_F(SinksOfOneRendering, FilmSinkIsTheJacobianTimesADirection) {
   std::vector<double> direction;
   CounterRng rng(1, 0, 0, 0, 0);
-  for (std::int64_t i = 0; i < layout_.NumScalars(); ++i) direction.push_back(2.0 * rng.Next() - 1.0);
+  for (std::int64_t i = 0; i < layout_.NumScalars(); ++i)
+    direction.push_back(2.0 * rng.Next() - 1.0);
   FilmSink film(layout_, direction, Camera().width, Camera().height);
   tests::RecordingSink record(NumPixels());
   Render(film);
@@ -56,12 +59,14 @@ TEST_F(SinksOfOneRendering, FilmSinkIsTheJacobianTimesADirection) {
     for (const ParameterDerivative& entry : record.pixels[pixel]) {
       const int size = layout_.GroupOfBlock(entry.block).block_size;
       for (int c = 0; c < size; ++c) {
-        expected += entry.d[static_cast<std::size_t>(c)] *
-                    direction[static_cast<std::size_t>(layout_.FirstScalarOfBlock(entry.block) + c)];
+        expected +=
+            entry.d[static_cast<std::size_t>(c)] *
+            direction[static_cast<std::size_t>(layout_.FirstScalarOfBlock(entry.block) + c)];
       }
     }
     for (int c = 0; c < 4; ++c) {
-      EXPECT_NEAR(film.film().pixels[pixel][c], expected[c], kSummation * (1.0 + std::abs(expected[c])));
+      EXPECT_NEAR(
+          film.film().pixels[pixel][c], expected[c], kSummation * (1.0 + std::abs(expected[c])));
       largest = std::max(largest, std::abs(expected[c]));
     }
   }
@@ -90,7 +95,8 @@ TEST_F(SinksOfOneRendering, AdjointSinkIsTheTransposedJacobianTimesWeights) {
       for (int c = 0; c < size; ++c) {
         const auto scalar = static_cast<std::size_t>(layout_.FirstScalarOfBlock(entry.block) + c);
         for (int channel = 0; channel < 4; ++channel) {
-          const double term = weights[pixel][channel] * entry.d[static_cast<std::size_t>(c)][channel];
+          const double term =
+              weights[pixel][channel] * entry.d[static_cast<std::size_t>(c)][channel];
           expected[scalar] += term;
           scale[scalar] += std::abs(term);
         }
@@ -114,7 +120,8 @@ TEST_F(SinksOfOneRendering, ComponentsBeyondTheBlockSizeAreZero) {
     for (const ParameterDerivative& entry : pixel) {
       ASSERT_GE(entry.block, 0);
       ASSERT_LT(entry.block, layout_.NumBlocks());
-      for (auto c = static_cast<std::size_t>(layout_.GroupOfBlock(entry.block).block_size); c < 3; ++c) {
+      for (auto c = static_cast<std::size_t>(layout_.GroupOfBlock(entry.block).block_size); c < 3;
+           ++c) {
         EXPECT_EQ(entry.d[c], Rgba());
       }
     }

@@ -33,8 +33,12 @@ TEST(PathAdjoint, GgxAlbedoByRoughness) {
   ParameterLayout layout(scene);
   layout.Add(ParameterKind::kRoughness, 0);
   const auto estimate = [&](const Vec3& eye) {
-    return Channel(tests::DerivativeReplicates(
-                       Renderer(scene), tests::ProbeCamera(eye, {0, 0, 0}), layout, {1.0}, Options(8192), kReplicates),
+    return Channel(tests::DerivativeReplicates(Renderer(scene),
+                                               tests::ProbeCamera(eye, {0, 0, 0}),
+                                               layout,
+                                               {1.0},
+                                               Options(8192),
+                                               kReplicates),
                    1);
   };
   EXPECT_TRUE(AgreesWithExact(estimate({0, 0, 2}), -8.261023256234e-01 * 2.0 * roughness));
@@ -44,16 +48,20 @@ TEST(PathAdjoint, GgxAlbedoByRoughness) {
 // C21: E is linear in the map, so the derivative along texels k.w is (2 pi / 3) k.n.
 TEST(PathAdjoint, IrradianceByEnvironmentTexels) {
   const Vec3 k{0.3, -0.2, 0.5};
-  const Scene scene =
-      tests::SceneOf(tests::Plate(1, 1, 0), LambertBsdf{}, {1, 1, 1}, {tests::LinearEnvironment(1.0, k)});
+  const Scene scene = tests::SceneOf(
+      tests::Plate(1, 1, 0), LambertBsdf{}, {1, 1, 1}, {tests::LinearEnvironment(1.0, k)});
   ParameterLayout layout(scene);
   layout.Add(ParameterKind::kEnvironmentTexels, 0);
   std::vector<double> direction;
   for (const Rgb& texel : std::get<EnvironmentEmitter>(scene.emitters[0].light).texels) {
     for (int c = 0; c < 3; ++c) direction.push_back(texel[c] - 1.0);
   }
-  const auto d = tests::DerivativeReplicates(
-      Renderer(scene), tests::ProbeCamera({0.5, 1, 2}, {0, 0, 0}), layout, direction, Options(1024), kReplicates);
+  const auto d = tests::DerivativeReplicates(Renderer(scene),
+                                             tests::ProbeCamera({0.5, 1, 2}, {0, 0, 0}),
+                                             layout,
+                                             direction,
+                                             Options(1024),
+                                             kReplicates);
   EXPECT_TRUE(AgreesWithExact(Channel(d, 2), 2.0 / 3.0 * k.z));
 }
 
@@ -63,16 +71,20 @@ class CollocatedFlash : public ::testing::Test {
   template <class Velocity>
   double Derivative(Velocity velocity) const {
     const tests::VertexMotion motion = tests::MoveMesh(scene_, velocity);
-    return tests::DerivativeReplicates(Renderer(scene_), camera_, motion.layout, motion.direction, Options(1), 1)[0].r;
+    return tests::DerivativeReplicates(
+               Renderer(scene_), camera_, motion.layout, motion.direction, Options(1), 1)[0]
+        .r;
   }
   const double r_ = 2.0;
   const double theta_ = 0.5;
-  const Vec3 eye_{0, r_ * std::sin(theta_), r_ * std::cos(theta_)};
-  const Vec3 away_ = -Normalized(eye_);  // from the eye through the point looked at, which is the origin
-  const Scene scene_ = tests::SceneOf(tests::Plate(3, 3, 0),
-                                      LambertBsdf{},
-                                      {0.6, 0.6, 0.6},
-                                      {{"flash", LightFrame::kCamera, PointEmitter{{0, 0, 0}, {3, 3, 3}}}});
+  const Vec3 eye_{0, r_* std::sin(theta_), r_* std::cos(theta_)};
+  const Vec3 away_ =
+      -Normalized(eye_);  // from the eye through the point looked at, which is the origin
+  const Scene scene_ =
+      tests::SceneOf(tests::Plate(3, 3, 0),
+                     LambertBsdf{},
+                     {0.6, 0.6, 0.6},
+                     {{"flash", LightFrame::kCamera, PointEmitter{{0, 0, 0}, {3, 3, 3}}}});
   const PerspectiveCamera camera_ = tests::ProbeCamera(eye_, {0, 0, 0});
   Vec3 Away(const Vec3&) const { return away_; }
   /// Turning the plane so that the angle theta of the ray to its normal grows.
@@ -95,8 +107,8 @@ TEST_F(CollocatedFlash, SlidingThePlaneInItselfChangesNothing) {
   EXPECT_NEAR(Derivative([](const Vec3&) { return Vec3{0.7, -0.4, 0.0}; }), 0.0, 1e-12);
 }
 
-// Everything scales about the pinhole, which is also the lamp: I(s) = I(1) / s^2 for any closed body, at any number of
-// bounces. G, J and cosines of every segment must balance.
+// Everything scales about the pinhole, which is also the lamp: I(s) = I(1) / s^2 for any closed
+// body, at any number of bounces. G, J and cosines of every segment must balance.
 TEST(PathAdjoint, ScalingAClosedRoomAboutItsLamp) {
   Scene scene = tests::SceneOf(tests::Cube(),
                                LambertBsdf{},
@@ -108,8 +120,10 @@ TEST(PathAdjoint, ScalingAClosedRoomAboutItsLamp) {
     const tests::VertexMotion motion = tests::MoveMesh(scene, [](const Vec3& x) { return x; });
     for (const int bounces : {1, 2, 4}) {
       const Renderer renderer(scene);
-      const double image = tests::EstimateMean(
-          Channel(tests::PrimalReplicates(renderer, camera, Options(4096, bounces), 8), 0)).mean;
+      const double image =
+          tests::EstimateMean(
+              Channel(tests::PrimalReplicates(renderer, camera, Options(4096, bounces), 8), 0))
+              .mean;
       const auto d = tests::DerivativeReplicates(
           renderer, camera, motion.layout, motion.direction, Options(256, bounces), kReplicates);
       EXPECT_TRUE(AgreesWithExact(Channel(d, 0), -2.0 * image)) << bounces << " bounces";
@@ -121,10 +135,11 @@ TEST(PathAdjoint, ScalingAClosedRoomAboutItsLamp) {
 TEST(PathAdjoint, AlbedoOfAClosedSphere) {
   constexpr double kMeshError = 3e-4;  // faces lie a little inside the sphere, unevenly
   const double rho = 0.7;
-  const Scene scene = tests::SceneOf(MakeIcosphere(3, 1.0),
-                                     LambertBsdf{},
-                                     {rho, rho, rho},
-                                     {{"lamp", LightFrame::kWorld, PointEmitter{{0, 0, 0}, {kPi, kPi, kPi}}}});
+  const Scene scene =
+      tests::SceneOf(MakeIcosphere(3, 1.0),
+                     LambertBsdf{},
+                     {rho, rho, rho},
+                     {{"lamp", LightFrame::kWorld, PointEmitter{{0, 0, 0}, {kPi, kPi, kPi}}}});
   ParameterLayout layout(scene);
   layout.Add(ParameterKind::kBaseColor, 0);
   const PerspectiveCamera camera = tests::CameraAt({0, 0, 0.2}, {0, 0, -1}, 2.0, 4, 4);
@@ -151,7 +166,8 @@ TEST(PathAdjoint, IntensityAndExposureAreTheImageItself) {
   for (int light = 0; light < 3; ++light) layout.Add(ParameterKind::kLightIntensity, light);
   layout.Add(ParameterKind::kExposure, 0);
   const std::vector<double> values = layout.Gather(scene);
-  // The image is linear in all intensities together, and in the gain: without noise, sample by sample.
+  // The image is linear in all intensities together, and in the gain: without noise, sample by
+  // sample.
   std::vector<double> along = values;
   along.back() = 0.0;
   std::vector<double> gain(values.size());
@@ -163,7 +179,8 @@ TEST(PathAdjoint, IntensityAndExposureAreTheImageItself) {
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(lights.film().pixels[i][c], film.pixels[i][c], 1e-10 * (1.0 + film.pixels[i][c]));
-      EXPECT_NEAR(exposure.film().pixels[i][c], film.pixels[i][c], 1e-10 * (1.0 + film.pixels[i][c]));
+      EXPECT_NEAR(
+          exposure.film().pixels[i][c], film.pixels[i][c], 1e-10 * (1.0 + film.pixels[i][c]));
     }
     EXPECT_EQ(exposure.film().pixels[i].a, 0.0);
   }

@@ -19,7 +19,8 @@ Rgb Radiance(const EnvironmentEmitter& environment, const Vec3& direction) {
   return EnvironmentRadianceAt(environment, EnvironmentUv(direction));
 }
 
-/// u = atan2(d.x, -d.z) / (2 pi) mod 1, v = acos(d.y) / pi; the convention of equirectangular maps with +y up.
+/// u = atan2(d.x, -d.z) / (2 pi) mod 1, v = acos(d.y) / pi; the convention of equirectangular maps
+/// with +y up.
 TEST(EnvironmentUv, KnownDirections) {
   const auto expect = [](const Vec3& d, double u, double v) {
     const Vec2 uv = EnvironmentUv(d);
@@ -64,7 +65,8 @@ TEST(EnvironmentTexels, UWrapsAround) {
   EnvironmentEmitter environment = Gradient(8, 4);
   const Rgb at_seam = Radiance(environment, EnvironmentDirection({0.0, 0.375}));
   for (int c = 0; c < 3; ++c) {
-    EXPECT_NEAR(at_seam[c], 0.5 * (environment.texels[8][c] + environment.texels[15][c]), kRounding);
+    EXPECT_NEAR(
+        at_seam[c], 0.5 * (environment.texels[8][c] + environment.texels[15][c]), kRounding);
   }
 }
 
@@ -86,7 +88,8 @@ TEST(EnvironmentTexels, WeightsSumToOneAndReproduceTheRadiance) {
     }
     EXPECT_NEAR(sum, 1.0, kRounding);
     const Rgb direct = Radiance(environment, d);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(direct[c], environment.intensity[c] * radiance[c], kRounding);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(direct[c], environment.intensity[c] * radiance[c], kRounding);
   }
 }
 
@@ -97,9 +100,11 @@ TEST(EnvironmentTexels, OneTexelIsAConstant) {
 }
 
 TEST(EnvironmentTexels, OddSizesAndPolesStayInside) {
-  for (const auto& [width, height] : {std::pair{1, 2}, std::pair{2, 1}, std::pair{1, 7}, std::pair{7, 1}}) {
+  for (const auto& [width, height] :
+       {std::pair{1, 2}, std::pair{2, 1}, std::pair{1, 7}, std::pair{7, 1}}) {
     const EnvironmentEmitter environment = Gradient(width, height);
-    for (const Vec3& d : {Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}, Vec3{-1e-17, 0, -1}, Vec3{1e-17, 0, -1}}) {
+    for (const Vec3& d :
+         {Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}, Vec3{-1e-17, 0, -1}, Vec3{1e-17, 0, -1}}) {
       const TexelWeights lookup = EnvironmentTexelWeights(environment, EnvironmentUv(d));
       for (const int texel : lookup.texel) {
         EXPECT_GE(texel, 0);

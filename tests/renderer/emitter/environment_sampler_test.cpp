@@ -37,7 +37,8 @@ void CheckSampler(const EnvironmentEmitter& environment) {
   CounterRng rng(21, 0, 0, 0, 0);
   const auto cell = [](const Vec2& uv) {
     const int row = std::min(kRows - 1, static_cast<int>(uv.y * kRows));
-    return static_cast<std::size_t>(row * kColumns + std::min(kColumns - 1, static_cast<int>(uv.x * kColumns)));
+    return static_cast<std::size_t>(row * kColumns +
+                                    std::min(kColumns - 1, static_cast<int>(uv.x * kColumns)));
   };
   for (int i = 0; i < kDraws; ++i) {
     const double u0 = rng.Next();
@@ -51,12 +52,14 @@ void CheckSampler(const EnvironmentEmitter& environment) {
   const int rows = kRows * kFine;
   const int columns = kColumns * kFine;
   for (int y = 0; y < rows; ++y) {
-    const double solid_angle = 2.0 * std::numbers::pi / columns *
-                               (std::cos(std::numbers::pi * y / rows) - std::cos(std::numbers::pi * (y + 1) / rows));
+    const double solid_angle =
+        2.0 * std::numbers::pi / columns *
+        (std::cos(std::numbers::pi * y / rows) - std::cos(std::numbers::pi * (y + 1) / rows));
     for (int x = 0; x < columns; ++x) {
       const Vec2 uv{(x + 0.5) / columns, (y + 0.5) / rows};
-      const double p = (constant && Dot(kNormal, EnvironmentDirection(uv)) <= 0.0 ? 0.0 : sampler.Pdf(uv)) *
-                       solid_angle;
+      const double p =
+          (constant && Dot(kNormal, EnvironmentDirection(uv)) <= 0.0 ? 0.0 : sampler.Pdf(uv)) *
+          solid_angle;
       expected[cell(uv)] += kDraws * p;
       integral += p;
     }
@@ -89,7 +92,8 @@ TEST(EnvironmentSampler, SamplesCarryThePdfOfTheirDirection) {
     EXPECT_NEAR(sample.uv.y, EnvironmentUv(sample.direction).y, 1e-9);
     equal += sample.pdf == sampler.Pdf(EnvironmentUv(sample.direction)) ? 1 : 0;
   }
-  EXPECT_GE(equal, kCount - 2) << "rounding may move a sample on a border between texels to its neighbour";
+  EXPECT_GE(equal, kCount - 2)
+      << "rounding may move a sample on a border between texels to its neighbour";
 }
 
 TEST(EnvironmentSampler, BlackMapsAndBlackTexelsKeepAPositivePdf) {

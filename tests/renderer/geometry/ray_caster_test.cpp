@@ -33,7 +33,8 @@ TEST(RayCaster, RefinesHitsInDoublePrecision) {
     ++hits;
     const TriangleGeometry& t = caster.Geometry(hit->id);
     const Vec3 x = ray.origin + ray.direction * hit->distance;
-    // Float hits would be off by 1e-7; a ray on an edge may be given to either face by Embree's float geometry.
+    // Float hits would be off by 1e-7; a ray on an edge may be given to either face by Embree's
+    // float geometry.
     EXPECT_LT(Norm(x - t.Point(hit->b1, hit->b2)), 1e-13);
     EXPECT_LT(std::abs(Dot(t.n, x - t.p0)), 1e-13);
     EXPECT_GT(std::min({hit->b1, hit->b2, 1.0 - hit->b1 - hit->b2}), -1e-5);
@@ -86,7 +87,8 @@ TEST(RayCaster, OcclusionRespectsTheDistance) {
 TEST(RayCaster, OffsetPointsClearTheSurface) {
   for (const double scale : {1e-4, 1.0, 1e4}) {
     Mesh ball = MakeIcosphere(2, 1.0);
-    ApplyTransform({{{scale, 0, 0}, {0, scale, 0}, {0, 0, scale}}, {30.0 * scale, -20.0 * scale, 10.0 * scale}},
+    ApplyTransform({{{scale, 0, 0}, {0, scale, 0}, {0, 0, scale}},
+                    {30.0 * scale, -20.0 * scale, 10.0 * scale}},
                    ball);
     const RayCaster caster = CasterOf({&ball});
     CounterRng rng(5, 0, 0, 0, 0);

@@ -31,7 +31,8 @@ T LogArea(const std::array<T, 9>& p) {
   using std::log;
   return log(Norm(Cross(Corner(p, 1) - Corner(p, 0), Corner(p, 2) - Corner(p, 0))));
 }
-/// A fixed vector times the unit normal: its gradient is what NormalAdjoint returns for that vector.
+/// A fixed vector times the unit normal: its gradient is what NormalAdjoint returns for that
+/// vector.
 const Vec3 kAdjoint{0.7, -1.1, 0.4};
 template <class T>
 T AlongNormal(const std::array<T, 9>& p) {

@@ -11,7 +11,8 @@ namespace pathfit::renderer {
 namespace {
 
 TEST(Distribution1D, DrawsWithItsProbabilities) {
-  const std::vector<double> weights = {0.5, 0.0, 3.0, 1.0, 0.25, 2.0, 0.125, 1.0, 4.0, 0.5, 0.7, 0.3};
+  const std::vector<double> weights = {
+      0.5, 0.0, 3.0, 1.0, 0.25, 2.0, 0.125, 1.0, 4.0, 0.5, 0.7, 0.3};
   const Distribution1D distribution(weights);
   constexpr int kDraws = 200000;
   std::vector<double> observed(weights.size());

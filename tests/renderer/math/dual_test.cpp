@@ -34,7 +34,8 @@ TEST(Dual, AgreesWithJetAndWithDifferences) {
     };
     const double by_dual = d.d[static_cast<std::size_t>(i)];
     EXPECT_LT(tests::RelativeError(by_dual, j.v[i]), kSameFormula) << i;
-    EXPECT_LT(tests::RelativeError(by_dual, tests::RiddersDerivative(along, at[i], 0.1)), kDifference)
+    EXPECT_LT(tests::RelativeError(by_dual, tests::RiddersDerivative(along, at[i], 0.1)),
+              kDifference)
         << i;
   }
 }

@@ -26,12 +26,14 @@ void CheckAgainstCells(Sample sample, CellProbability probability_of_row) {
     ASSERT_NEAR(Norm(d), 1.0, 1e-12);
     const double phi = std::atan2(d.y, d.x) + std::numbers::pi;
     const int row = std::min(kRows - 1, static_cast<int>(d.z * kRows));
-    const int column = std::min(kColumns - 1, static_cast<int>(phi * 0.5 * std::numbers::inv_pi * kColumns));
+    const int column =
+        std::min(kColumns - 1, static_cast<int>(phi * 0.5 * std::numbers::inv_pi * kColumns));
     observed[static_cast<std::size_t>(row * kColumns + column)] += 1.0;
   }
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      expected[static_cast<std::size_t>(row * kColumns + column)] = kDraws * probability_of_row(row) / kColumns;
+      expected[static_cast<std::size_t>(row * kColumns + column)] =
+          kDraws * probability_of_row(row) / kColumns;
     }
   }
   EXPECT_TRUE(tests::ChiSquareAccepts(observed, expected, 2));

@@ -37,7 +37,8 @@ TEST(CounterRng, IsUniformAlongOneStream) {
   });
 }
 
-/// Every part of the key: first numbers of neighbouring streams are uniform and independent of each other.
+/// Every part of the key: first numbers of neighbouring streams are uniform and independent of each
+/// other.
 TEST(CounterRng, NeighbouringStreamsAreUniformAndIndependent) {
   const auto first = [](CounterRng rng) { return rng.Next(); };
   CheckUniform([&](std::uint64_t i) {

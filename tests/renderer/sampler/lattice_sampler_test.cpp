@@ -35,7 +35,8 @@ TEST(LatticeSampler, EveryDimensionIsUniformOverPixels) {
 
 TEST(LatticeSampler, ShiftsOfTwoDimensionsAreIndependent) {
   constexpr std::uint64_t kPixels = 60000;
-  std::vector<std::vector<double>> counts(LatticeSampler::kDimensions - 1, std::vector<double>(100));
+  std::vector<std::vector<double>> counts(LatticeSampler::kDimensions - 1,
+                                          std::vector<double>(100));
   for (std::uint64_t pixel = 0; pixel < kPixels; ++pixel) {
     LatticeSampler sampler = SamplerOf(6, pixel, 3);
     double previous = sampler.Next();
@@ -63,7 +64,8 @@ TEST(LatticeSampler, SamplesOfOnePixelSpreadEvenly) {
       std::sort(v.begin(), v.end());
       double gap = v.front() + 1.0 - v.back();
       for (std::size_t i = 1; i < v.size(); ++i) gap = std::max(gap, v[i] - v[i - 1]);
-      EXPECT_LT(gap, 6.0 / kSamples) << "independent numbers leave about ln(64) = 4.2 / 64, often twice that";
+      EXPECT_LT(gap, 6.0 / kSamples)
+          << "independent numbers leave about ln(64) = 4.2 / 64, often twice that";
     }
   }
 }

@@ -29,7 +29,8 @@ TEST(LightSet, WorldLightsIgnoreTheCamera) {
   ASSERT_TRUE(set.environment.has_value());
   EXPECT_EQ(set.points[0].position, std::get<PointEmitter>(scene.emitters[1].light).position);
   EXPECT_EQ(set.points[0].emitter, 1);
-  EXPECT_EQ(set.directionals[0].to_light, -std::get<DirectionalEmitter>(scene.emitters[2].light).direction);
+  EXPECT_EQ(set.directionals[0].to_light,
+            -std::get<DirectionalEmitter>(scene.emitters[2].light).direction);
   EXPECT_EQ(set.environment->world_from_light,
             std::get<EnvironmentEmitter>(scene.emitters[0].light).frame_from_light);
 }
@@ -40,9 +41,13 @@ TEST(LightSet, CameraLightsTurnAndMoveWithTheCamera) {
   const Transform camera{RotationAboutAxis({0, 1, 0}, 0.5 * std::numbers::pi), {1, 2, 3}};
   const LightSet set = LightSet::Make(scene, &sampler, camera);
   const Vec3 position = std::get<PointEmitter>(scene.emitters[1].light).position;
-  EXPECT_NEAR(Norm(set.points[0].position - Vec3{1 + position.z, 2 + position.y, 3 - position.x}), 0.0, kRounding);
+  EXPECT_NEAR(Norm(set.points[0].position - Vec3{1 + position.z, 2 + position.y, 3 - position.x}),
+              0.0,
+              kRounding);
   const Vec3 direction = std::get<DirectionalEmitter>(scene.emitters[2].light).direction;
-  EXPECT_NEAR(Norm(set.directionals[0].to_light + Vec3{direction.z, direction.y, -direction.x}), 0.0, kRounding);
+  EXPECT_NEAR(Norm(set.directionals[0].to_light + Vec3{direction.z, direction.y, -direction.x}),
+              0.0,
+              kRounding);
   const Vec3 d{0.36, 0.48, -0.8};
   const Vec3 in_world = set.environment->world_from_light * d;
   const Vec3 in_camera = std::get<EnvironmentEmitter>(scene.emitters[0].light).frame_from_light * d;

@@ -42,18 +42,24 @@ TEST(ParameterLayout, NamesScalarsForMessages) {
   const Scene scene = tests::BallAndWall();
   const ParameterLayout layout = AllOf(scene);
   EXPECT_EQ(layout.ScalarName(17, 1), "ball.vertices[17].y");
-  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kVertexColors, 0) + 3, 2), "ball.colors[3].b");
-  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kRoughness, 1), 0), "gloss.roughness");
-  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kLightIntensity, 2), 0), "sun.intensity.r");
-  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kEnvironmentTexels, 0) + 8, 0), "sky.texels[8].r");
-  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kExposure, 0), 0), "camera.exposure");
+  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kVertexColors, 0) + 3, 2),
+            "ball.colors[3].b");
+  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kRoughness, 1), 0),
+            "gloss.roughness");
+  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kLightIntensity, 2), 0),
+            "sun.intensity.r");
+  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kEnvironmentTexels, 0) + 8, 0),
+            "sky.texels[8].r");
+  EXPECT_EQ(layout.ScalarName(layout.FirstBlock(ParameterKind::kExposure, 0), 0),
+            "camera.exposure");
 }
 
 TEST(ParameterLayout, GatherUndoesScatter) {
   Scene scene = tests::BallAndWall();
   const ParameterLayout layout = AllOf(scene);
   std::vector<double> values;
-  for (std::int64_t i = 0; i < layout.NumScalars(); ++i) values.push_back(0.01 * static_cast<double>(i) + 0.5);
+  for (std::int64_t i = 0; i < layout.NumScalars(); ++i)
+    values.push_back(0.01 * static_cast<double>(i) + 0.5);
   layout.Scatter(values, scene);
   EXPECT_EQ(layout.Gather(scene), values);
   EXPECT_EQ(scene.meshes[0].mesh.positions[1].z, values[5]);
@@ -65,9 +71,11 @@ TEST(ParameterLayout, RefusesWhatIsNotThereOrListedTwice) {
   ParameterLayout layout(scene);
   EXPECT_THROW(layout.Add(ParameterKind::kVertexPositions, 2), SceneError);
   EXPECT_THROW(layout.Add(ParameterKind::kVertexPositions, -1), SceneError);
-  EXPECT_THROW(layout.Add(ParameterKind::kVertexColors, 1), SceneError) << "the wall has no colours";
+  EXPECT_THROW(layout.Add(ParameterKind::kVertexColors, 1), SceneError)
+      << "the wall has no colours";
   EXPECT_THROW(layout.Add(ParameterKind::kRoughness, 0), SceneError) << "Lambert has no roughness";
-  EXPECT_THROW(layout.Add(ParameterKind::kEnvironmentTexels, 1), SceneError) << "a lamp has no texels";
+  EXPECT_THROW(layout.Add(ParameterKind::kEnvironmentTexels, 1), SceneError)
+      << "a lamp has no texels";
   layout.Add(ParameterKind::kRoughness, 1);
   EXPECT_THROW(layout.Add(ParameterKind::kRoughness, 1), SceneError);
   EXPECT_EQ(layout.NumScalars(), 1) << "refused groups leave nothing behind";

@@ -32,8 +32,12 @@ TEST(ValidateScene, RefusesBadMaterials) {
   ExpectRefused([](Scene& s) { s.meshes[0].material = 7; }, "'ball'");
   ExpectRefused([](Scene& s) { s.materials[1].base_color.g = -0.1; }, "'gloss'");
   ExpectRefused([](Scene& s) { s.materials[1].base_color.g = std::nan(""); }, "'gloss'");
-  ExpectRefused([](Scene& s) { std::get<MetallicRoughnessBsdf>(s.materials[1].bsdf).roughness = 0.01; }, "'gloss'");
-  ExpectRefused([](Scene& s) { std::get<MetallicRoughnessBsdf>(s.materials[1].bsdf).metallic = 1.5; }, "'gloss'");
+  ExpectRefused(
+      [](Scene& s) { std::get<MetallicRoughnessBsdf>(s.materials[1].bsdf).roughness = 0.01; },
+      "'gloss'");
+  ExpectRefused(
+      [](Scene& s) { std::get<MetallicRoughnessBsdf>(s.materials[1].bsdf).metallic = 1.5; },
+      "'gloss'");
 }
 
 TEST(ValidateScene, RefusesBadVertexColors) {
@@ -50,13 +54,27 @@ TEST(ValidateScene, RefusesBadMeshes) {
 }
 
 TEST(ValidateScene, RefusesBadLights) {
-  ExpectRefused([](Scene& s) { std::get<EnvironmentEmitter>(s.emitters[0].light).texels.pop_back(); }, "'sky'");
-  ExpectRefused([](Scene& s) { std::get<EnvironmentEmitter>(s.emitters[0].light).texels[5].b = -1.0; }, "'sky'");
-  ExpectRefused([](Scene& s) { std::get<EnvironmentEmitter>(s.emitters[0].light).width = 0; }, "'sky'");
-  ExpectRefused([](Scene& s) { std::get<PointEmitter>(s.emitters[1].light).position.x = INFINITY; }, "'lamp'");
+  ExpectRefused(
+      [](Scene& s) { std::get<EnvironmentEmitter>(s.emitters[0].light).texels.pop_back(); },
+      "'sky'");
+  ExpectRefused(
+      [](Scene& s) { std::get<EnvironmentEmitter>(s.emitters[0].light).texels[5].b = -1.0; },
+      "'sky'");
+  ExpectRefused([](Scene& s) { std::get<EnvironmentEmitter>(s.emitters[0].light).width = 0; },
+                "'sky'");
+  ExpectRefused([](Scene& s) { std::get<PointEmitter>(s.emitters[1].light).position.x = INFINITY; },
+                "'lamp'");
   ExpectRefused([](Scene& s) { LightIntensity(s.emitters[1]).r = -1.0; }, "'lamp'");
-  ExpectRefused([](Scene& s) { std::get<DirectionalEmitter>(s.emitters[2].light).direction = {0, 0, 2}; }, "'sun'");
-  ExpectRefused([](Scene& s) { s.emitters.push_back(tests::ConstantEnvironment({1, 1, 1})); }, "one environment");
+  ExpectRefused(
+      [](Scene& s) {
+        std::get<DirectionalEmitter>(s.emitters[2].light).direction = {0, 0, 2};
+      },
+      "'sun'");
+  ExpectRefused(
+      [](Scene& s) {
+        s.emitters.push_back(tests::ConstantEnvironment({1, 1, 1}));
+      },
+      "one environment");
 }
 
 TEST(ValidateScene, RefusesBadSensors) {

@@ -20,7 +20,11 @@ int CheckBounds(const Scene& scene, const PerspectiveCamera& camera) {
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
       inside += bounds.Contains(x, y) ? 1 : 0;
-      for (const Vec2& at : {Vec2{0.0, 0.0}, Vec2{0.999, 0.0}, Vec2{0.0, 0.999}, Vec2{0.999, 0.999}, Vec2{0.5, 0.5}}) {
+      for (const Vec2& at : {Vec2{0.0, 0.0},
+                             Vec2{0.999, 0.0},
+                             Vec2{0.0, 0.999},
+                             Vec2{0.999, 0.999},
+                             Vec2{0.5, 0.5}}) {
         const bool hit = caster.Intersect(model.RayThrough(x + at.x, y + at.y)).has_value();
         EXPECT_TRUE(!hit || bounds.Contains(x, y)) << x << " " << y;
       }
@@ -37,8 +41,11 @@ Scene SmallBallAt(const Vec3& center) {
 }
 
 TEST(ViewBounds, HoldEverythingSeenWithAndWithoutDistortion) {
-  for (const LensDistortion& lens : {LensDistortion{}, LensDistortion{-0.2, 0.05, 0, 0.01, -0.02}, LensDistortion{0.3, 0, 0, 0, 0}}) {
-    for (const Vec3& center : {Vec3{0, 0, 0}, Vec3{0.9, 0.4, 0}, Vec3{-1.7, 0.3, 0.5}, Vec3{0.2, -1.6, 1.0}}) {
+  for (const LensDistortion& lens : {LensDistortion{},
+                                     LensDistortion{-0.2, 0.05, 0, 0.01, -0.02},
+                                     LensDistortion{0.3, 0, 0, 0, 0}}) {
+    for (const Vec3& center :
+         {Vec3{0, 0, 0}, Vec3{0.9, 0.4, 0}, Vec3{-1.7, 0.3, 0.5}, Vec3{0.2, -1.6, 1.0}}) {
       PerspectiveCamera camera = tests::CameraAt({0, 0, 4}, {0, 0, 0}, 60.0, 64, 48);
       camera.distortion = lens;
       const int inside = CheckBounds(SmallBallAt(center), camera);

@@ -113,7 +113,8 @@ TEST(PerspectiveCamera, ProjectionDerivativesThreeWays) {
   using J = ceres::Jet<double, 3>;
   for (const PerspectiveCamera& camera : {AxeCamera(), WideCamera(), BarrelToPincushion()}) {
     const CameraModel model(camera);
-    for (const auto& [u, v, depth] : {std::array{0.1, 0.2, 1.0}, std::array{0.9, 0.7, 2.5}, std::array{0.5, 0.95, 0.7}}) {
+    for (const auto& [u, v, depth] :
+         {std::array{0.1, 0.2, 1.0}, std::array{0.9, 0.7, 2.5}, std::array{0.5, 0.95, 0.7}}) {
       const Ray ray = model.RayThrough(u * camera.width, v * camera.height);
       const Vec3 x = ray.origin + ray.direction * depth;
       const auto hand = model.Project(x);
@@ -132,7 +133,8 @@ TEST(PerspectiveCamera, ProjectionDerivativesThreeWays) {
           };
           const double scale = camera.fx / depth;
           EXPECT_LT(tests::RelativeError(rows[k][i], jet[k].v[i], scale), kSameFormula);
-          EXPECT_LT(tests::RelativeError(rows[k][i], tests::RiddersDerivative(along, x[i], 1e-3 * depth), scale),
+          EXPECT_LT(tests::RelativeError(
+                        rows[k][i], tests::RiddersDerivative(along, x[i], 1e-3 * depth), scale),
                     kDifference);
         }
       }
@@ -160,7 +162,8 @@ TEST(PerspectiveCamera, PointsBeyondTheFieldOfViewDoNotProject) {
   const CameraModel model(AxeCamera());
   int inside = 0;
   for (int i = 0; i < 400; ++i) {
-    const double slope = 0.01 * i;  // up to 76 degrees off axis, where k3 has long turned the image over
+    const double slope =
+        0.01 * i;  // up to 76 degrees off axis, where k3 has long turned the image over
     const auto projection = model.Project({slope, 0.0, 1.0});
     if (projection) {
       EXPECT_LT(slope, 0.3);
@@ -183,8 +186,11 @@ TEST(PerspectiveCamera, RefusesBadNumbersNamingTheCamera) {
   refuse([](PerspectiveCamera& c) { c.distortion.k2 = INFINITY; });
   refuse([](PerspectiveCamera& c) { c.gain = 0.0; });
   refuse([](PerspectiveCamera& c) { c.world_from_camera.translation.x = std::nan(""); });
-  refuse([](PerspectiveCamera& c) { c.world_from_camera.linear.x = c.world_from_camera.linear.x * 1.01; });
-  refuse([](PerspectiveCamera& c) { c.world_from_camera.linear.x = -c.world_from_camera.linear.x; });
+  refuse([](PerspectiveCamera& c) {
+    c.world_from_camera.linear.x = c.world_from_camera.linear.x * 1.01;
+  });
+  refuse(
+      [](PerspectiveCamera& c) { c.world_from_camera.linear.x = -c.world_from_camera.linear.x; });
 }
 
 TEST(PerspectiveCamera, ScaledAndCroppedCamerasSeeTheSameRays) {

@@ -1,0 +1,165 @@
+"""Drives the program as a user does, on the reduced axe photographs.
+
+Usage: program_test.py PATHFIT SOURCE_DIR. Unittest output; exits 1 if anything fails.
+"""
+import json
+import pathlib
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PATHFIT = pathlib.Path(sys.argv[1])
+SOURCE = pathlib.Path(sys.argv[2])
+DEMO = SOURCE / "configs" / "axe_demo.yaml"
+# The whole fit in seconds: three stages of two rounds at an eighth of the photographs' size.
+QUICK = ["--set", "input.split.validation=every 6"]
+for stage in ("light", "shape", "colours"):
+    QUICK += ["--set", f"stages.{stage}.max_rounds=2", "--set", f"stages.{stage}.image_scale=0.125",
+              "--set", f"stages.{stage}.spp=4", "--set", f"stages.{stage}.max_spp=8"]
+
+
+def run(*arguments, **options):
+    return subprocess.run([PATHFIT, *map(str, arguments)], capture_output=True, text=True, timeout=600, **options)
+
+
+def fit(folder, *more):
+    return run("fit", DEMO, "-o", folder, "--progress", "none", *QUICK, *more)
+
+
+def final_bytes(folder):
+    """What must be equal between runs of one seed: results and the parameters of the last checkpoint."""
+    files = sorted(p for p in (folder / "result").rglob("*") if p.suffix in {".ply", ".exr", ".glb", ".csv"})
+    newest = sorted((folder / "checkpoints").glob("state_*"))[-1]
+    files += sorted(newest.glob("*.npy"))
+    assert len(files) > 5, files
+    return {p.relative_to(folder).as_posix() if "state_" not in p.as_posix() else p.name: p.read_bytes() for p in files}
+
+
+class Program(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="pathfit_e2e_"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def assert_same_results(self, a, b):
+        left, right = final_bytes(a), final_bytes(b)
+        self.assertEqual(left.keys(), right.keys())
+        for name in left:
+            self.assertTrue(left[name] == right[name], f"{name} differs")
+
+    def test_fit_improves_held_out_views_and_leaves_a_complete_run(self):
+        out = fit(self.folder / "run")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        run_folder = pathlib.Path(out.stdout.strip())
+        self.assertEqual(run_folder, self.folder / "run")
+        record = json.loads((run_folder / "run.json").read_text())
+        self.assertEqual(record["status"], "finished")
+        psnr = [stage["psnr_srgb_held_out_db"] for stage in record["stages"]]
+        self.assertEqual(len(psnr), 4)
+        self.assertGreater(psnr[-1], psnr[0] + 1.0)
+        rows = (run_folder / "metrics.csv").read_text().splitlines()
+        self.assertEqual(len(rows), 7)
+        report = (run_folder / "report.html").read_text()
+        self.assertNotRegex(report, r'(src|href)="https?:')
+        for name in ("config.yaml", "config.resolved.yaml", "log.txt", "result/axe.glb", "result/environment.hdr",
+                     "result/cameras/transforms.json", "result/parameters.csv"):
+            self.assertTrue((run_folder / name).exists(), name)
+        again = run("fit", run_folder / "config.resolved.yaml", "-o", self.folder / "again", "--progress", "none")
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assert_same_results(run_folder, self.folder / "again")
+        rendered = run("render", run_folder, "--views", "0", "--spp", "4", "-o", self.folder / "renders")
+        self.assertEqual(rendered.returncode, 0, rendered.stderr)
+        for path in rendered.stdout.split():
+            self.assertTrue(pathlib.Path(path).exists(), path)
+
+    def test_any_number_of_threads_gives_the_same_bits(self):
+        for threads in (1, 2, 8):
+            out = fit(self.folder / str(threads), "--threads", threads)
+            self.assertEqual(out.returncode, 0, out.stderr)
+        self.assert_same_results(self.folder / "1", self.folder / "2")
+        self.assert_same_results(self.folder / "1", self.folder / "8")
+
+    def test_killed_at_random_moments_and_resumed_gives_the_same_bits(self):
+        start = time.monotonic()
+        self.assertEqual(fit(self.folder / "straight").returncode, 0)
+        duration = time.monotonic() - start
+        chance = random.Random(5)
+        command = [PATHFIT, "fit", DEMO, "-o", self.folder / "killed", "--progress", "none", *QUICK]
+        for _ in range(40):
+            process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            try:
+                process.wait(timeout=chance.uniform(0.25, 0.7) * duration)
+                break
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+            finally:
+                process.stderr.close()
+            if (self.folder / "killed" / "run.json").exists():
+                command = [PATHFIT, "resume", self.folder / "killed", "--progress", "none"]
+        self.assertEqual(process.returncode, 0)
+        self.assert_same_results(self.folder / "straight", self.folder / "killed")
+
+    def test_signals_stop_with_their_status_and_resume(self):
+        self.assertEqual(fit(self.folder / "straight").returncode, 0)
+        for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 75)):
+            folder = self.folder / str(status)
+            process = subprocess.Popen([PATHFIT, "fit", DEMO, "-o", folder, "--progress", "none", *QUICK],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            deadline = time.monotonic() + 300
+            while not list(folder.glob("checkpoints/state_*")) and time.monotonic() < deadline:
+                time.sleep(0.02)
+            process.send_signal(number)
+            self.assertEqual(process.wait(timeout=60), status)
+            self.assertEqual(json.loads((folder / "run.json").read_text())["status"], "stopped")
+            self.assertEqual(run("resume", folder, "--progress", "none").returncode, 0)
+            self.assert_same_results(self.folder / "straight", folder)
+
+    def test_wrong_input_is_refused_with_its_place_and_nothing_is_written(self):
+        def refused(status, pattern, *arguments):
+            out = run(*arguments, "-o", self.folder / "none")
+            self.assertEqual(out.returncode, status, out.stderr)
+            self.assertRegex(out.stderr, pattern)
+            self.assertEqual(out.stdout, "")
+            self.assertFalse((self.folder / "none").exists())
+
+        text = DEMO.read_text().replace("../data", str(SOURCE / "data"))
+        config = self.folder / "wrong.yaml"
+        config.write_text(text.replace("max_rounds", "max_round", 1).replace("residual: linear", "residual: 3"))
+        refused(3, r"wrong\.yaml:\d+:\d+: error: .*max_round.*did you mean 'max_rounds'(.|\n)*2 errors", "fit", config)
+        config.write_text(text.replace("/images", "/no_images"))
+        refused(4, "no_images", "fit", config)
+        config.write_text(text.replace("axe/masks", "axe/images"))
+        refused(4, r"IMG_8839\.JPG", "fit", config)
+        config.write_text(text.replace("transforms.json", "none.json"))
+        refused(4, r"none\.json", "fit", config)
+        (self.folder / "nan.obj").write_text("v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n")
+        config.write_text(re.sub(r"file: \S+init_hull\.ply", f"file: {self.folder}/nan.obj", text))
+        refused(4, r"nan\.obj:2", "fit", config)
+        refused(2, "fit", "fti", config)
+        config.write_text(text)
+        refused(8, "memory", "fit", config, "--set", "solver.max_memory=1 MiB", "--set", "stages[0].free=[axe.vertices]")
+
+    def test_help_goes_to_stdout_with_status_zero(self):
+        out = run("--help")
+        self.assertEqual((out.returncode, out.stderr), (0, ""))
+        self.assertIn("gradcheck", out.stdout)
+
+    def test_gradcheck_agrees_and_reports_a_wrong_derivative(self):
+        scene = SOURCE / "tests" / "scenes" / "gradcheck_ball.yaml"
+        good = run("gradcheck", scene, "--params", "ball.vertices.y", "--params", "sky.texels", "--json", "-q")
+        self.assertEqual(good.returncode, 0, good.stdout)
+        self.assertTrue(all(row["signal_to_noise"] > 5 for row in json.loads(good.stdout)["rows"]))
+        # A shadow moves with the ball: that boundary term is missing, and the check must say so.
+        shadow = SOURCE / "tests" / "scenes" / "moving_shadow.yaml"
+        bad = run("gradcheck", shadow, "--json", "-q")
+        self.assertEqual(bad.returncode, 7, bad.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)

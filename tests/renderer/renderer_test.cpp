@@ -1,0 +1,200 @@
+#include "renderer/renderer.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "renderer/core/error.h"
+#include "tests/support/recording_sink.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit::renderer {
+namespace {
+
+class RendererOfAllParameters : public ::testing::Test {
+ protected:
+  RendererOfAllParameters() : renderer_(tests::BallAndWall()), layout_(AllOf(renderer_.scene())) {
+    options_.spp = 6;
+    options_.sppe = 3.0;
+    options_.max_bounces = 3;
+    options_.rr_depth = 2;
+    options_.seed = 17;
+  }
+  static ParameterLayout AllOf(const Scene& scene) {
+    ParameterLayout layout(scene);
+    layout.Add(ParameterKind::kVertexPositions, 0);
+    layout.Add(ParameterKind::kVertexPositions, 1);
+    layout.Add(ParameterKind::kVertexColors, 0);
+    layout.Add(ParameterKind::kBaseColor, 1);
+    layout.Add(ParameterKind::kRoughness, 1);
+    layout.Add(ParameterKind::kMetallic, 1);
+    for (int light = 0; light < 3; ++light) layout.Add(ParameterKind::kLightIntensity, light);
+    layout.Add(ParameterKind::kEnvironmentTexels, 0);
+    layout.Add(ParameterKind::kExposure, 0);
+    return layout;
+  }
+  [[nodiscard]] const PerspectiveCamera& Camera() const { return renderer_.scene().sensors[0]; }
+
+  struct Result {
+    Film primal, film;
+    std::vector<std::vector<ParameterDerivative>> entries;
+    RenderStats stats;
+  };
+  [[nodiscard]] Result Render(int num_threads) const {
+    const ThreadLimit limit(num_threads);
+    const auto pixels = static_cast<std::size_t>(Camera().width * Camera().height);
+    tests::RecordingSink sink(pixels);
+    Result result;
+    result.primal = renderer_.RenderPrimal(Camera(), options_);
+    result.film = renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink, &result.stats);
+    result.entries = std::move(sink.pixels);
+    return result;
+  }
+
+  Renderer renderer_;
+  ParameterLayout layout_;
+  RenderOptions options_;
+};
+
+void ExpectSameBits(const std::vector<std::vector<ParameterDerivative>>& a,
+                    const std::vector<std::vector<ParameterDerivative>>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t pixel = 0; pixel < a.size(); ++pixel) {
+    ASSERT_EQ(a[pixel].size(), b[pixel].size()) << pixel;
+    for (std::size_t i = 0; i < a[pixel].size(); ++i) {
+      ASSERT_EQ(a[pixel][i].block, b[pixel][i].block) << pixel;
+      ASSERT_EQ(a[pixel][i].d, b[pixel][i].d) << pixel;
+    }
+  }
+}
+
+TEST_F(RendererOfAllParameters, SameBitsForAnyNumberOfThreads) {
+  const Result one = Render(1);
+  for (const int threads : {2, 8}) {
+    const Result many = Render(threads);
+    EXPECT_EQ(one.primal.pixels, many.primal.pixels) << threads;
+    EXPECT_EQ(one.film.pixels, many.film.pixels) << threads;
+    ExpectSameBits(one.entries, many.entries);
+    EXPECT_EQ(one.stats.edge_samples, many.stats.edge_samples);
+    EXPECT_EQ(one.stats.edge_samples_hidden, many.stats.edge_samples_hidden);
+  }
+}
+
+TEST_F(RendererOfAllParameters, DerivativeRendersThePrimalsBits) {
+  const Result result = Render(2);
+  EXPECT_EQ(result.primal.pixels, result.film.pixels);
+  options_.terms.interior = false;
+  tests::RecordingSink sink(result.primal.pixels.size());
+  EXPECT_EQ(renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink).pixels,
+            result.primal.pixels);
+}
+
+TEST_F(RendererOfAllParameters, TermsAddUp) {
+  const Result both = Render(2);
+  Result sum;
+  options_.terms = {.interior = true, .primary = false};
+  sum.entries = Render(2).entries;
+  options_.terms = {.interior = false, .primary = true};
+  const Result primary = Render(2);
+  std::int64_t count = 0;
+  for (std::size_t i = 0; i < sum.entries.size(); ++i) {
+    sum.entries[i].insert(
+        sum.entries[i].end(), primary.entries[i].begin(), primary.entries[i].end());
+    count += static_cast<std::int64_t>(primary.entries[i].size());
+  }
+  ExpectSameBits(both.entries, sum.entries);
+  EXPECT_GT(count, 100);
+}
+
+TEST_F(RendererOfAllParameters, NothingIsNanAndCoverageIsAShare) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    options_.seed = seed;
+    const Result result = Render(2);
+    EXPECT_EQ(result.stats.non_finite_samples, 0);
+    for (const Rgba& p : result.film.pixels) {
+      EXPECT_TRUE(IsFinite(p.Color()));
+      EXPECT_GE(p.a, 0.0);
+      EXPECT_LE(p.a, 1.0);
+    }
+    for (const auto& pixel : result.entries) {
+      for (const ParameterDerivative& entry : pixel) {
+        for (const Rgba& d : entry.d) EXPECT_TRUE(IsFinite(d.Color()) && std::isfinite(d.a));
+      }
+    }
+  }
+}
+
+TEST_F(RendererOfAllParameters, SeedsAndViewsGiveOtherNumbers) {
+  const Film first = renderer_.RenderPrimal(Camera(), options_);
+  options_.seed += 1;
+  EXPECT_NE(renderer_.RenderPrimal(Camera(), options_).pixels, first.pixels);
+  options_.seed -= 1;
+  options_.view = 1;
+  EXPECT_NE(renderer_.RenderPrimal(Camera(), options_).pixels, first.pixels);
+  options_.view = 0;
+  EXPECT_EQ(renderer_.RenderPrimal(Camera(), options_).pixels, first.pixels);
+}
+
+TEST_F(RendererOfAllParameters, SettingParametersEqualsANewRenderer) {
+  std::vector<double> values = layout_.Gather(renderer_.scene());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] *= 1.0 + 0.01 * std::sin(static_cast<double>(i));
+  Scene scene = tests::BallAndWall();
+  layout_.Scatter(values, scene);
+  renderer_.SetParameters(layout_, values);
+  EXPECT_EQ(layout_.Gather(renderer_.scene()), values);
+  const Renderer fresh(scene);
+  EXPECT_EQ(renderer_.RenderPrimal(Camera(), options_).pixels,
+            fresh.RenderPrimal(scene.sensors[0], options_).pixels);
+}
+
+TEST_F(RendererOfAllParameters, GainScalesColorNotCoverage) {
+  PerspectiveCamera bright = Camera();
+  bright.gain = 2.0;
+  const Film a = renderer_.RenderPrimal(Camera(), options_);
+  const Film b = renderer_.RenderPrimal(bright, options_);
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    EXPECT_EQ(b.pixels[i], Rgba(a.pixels[i].Color() * 2.0, a.pixels[i].a));
+  }
+}
+
+TEST_F(RendererOfAllParameters, CancellationReachesTheCaller) {
+  const CancelFlag cancel(true);
+  options_.cancel = &cancel;
+  tests::RecordingSink sink(static_cast<std::size_t>(Camera().width * Camera().height));
+  EXPECT_THROW((void)renderer_.RenderPrimal(Camera(), options_), Cancelled);
+  EXPECT_THROW(renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink), Cancelled);
+}
+
+TEST(Renderer, RefusesAnInvalidScene) {
+  Scene scene = tests::BallAndWall();
+  scene.meshes[0].material = 5;
+  EXPECT_THROW(Renderer{scene}, SceneError);
+}
+
+TEST(Renderer, EmptySceneShowsTheSkyOrNothing) {
+  Scene scene;
+  const PerspectiveCamera camera = tests::CameraAt({0, 0, 2}, {0, 0, 0}, 4.0, 4, 4);
+  EXPECT_EQ(Renderer(scene).RenderPrimal(camera, {}).pixels[5], Rgba());
+  scene.emitters = {tests::ConstantEnvironment({1, 2, 3})};
+  EXPECT_EQ(Renderer(scene).RenderPrimal(camera, {}).pixels[5], Rgba(1, 2, 3, 0));
+}
+
+TEST(Renderer, BoundsDoNotChangeTheImage) {
+  // Under a hidden sky pixels without a mesh are skipped; a crop of the same view has other bounds,
+  // equal numbers aside.
+  Scene scene = tests::BallAndWall();
+  scene.meshes.pop_back();
+  const Film shown = Renderer(scene).RenderPrimal(scene.sensors[0], {});
+  scene.environment_visible = false;
+  const Film hidden = Renderer(scene).RenderPrimal(scene.sensors[0], {});
+  for (std::size_t i = 0; i < shown.pixels.size(); ++i) {
+    EXPECT_EQ(shown.pixels[i].a, hidden.pixels[i].a);
+    if (shown.pixels[i].a == 1.0) {
+      EXPECT_EQ(shown.pixels[i], hidden.pixels[i]);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pathfit::renderer
