@@ -51,12 +51,14 @@ ExitStatus Run(const std::vector<std::string>& arguments) {
     terminal.PrintLine(e.what());  // complete, with a line for every problem
     return ExitStatus::kConfig;
   } catch (const std::bad_alloc&) {
-    log.Error("out of memory; lower image_scale, spp or the number of photos, or set solver.max_memory");
+    log.Error(
+        "out of memory; lower image_scale, spp or the number of photos, or set solver.max_memory");
     return ExitStatus::kMemory;
   } catch (const std::exception& e) {
     const ExitStatus status = StatusOfException(e);
-    log.Error(status == ExitStatus::kInternalError ? std::string("internal error, please report it with log.txt: ") + e.what()
-                                                   : std::string(e.what()));
+    log.Error(status == ExitStatus::kInternalError
+                  ? std::string("internal error, please report it with log.txt: ") + e.what()
+                  : std::string(e.what()));
     return status;
   }
 }

@@ -7,7 +7,8 @@
 
 namespace pathfit::app {
 
-/// What every command uses to speak: standard error through terminal and log; results alone go to standard output.
+/// What every command uses to speak: standard error through terminal and log; results alone go to
+/// standard output.
 struct CommandContext {
   const CommandLine& line;
   Terminal& terminal;

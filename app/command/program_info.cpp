@@ -35,7 +35,8 @@ ExitStatus StatusOfException(const std::exception& error) {
   if (is(static_cast<ConfigError*>(nullptr))) {
     return ExitStatus::kConfig;
   }
-  if (is(static_cast<renderer::IoError*>(nullptr)) || is(static_cast<renderer::SceneError*>(nullptr))) {
+  if (is(static_cast<renderer::IoError*>(nullptr)) ||
+      is(static_cast<renderer::SceneError*>(nullptr))) {
     return ExitStatus::kInput;
   }
   if (is(static_cast<renderer::NumericalError*>(nullptr))) {

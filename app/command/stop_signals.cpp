@@ -1,9 +1,9 @@
 #include "app/command/stop_signals.h"
 
 #include <csignal>
-#include <unistd.h>
-
 #include <string_view>
+
+#include <unistd.h>
 
 namespace pathfit::app {
 namespace {

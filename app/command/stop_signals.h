@@ -7,8 +7,9 @@
 
 namespace pathfit::app {
 
-/// While it lives, SIGINT and SIGTERM set a flag that long loops poll; a second SIGINT ends the process at once (files on
-/// disk are consistent: they are only ever renamed into place). One at a time.
+/// While it lives, SIGINT and SIGTERM set a flag that long loops poll; a second SIGINT ends the
+/// process at once (files on disk are consistent: they are only ever renamed into place). One at a
+/// time.
 class StopSignals {
  public:
   StopSignals();

@@ -1,5 +1,6 @@
-// Times primal and derivative renderings on one thread and prints JSON: core-nanoseconds per path (minimum and median of
-// the repeats), their ratio, and the variance of the derivative.   render_bench [--mesh FILE.ply] [--repeats N]
+// Times primal and derivative renderings on one thread and prints JSON: core-nanoseconds per path
+// (minimum and median of the repeats), their ratio, and the variance of the derivative.
+// render_bench [--mesh FILE.ply] [--repeats N]
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -21,8 +22,8 @@ namespace {
 
 using renderer::ParameterKind;
 using renderer::ParameterLayout;
-using renderer::RenderOptions;
 using renderer::Renderer;
+using renderer::RenderOptions;
 
 constexpr int kSpp = 64;
 
@@ -43,10 +44,15 @@ Timing NanosecondsPerPath(int repeats, double paths, Body body) {
   return {times.front(), times[times.size() / 2]};
 }
 
-nlohmann::json ToJson(const Timing& t) { return {{"min_ns", t.min_ns}, {"median_ns", t.median_ns}}; }
+nlohmann::json ToJson(const Timing& t) {
+  return {{"min_ns", t.min_ns}, {"median_ns", t.median_ns}};
+}
 
-/// Mean over pixels and channels of the variance of one derivative image (all vertices of mesh 0 moved along x).
-double DerivativeVariance(const Renderer& renderer, const ParameterLayout& layout, RenderOptions options) {
+/// Mean over pixels and channels of the variance of one derivative image (all vertices of mesh 0
+/// moved along x).
+double DerivativeVariance(const Renderer& renderer,
+                          const ParameterLayout& layout,
+                          RenderOptions options) {
   constexpr int kReplicates = 8;
   const auto& camera = renderer.scene().sensors[0];
   std::vector<double> direction(static_cast<std::size_t>(layout.NumScalars()));
@@ -90,7 +96,8 @@ nlohmann::json BenchScene(const renderer::Scene& scene, int max_bounces, int rep
   if (scene.meshes[0].mesh.HasColors()) {
     layout.Add(ParameterKind::kVertexColors, 0);
   }
-  const Timing primal = NanosecondsPerPath(repeats, paths, [&] { renderer.RenderPrimal(camera, options); });
+  const Timing primal =
+      NanosecondsPerPath(repeats, paths, [&] { renderer.RenderPrimal(camera, options); });
   double jacobian_bytes = 0.0;
   const Timing jacobian = NanosecondsPerPath(repeats, paths, [&] {
     optim::JacobianSink sink(camera.width, camera.height);

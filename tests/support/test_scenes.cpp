@@ -20,8 +20,18 @@ Mesh Cube() {
   for (int i = 0; i < 8; ++i) {
     mesh.positions.push_back({i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0});
   }
-  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  mesh.triangles = {{0, 2, 3},
+                    {0, 3, 1},
+                    {4, 5, 7},
+                    {4, 7, 6},
+                    {0, 1, 5},
+                    {0, 5, 4},
+                    {2, 6, 7},
+                    {2, 7, 3},
+                    {0, 4, 6},
+                    {0, 6, 2},
+                    {1, 3, 7},
+                    {1, 7, 5}};
   return mesh;
 }
 
@@ -34,7 +44,9 @@ renderer::PerspectiveCamera CameraAt(
   camera.fx = camera.fy = focal_px;
   camera.cx = 0.5 * width;
   camera.cy = 0.5 * height;
-  const Vec3 up = std::abs(origin.x - target.x) + std::abs(origin.z - target.z) > 0.0 ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
+  const Vec3 up = std::abs(origin.x - target.x) + std::abs(origin.z - target.z) > 0.0
+                      ? Vec3{0, 1, 0}
+                      : Vec3{0, 0, -1};
   camera.world_from_camera = renderer::LookAt(origin, target, up);
   return camera;
 }
@@ -48,7 +60,9 @@ renderer::Emitter GradientEnvironment(int width, int height) {
     for (int x = 0; x < width; ++x) {
       const double u = 6.283185307179586 * (x + 0.5) / width;
       const double v = 3.141592653589793 * (y + 0.5) / height;
-      environment.texels.push_back({1.0 + 0.6 * std::cos(u), 0.8 + 0.5 * std::cos(v), 1.1 + 0.7 * std::sin(u) * std::sin(v)});
+      environment.texels.push_back({1.0 + 0.6 * std::cos(u),
+                                    0.8 + 0.5 * std::cos(v),
+                                    1.1 + 0.7 * std::sin(u) * std::sin(v)});
     }
   }
   return {"sky", renderer::LightFrame::kWorld, environment};
@@ -65,21 +79,26 @@ renderer::Scene BallAndWall() {
   Mesh ball = renderer::MakeIcosphere(1, 0.8);
   for (std::size_t i = 0; i < ball.positions.size(); ++i) {
     const double s = static_cast<double>(i);
-    ball.colors.push_back({0.5 + 0.4 * std::sin(s), 0.5 + 0.4 * std::cos(1.7 * s), 0.5 + 0.3 * std::sin(2.3 * s)});
+    ball.colors.push_back(
+        {0.5 + 0.4 * std::sin(s), 0.5 + 0.4 * std::cos(1.7 * s), 0.5 + 0.3 * std::sin(2.3 * s)});
   }
   ball.color_triangles = ball.triangles;
   Mesh wall = Rectangle();
-  renderer::ApplyTransform({{{1.6, 0.3, 0.2}, {0, 1.5, 0.4}, {-0.2, -0.3, 1}}, {0.1, 0.2, -1.5}}, wall);
+  renderer::ApplyTransform({{{1.6, 0.3, 0.2}, {0, 1.5, 0.4}, {-0.2, -0.3, 1}}, {0.1, 0.2, -1.5}},
+                           wall);
   renderer::Material diffuse{"paint", renderer::LambertBsdf{}, {0.5, 0.5, 0.5}, true, true};
   renderer::Material gloss{
       "gloss", renderer::MetallicRoughnessBsdf{0.45, 0.6}, {0.7, 0.5, 0.3}, false, true};
   scene.materials = {diffuse, gloss};
   scene.meshes = {{"ball", ball, 0}, {"wall", wall, 1}};
-  scene.emitters = {GradientEnvironment(8, 4),
-                    {"lamp", renderer::LightFrame::kWorld, renderer::PointEmitter{{1.5, 2.0, 2.5}, {4.0, 3.0, 2.0}}},
-                    {"sun",
-                     renderer::LightFrame::kCamera,
-                     renderer::DirectionalEmitter{renderer::Normalized(Vec3{0.3, -0.4, -1.0}), {0.6, 0.7, 0.8}}}};
+  scene.emitters = {
+      GradientEnvironment(8, 4),
+      {"lamp",
+       renderer::LightFrame::kWorld,
+       renderer::PointEmitter{{1.5, 2.0, 2.5}, {4.0, 3.0, 2.0}}},
+      {"sun",
+       renderer::LightFrame::kCamera,
+       renderer::DirectionalEmitter{renderer::Normalized(Vec3{0.3, -0.4, -1.0}), {0.6, 0.7, 0.8}}}};
   scene.sensors = {CameraAt({0.2, 0.3, 4.0}, {0, 0, 0}, 28.0, 24, 24)};
   return scene;
 }

@@ -19,8 +19,9 @@ renderer::PerspectiveCamera CameraAt(const renderer::Vec3& origin,
 renderer::Emitter GradientEnvironment(int width, int height);
 renderer::Emitter ConstantEnvironment(const renderer::Rgb& radiance);
 
-/// An icosphere with varying vertex colours (mesh 0, material 0) in front of a large tilted rectangle (mesh 1, material
-/// 1: metallic-roughness), lit by an environment, a point and a directional light; one 24 x 24 sensor.
+/// An icosphere with varying vertex colours (mesh 0, material 0) in front of a large tilted
+/// rectangle (mesh 1, material 1: metallic-roughness), lit by an environment, a point and a
+/// directional light; one 24 x 24 sensor.
 renderer::Scene BallAndWall();
 
 }  // namespace pathfit::tests

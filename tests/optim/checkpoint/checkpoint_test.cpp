@@ -1,13 +1,12 @@
 #include "optim/checkpoint/checkpoint.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "optim/checkpoint/npy.h"
 #include "renderer/core/error.h"

@@ -6,8 +6,8 @@
 #include "optim/round/fit.h"
 #include "tests/optim/round/synthetic_fit.h"
 
-// Scenes rendered by this renderer and recovered from other starts, within seconds. The tolerances are two to three
-// times what was measured, and several times below the error of the start.
+// Scenes rendered by this renderer and recovered from other starts, within seconds. The tolerances
+// are two to three times what was measured, and several times below the error of the start.
 namespace pathfit {
 namespace {
 
@@ -81,7 +81,8 @@ TEST_F(FitRecoversTest, ColorsOfTheVertices) {
   renderer::Mesh& mesh = truth_.meshes[0].mesh;
   for (std::size_t i = 0; i < mesh.colors.size(); ++i) {
     const renderer::Vec3& p = mesh.positions[i];
-    mesh.colors[i] = {0.5 + 0.3 * std::sin(4 * p.x), 0.5 + 0.3 * std::cos(3 * p.y), 0.4 + 0.2 * p.z};
+    mesh.colors[i] = {
+        0.5 + 0.3 * std::sin(4 * p.x), 0.5 + 0.3 * std::cos(3 * p.y), 0.4 + 0.2 * p.z};
   }
   UnknownSpec& colors = Free(ParameterKind::kVertexColors, 0);
   colors.lower = 0.01;

@@ -1,11 +1,10 @@
 #include "optim/round/fit.h"
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/problem/problem_size.h"
@@ -79,7 +78,8 @@ class FitTest : public testing::Test {
     for (const renderer::Vec3& p : scene.meshes[0].mesh.positions) {
       values.insert(values.end(), {p.x, p.y, p.z});
     }
-    for (const renderer::Rgb& t : std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light).texels) {
+    for (const renderer::Rgb& t :
+         std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light).texels) {
       values.insert(values.end(), {t.r, t.g, t.b});
     }
     for (const renderer::PerspectiveCamera& sensor : scene.sensors) {
@@ -144,8 +144,8 @@ TEST_F(FitTest, RefusesACheckpointOfAnotherExperiment) {
 }
 
 TEST_F(FitTest, NeverEndsWorseThanItStarted) {
-  // The start is the truth, and the rounds are noise: whatever they do, the stage must not lose by it. (The prior
-  // still pulls a little: the cost is what must not rise.)
+  // The start is the truth, and the rounds are noise: whatever they do, the stage must not lose by
+  // it. (The prior still pulls a little: the cost is what must not rise.)
   renderer::Scene truth = start_;
   tests::Bump(truth);
   observations_ = tests::Photograph(truth, 256);

@@ -17,8 +17,8 @@ inline double BumpRadius(const renderer::Vec3& d) {
   return 1.0 + 0.12 * std::sin(3.0 * d.x + 0.5) * std::cos(2.5 * d.y) + 0.06 * d.z;
 }
 
-/// A ball of uniform grey (mesh 0, material 0, vertex colours) under a gradient environment (not seen behind it), with
-/// `num_views` cameras of `size` pixels squared on a spiral around it.
+/// A ball of uniform grey (mesh 0, material 0, vertex colours) under a gradient environment (not
+/// seen behind it), with `num_views` cameras of `size` pixels squared on a spiral around it.
 inline renderer::Scene BallScene(int subdivisions, int num_views, int size) {
   renderer::Scene scene;
   renderer::Mesh ball = renderer::MakeIcosphere(subdivisions, 1.0);

@@ -47,6 +47,8 @@ TEST(PathAdjoint, GgxAlbedoByRoughness) {
 
 // C21: E is linear in the map, so the derivative along texels k.w is (2 pi / 3) k.n.
 TEST(PathAdjoint, IrradianceByEnvironmentTexels) {
+  constexpr double kMapError =
+      3e-4;  // bilinear texels of 1.4 degrees flatten the function a little
   const Vec3 k{0.3, -0.2, 0.5};
   const Scene scene = tests::SceneOf(
       tests::Plate(1, 1, 0), LambertBsdf{}, {1, 1, 1}, {tests::LinearEnvironment(1.0, k)});
@@ -62,7 +64,7 @@ TEST(PathAdjoint, IrradianceByEnvironmentTexels) {
                                              direction,
                                              Options(1024),
                                              kReplicates);
-  EXPECT_TRUE(AgreesWithExact(Channel(d, 2), 2.0 / 3.0 * k.z));
+  EXPECT_TRUE(AgreesWithExact(Channel(d, 2), 2.0 / 3.0 * k.z, 0.01, kMapError));
 }
 
 class CollocatedFlash : public ::testing::Test {

@@ -48,6 +48,8 @@ TEST(PathTracer, GgxUnderConstantEnvironment) {
 // C21: environment L0 + k.w on fine texels, and the same map turned: E = pi L0 + (2 pi / 3) (R
 // k).n.
 TEST(PathTracer, LinearEnvironmentAndItsRotation) {
+  constexpr double kMapError =
+      2e-4;  // bilinear texels of 1.4 degrees flatten the function a little
   const Vec3 k{0.3, -0.2, 0.5};
   for (const double turn : {0.0, 0.7}) {
     Scene scene = tests::SceneOf(
@@ -60,7 +62,9 @@ TEST(PathTracer, LinearEnvironmentAndItsRotation) {
     }
     EXPECT_TRUE(
         AgreesWithExact(Radiance(scene, tests::ProbeCamera({0.5, 1, 2}, {0, 0, 0}), Options(4096)),
-                        irradiance / kPi));
+                        irradiance / kPi,
+                        0.01,
+                        kMapError));
   }
 }
 
