@@ -217,7 +217,8 @@ std::string ReproductionSection(const ReportData& data) {
   row("Program", "pathfit " + record.program_version + ", " + record.build);
   std::string libraries;
   for (const auto& [library, version] : record.libraries) {
-    libraries += (libraries.empty() ? "" : ", ") + library + " " + version;
+    if (!libraries.empty()) libraries += ", ";
+    libraries.append(library).append(" ").append(version);
   }
   row("Libraries", libraries);
   row("Machine",

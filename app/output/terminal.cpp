@@ -32,7 +32,8 @@ bool LocaleIsUtf8(const Environment& environment) {
 }  // namespace
 
 std::string ProcessEnvironment(const std::string& name) {
-  const char* value = std::getenv(name.c_str());
+  // Nothing in the program changes the environment.
+  const char* value = std::getenv(name.c_str());  // NOLINT(concurrency-mt-unsafe)
   return value == nullptr ? "" : value;
 }
 

@@ -245,10 +245,12 @@ bool FitDriver::RunRounds() {
     }
     RoundReport report = RunRound(context, *stage_->source, scene_, state_);
     state_.current = all_.layout().Gather(scene_);
-    SaveCheckpoint();
     report.wall_s = WallSeconds();
     round_s = report.wall_s - before;
+    // First the report: a resumed run drops rounds reported after its checkpoint, but cannot bring
+    // back missing ones.
     observer_.OnRound(report);
+    SaveCheckpoint();
   }
   return true;
 }
