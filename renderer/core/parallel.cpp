@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
+#include <mutex>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include <sched.h>
 #include <tbb/global_control.h>
@@ -47,8 +51,46 @@ int DefaultNumThreads() {
   return threads;
 }
 
+#if defined(__SANITIZE_THREAD__)
+
+// The thread sanitizer cannot see the synchronisation inside TBB's library and would report every
+// loop; plain threads show it ours.
+void ParallelFor(std::int64_t count, const std::function<void(std::int64_t)>& body) {
+  std::atomic<std::int64_t> next{0};
+  std::mutex mutex;
+  std::exception_ptr error;
+  const auto work = [&] {
+    try {
+      for (std::int64_t i = next++; i < count; i = next++) {
+        body(i);
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      error = std::current_exception();
+      next = count;
+    }
+  };
+  const std::size_t limit =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 1; t < limit; ++t) {
+    threads.emplace_back(work);
+  }
+  work();
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  if (error) {
+    std::rethrow_exception(error);
+  }
+}
+
+#else
+
 void ParallelFor(std::int64_t count, const std::function<void(std::int64_t)>& body) {
   tbb::parallel_for(std::int64_t{0}, count, [&](std::int64_t i) { body(i); });
 }
+
+#endif
 
 }  // namespace pathfit::renderer

@@ -96,8 +96,9 @@ nlohmann::json BenchScene(const renderer::Scene& scene, int max_bounces, int rep
   if (scene.meshes[0].mesh.HasColors()) {
     layout.Add(ParameterKind::kVertexColors, 0);
   }
-  const Timing primal =
-      NanosecondsPerPath(repeats, paths, [&] { renderer.RenderPrimal(camera, options); });
+  double checksum = 0.0;
+  const Timing primal = NanosecondsPerPath(
+      repeats, paths, [&] { checksum += renderer.RenderPrimal(camera, options).pixels.front().g; });
   double jacobian_bytes = 0.0;
   const Timing jacobian = NanosecondsPerPath(repeats, paths, [&] {
     optim::JacobianSink sink(camera.width, camera.height);
@@ -111,6 +112,7 @@ nlohmann::json BenchScene(const renderer::Scene& scene, int max_bounces, int rep
   return {{"max_bounces", max_bounces},
           {"spp", kSpp},
           {"sppe", options.sppe},
+          {"checksum", checksum / repeats},
           {"primal", ToJson(primal)},
           {"jacobian", ToJson(jacobian)},
           {"jacobian_over_primal", jacobian.min_ns / primal.min_ns},
