@@ -46,11 +46,13 @@ std::vector<Direction> ChooseDirections(const Experiment& experiment,
     }
   }
   if (params.empty()) {
+    names.reserve(experiment.fit.unknowns.size());
     for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
       names.push_back(unknown.name);
     }
   }
   std::vector<Direction> directions;
+  directions.reserve(names.size());
   for (const std::string& name : names) {
     directions.push_back(ParseDirection(experiment.scene, name));
   }
