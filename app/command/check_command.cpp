@@ -93,15 +93,11 @@ void PrintSummary(const Experiment& experiment, const std::vector<ViewOverlap>& 
         overlaps.front().iou,
         overlaps.front().name);
   }
-  for (const std::string& text : experiment.warnings) {
-    fmt::print("warning: {}\n", text);
-  }
 }
 
 void PrintJson(const Experiment& experiment, const std::vector<ViewOverlap>& overlaps) {
   nlohmann::json json;
   json["assumptions"] = experiment.assumptions;
-  json["warnings"] = experiment.warnings;
   json["views"] = experiment.observations.views.size();
   for (const auto& mesh : experiment.scene.meshes) {
     json["meshes"].push_back({{"name", mesh.name},

@@ -174,7 +174,6 @@ ExitStatus FitCommand(CommandContext& context) {
   record.config_path = config.path.string();
   record.inputs = HashInputs(experiment.input_files);
   record.assumptions = experiment.assumptions;
-  record.warnings = experiment.warnings;
   record.attributions = experiment.attributions;
 
   const fs::path pattern =

@@ -5,6 +5,7 @@
 #include "app/experiment/experiment.h"
 #include "optim/observation/visual_hull.h"
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/mesh_file.h"
 
@@ -22,34 +23,6 @@ Rgb ToRgb(const Triple& t) { return {t[0], t[1], t[2]}; }
 
 Mat3 Rotation(const Triple& axis, double angle) {
   return renderer::RotationAboutAxis(renderer::Normalized(ToVec3(axis)), angle);
-}
-
-Mesh MakeRectangle() {
-  Mesh mesh;
-  mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  return mesh;
-}
-
-Mesh MakeCube() {
-  Mesh mesh;
-  for (int i = 0; i < 8; ++i) {
-    mesh.positions.push_back(
-        {(i & 1) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0, (i & 4) != 0 ? 1.0 : -1.0});
-  }
-  mesh.triangles = {{0, 2, 3},
-                    {0, 3, 1},
-                    {4, 5, 7},
-                    {4, 7, 6},
-                    {0, 1, 5},
-                    {0, 5, 4},
-                    {2, 6, 7},
-                    {2, 7, 3},
-                    {0, 4, 6},
-                    {0, 6, 2},
-                    {1, 3, 7},
-                    {1, 7, 5}};
-  return mesh;
 }
 
 Mesh MakeInline(const InlineGeometry& g, const std::string& name) {
@@ -86,8 +59,8 @@ class MeshMaker {
   Mesh operator()(const SphereGeometry& g) const {
     return renderer::MakeIcosphere(g.subdivisions, g.radius);
   }
-  Mesh operator()(const RectangleGeometry&) const { return MakeRectangle(); }
-  Mesh operator()(const CubeGeometry&) const { return MakeCube(); }
+  Mesh operator()(const RectangleGeometry&) const { return renderer::MakeRectangle(); }
+  Mesh operator()(const CubeGeometry&) const { return renderer::MakeCube(); }
   Mesh operator()(const InlineGeometry& g) const { return MakeInline(g, config_.name); }
   Mesh operator()(const VisualHullGeometry& g) const {
     return optim::CarveVisualHull(observations_, {.resolution = g.resolution});

@@ -19,8 +19,7 @@ struct Experiment {
   optim::FitSpec fit;
   std::vector<std::filesystem::path> input_files;  ///< in a fixed order
   std::vector<std::string> assumptions;            ///< what was taken for granted, for people
-  std::vector<std::string> warnings;
-  std::vector<std::string> attributions;  ///< credit lines found beside the input files
+  std::vector<std::string> attributions;           ///< credit lines found beside the input files
 };
 
 /// Loads photos, meshes and images and builds the scene. Throws IoError and SceneError, each naming

@@ -8,8 +8,8 @@
 namespace pathfit::renderer {
 
 /// Mean radiance and coverage of one pixel under the box filter, before the sensor's gain. The
-/// numbers of a pixel are a function of (seed, view, pixel, sample) only. `view` must have been
-/// made for the same camera.
+/// numbers of a pixel are a function of (seed, view, pixel, sample) only. `context` must have
+/// been made for the same camera.
 Rgba EstimatePixel(const PathContext& context,
                    const CameraModel& camera,
                    const RenderOptions& options,
