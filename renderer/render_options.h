@@ -9,19 +9,46 @@ namespace pathfit::renderer {
 /// Which estimators of the derivative run.
 struct DerivativeTerms {
   bool interior = true;
-  bool primary = true;
+  bool primary = true;   ///< edges seen by the sensor
+  bool direct = true;    ///< edges between a light and a surface
+  bool indirect = true;  ///< edges between two surfaces
+  bool pixel = true;     ///< pixel borders: material form under a box filter only
 };
 
-/// Budgets and seed of one rendering. Names follow the field: spp interior samples per pixel, sppe
-/// primary-edge samples per pixel of edge length.
+/// What is kept fixed when the camera vertex is differentiated (path_space 1.5). Both give the same
+/// derivative in expectation and split it differently.
+enum class DerivativeForm {
+  kImage,     ///< its place in the image: less noise, the default
+  kMaterial,  ///< its place on the surface
+};
+
+/// How boundary samples are drawn.
+enum class GuideKind {
+  kNone,      ///< by edge length and uniform directions
+  kGrid,      ///< a regular grid over the primary samples
+  kAdaptive,  ///< cells split where the samples are large
+};
+
+/// Budgets and seed of one rendering. Names follow the field: spp interior samples per pixel; the
+/// boundary budgets are per pixel of the image, too.
 struct RenderOptions {
   std::uint64_t seed = 0;
   std::uint64_t view = 0;  ///< key of the random streams; usually the index of the view
   int spp = 16;
-  double sppe = 4.0;
-  int max_bounces = 1;  ///< 0 = only what the sensor sees of the environment, 1 = direct light
-  int rr_depth = 5;     ///< Russian roulette from this bounce on
+  double sppe = 4.0;          ///< primary-edge samples per pixel of edge length
+  double spp_direct = 1.0;    ///< direct-boundary samples per pixel
+  double spp_indirect = 1.0;  ///< indirect-boundary samples per pixel
+  double spp_pixel = 4.0;     ///< pixel-border samples per pixel
+  int max_bounces = 1;        ///< 0 = only what shines towards the sensor, 1 = direct light
+  int rr_depth = 5;           ///< Russian roulette from this bounce on
+  /// Interior samples come in pairs that share their numbers, the second with mirrored BSDF
+  /// samples: derivatives of glossy reflections by normals and positions lose most of their noise
+  /// (path_space 1.10), images gain nothing.
+  bool antithetic = false;
   DerivativeTerms terms;
+  DerivativeForm form = DerivativeForm::kImage;
+  GuideKind guide = GuideKind::kAdaptive;
+  double guide_share = 0.25;  ///< share of the boundary samples spent on building the guide
   const CancelFlag* cancel = nullptr;  ///< polled per image row; throws Cancelled
 };
 

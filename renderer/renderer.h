@@ -27,14 +27,14 @@ class Renderer {
   void SetParameters(const ParameterLayout& layout, const std::vector<double>& values);
 
   /// Image of `camera`, which need not be one of the scene's sensors (pyramid levels, crops).
-  [[nodiscard]] Film RenderPrimal(const PerspectiveCamera& camera,
+  [[nodiscard]] Film RenderPrimal(const Camera& camera,
                                   const RenderOptions& options,
                                   RenderStats* stats = nullptr) const;
 
   /// Emits the derivative of every pixel by every block of `layout` into `sink` and returns the
   /// image of the same interior samples (equal to RenderPrimal with the same options, bit for bit).
   /// `sensor` is the index whose exposure the camera carries, -1 for none.
-  Film RenderDerivative(const PerspectiveCamera& camera,
+  Film RenderDerivative(const Camera& camera,
                         int sensor,
                         const RenderOptions& options,
                         const ParameterLayout& layout,

@@ -125,22 +125,6 @@ void ConvertSets(const RawOptions& raw, const std::string& command, CommandLine&
   line.set = raw.set;
 }
 
-void ConvertTerms(const std::string& terms, const std::string& command, CommandLine& line) {
-  line.interior = false;
-  line.primary = false;
-  for (const std::string& term : SplitList(command, "--terms", terms)) {
-    if (term == "interior") {
-      line.interior = true;
-    } else if (term == "primary") {
-      line.primary = true;
-    } else if (term == "direct" || term == "indirect" || term == "secondary" || term == "pixel") {
-      ThrowUsage(command, "--terms: '" + term + "' is not supported (known: interior, primary)");
-    } else {
-      ThrowUsage(command, "--terms: '" + term + "' is not one of: interior, primary");
-    }
-  }
-}
-
 void ConvertSpecific(const RawOptions& raw, const std::string& command, CommandLine& line) {
   ConvertSets(raw, command, line);
   line.output = raw.output;
@@ -171,9 +155,12 @@ void ConvertSpecific(const RawOptions& raw, const std::string& command, CommandL
     if (raw.views != "all") line.views = SplitList(command, "--views", raw.views);
   }
   if (!raw.sensors.empty()) line.views = raw.sensors;
-  if (!raw.terms.empty()) ConvertTerms(raw.terms, command, line);
-  if (!raw.terms.empty() && raw.derivatives.empty()) {
-    ThrowUsage(command, "--terms needs --derivative");
+  line.terms = raw.terms;
+  line.form = raw.form;
+  for (const auto& [flag, value] : {std::pair{"--terms", raw.terms}, {"--form", raw.form}}) {
+    if (!value.empty() && line.command == CommandName::kRender && raw.derivatives.empty()) {
+      ThrowUsage(command, std::string(flag) + " needs --derivative");
+    }
   }
   if (!raw.step.empty()) line.step = ParsePositive(command, "--step", raw.step);
   if (!raw.sigma.empty()) line.sigma = ParsePositive(command, "--sigma", raw.sigma);
@@ -227,6 +214,8 @@ std::vector<ConfigOverride> OverridesOf(const CommandLine& line) {
   if (line.max_memory) add("--max-memory", "solver.max_memory", *line.max_memory);
   const bool gradcheck = line.command == CommandName::kGradcheck;
   if (line.spp) add("--spp", gradcheck ? "gradcheck.spp" : "render.spp", std::to_string(*line.spp));
+  if (!line.terms.empty()) add("--terms", "render.terms", "[" + line.terms + "]");
+  if (!line.form.empty()) add("--form", "render.form", Quoted(line.form));
   if (line.command == CommandName::kFit && !line.output.empty()) {
     add("-o", "output.directory", Quoted(std::filesystem::absolute(line.output).string()));
   }

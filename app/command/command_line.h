@@ -42,9 +42,9 @@ struct CommandLine {
   std::string stop_after;                 ///< name of a stage, empty: none
   std::vector<std::string> views;  ///< render: indices or names of photos or sensors; empty: all
   std::vector<std::string> derivatives;  ///< render: parameters
-  bool interior = true;                  ///< render: --terms
-  bool primary = true;
-  std::vector<std::string> params;  ///< gradcheck: names or globs; empty: as the config says
+  std::string terms;                     ///< render: comma-separated; empty: as the config says
+  std::string form;                      ///< render, gradcheck: image or material; empty: config
+  std::vector<std::string> params;       ///< gradcheck: names or globs; empty: as the config says
   std::optional<double> step;
   std::optional<int> spp;         ///< render, gradcheck
   std::optional<int> replicates;  ///< gradcheck

@@ -97,12 +97,18 @@ void AddCommandOptions(CLI::App& app, CommandName command, RawOptions& raw) {
       AddTexts(app, "--sensor", raw.sensors, "NAME", "A sensor or photo; may be repeated");
       AddText(app, "--spp", raw.spp, "N", "Samples per pixel");
       AddTexts(app, "--derivative", raw.derivatives, "PARAM", "Derivative image; may be repeated");
-      AddText(app, "--terms", raw.terms, "LIST", "Of the derivative: interior,primary");
+      AddText(app,
+              "--terms",
+              raw.terms,
+              "LIST",
+              "Of the derivative: interior,primary,direct,indirect,pixel");
+      AddText(app, "--form", raw.form, "FORM", "Of the derivative: image or material");
       break;
     case CommandName::kGradcheck:
       AddConfigOptions(app, raw);
       AddText(app, "-o,--output", raw.output, "DIR", "Where images and the table go");
       AddTexts(app, "--params", raw.params, "GLOB", "Which parameters; may be repeated");
+      AddText(app, "--form", raw.form, "FORM", "Of the derivative: image or material");
       AddText(app, "--step", raw.step, "X", "Of the finite difference");
       AddText(app, "--spp", raw.spp, "N", "Samples per pixel");
       AddText(app, "--replicates", raw.replicates, "N", "Independent renderings");

@@ -18,7 +18,7 @@ struct RawOptions {
   bool version = false;
   bool json = false;
   std::string log_level, log_file, threads, seed, color, progress;
-  std::string target, output, time_limit, max_memory, stop_after, views, terms;
+  std::string target, output, time_limit, max_memory, stop_after, views, terms, form;
   std::string step, spp, replicates, sigma;
   std::vector<std::string> set, sensors, derivatives, params;
 };

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -79,6 +81,56 @@ void WriteDerivative(const renderer::Film& film,
   written.insert(written.end(), {exr, alpha, png});
 }
 
+/// All groups that the directions need.
+renderer::ParameterLayout UnionLayout(const renderer::Scene& scene,
+                                      const std::vector<Direction>& directions) {
+  renderer::ParameterLayout layout(scene);
+  for (const Direction& direction : directions) {
+    for (const renderer::ParameterGroup& group : direction.layout.groups()) {
+      if (layout.FirstBlock(group.kind, group.object) < 0) {
+        layout.Add(group.kind, group.object);
+      }
+    }
+  }
+  return layout;
+}
+
+/// The direction's values at their places in a larger layout, zero elsewhere.
+std::vector<double> ValuesIn(const renderer::ParameterLayout& layout, const Direction& direction) {
+  std::vector<double> values(static_cast<std::size_t>(layout.NumScalars()), 0.0);
+  for (const renderer::ParameterGroup& group : direction.layout.groups()) {
+    const std::int64_t to = layout.FirstScalarOfBlock(layout.FirstBlock(group.kind, group.object));
+    const auto first = direction.values.begin() + group.first_scalar;
+    std::copy(first,
+              first + static_cast<std::int64_t>(group.num_blocks) * group.block_size,
+              values.begin() + to);
+  }
+  return values;
+}
+
+/// Derivative images in several directions from one rendering.
+class DirectionSink : public renderer::DerivativeSink {
+ public:
+  DirectionSink(const renderer::ParameterLayout& layout,
+                const std::vector<Direction>& directions,
+                const renderer::Camera& camera) {
+    for (const Direction& direction : directions) {
+      films_.push_back(std::make_unique<renderer::FilmSink>(
+          layout, ValuesIn(layout, direction), camera.width, camera.height));
+    }
+  }
+  void Add(std::int64_t pixel,
+           std::span<const renderer::ParameterDerivative> derivatives) override {
+    for (auto& film : films_) {
+      film->Add(pixel, derivatives);
+    }
+  }
+  [[nodiscard]] const renderer::Film& film(std::size_t i) const { return films_[i]->film(); }
+
+ private:
+  std::vector<std::unique_ptr<renderer::FilmSink>> films_;
+};
+
 /// A config, or a run whose newest state is put into its scene.
 Experiment LoadTarget(const ExperimentConfig& config, const fs::path& run_root) {
   Experiment experiment = BuildExperiment(config);
@@ -113,6 +165,7 @@ ExitStatus RenderCommand(CommandContext& context) {
   for (const std::string& name : line.derivatives) {
     directions.push_back(ParseDirection(experiment.scene, name));
   }
+  const renderer::ParameterLayout layout = UnionLayout(experiment.scene, directions);
   const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
   const fs::path folder =
       fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
@@ -129,13 +182,7 @@ ExitStatus RenderCommand(CommandContext& context) {
     for (const auto& sensor : experiment.scene.sensors) all.push_back(sensor.name);
     return all;
   }());
-  renderer::RenderOptions options;
-  options.seed = config.seed;
-  options.spp = config.render.spp;
-  options.sppe = config.render.sppe;
-  options.max_bounces = config.render.max_bounces;
-  options.rr_depth = config.render.rr_depth;
-  options.terms = {line.interior, line.primary};
+  renderer::RenderOptions options = MakeRenderOptions(config);
   options.cancel = &signals.flag();
   std::vector<fs::path> written;
   try {
@@ -145,13 +192,15 @@ ExitStatus RenderCommand(CommandContext& context) {
       options.view = static_cast<std::uint64_t>(index);
       renderer::RenderStats stats;
       WriteFilm(renderer.RenderPrimal(camera, options, &stats), folder / name, written);
-      for (const Direction& direction : directions) {
-        renderer::FilmSink sink(direction.layout, direction.values, camera.width, camera.height);
-        renderer.RenderDerivative(camera, index, options, direction.layout, sink, &stats);
-        WriteDerivative(sink.film(),
-                        folder / (name + "_d_" + SafeFileName(direction.name)),
-                        context.log,
-                        written);
+      if (!directions.empty()) {
+        DirectionSink sink(layout, directions, camera);
+        renderer.RenderDerivative(camera, index, options, layout, sink, &stats);
+        for (std::size_t i = 0; i < directions.size(); ++i) {
+          WriteDerivative(sink.film(i),
+                          folder / (name + "_d_" + SafeFileName(directions[i].name)),
+                          context.log,
+                          written);
+        }
       }
       LogStats(stats, context.log);
       context.log.Info("rendered " + camera.name);

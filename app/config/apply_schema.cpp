@@ -10,6 +10,7 @@
 #include "app/config/config_path.h"
 #include "app/config/nearest_name.h"
 #include "app/config/scalar.h"
+#include "app/config/schema_condition.h"
 #include "app/config/yaml_document.h"
 
 namespace pathfit::app {
@@ -97,6 +98,12 @@ class Applier {
   bool Report(const Place& place, const std::string& path, std::string text) {
     problems_.push_back({place, path, std::move(text)});
     return false;
+  }
+
+  void ReportMissing(const SchemaNode& child, const YamlNode& node, const std::string& path) {
+    Report(node.place,
+           path,
+           "required key '" + child.key + "' is missing (" + DescribeType(child) + ")");
   }
 
   bool WrongType(const SchemaNode& allowed, const YamlNode& node, const std::string& path) {
@@ -195,9 +202,8 @@ class Applier {
     if (static_cast<int>(node.entries.size()) < schema.min_items) {
       return Report(node.place, path, "at least one " + item.key + " is needed");
     }
-    const bool dotted = item.key.find('.') != std::string::npos;
     for (YamlEntry& entry : node.entries) {
-      if (!dotted && !IsName(entry.key)) {
+      if (!schema.free_names && !IsName(entry.key)) {
         Report(entry.key_place, path, "the name '" + entry.key + "' " + kNameRule);
       }
       if (!Apply(item, entry.value, JoinPath(path, entry.key), item)) {
@@ -226,24 +232,6 @@ class Applier {
                     const std::string& path,
                     const std::set<std::string>& given);
 
-  // Does the key belong to this map, by what its discriminating key says? Unknown or missing
-  // discriminators rule nothing out.
-  static bool Belongs(const SchemaNode& schema, const SchemaNode& child, const YamlNode& node) {
-    if (child.when_key.empty()) return true;
-    const YamlNode* value = node.Find(child.when_key);
-    const SchemaNode* key = schema.Child(child.when_key);
-    const std::string text = value != nullptr ? value->text : key->default_yaml;
-    return !Contains(key->words, text) || Contains(child.when_values, text);
-  }
-  static bool DiscriminatorKnown(const SchemaNode& schema,
-                                 const SchemaNode& child,
-                                 const YamlNode& node) {
-    if (child.when_key.empty()) return true;
-    const YamlNode* value = node.Find(child.when_key);
-    const SchemaNode* key = schema.Child(child.when_key);
-    return Contains(key->words, value != nullptr ? value->text : key->default_yaml);
-  }
-
   const std::filesystem::path& folder_;
   std::vector<Problem>& problems_;
 };
@@ -264,7 +252,7 @@ bool Applier::ApplyEntry(const SchemaNode& schema,
     std::vector<std::string> all_keys;
     for (const SchemaNode& c : schema.children) {
       all_keys.push_back(c.key);
-      if (Belongs(schema, c, node)) keys.push_back(c.key);
+      if (BelongsTo(schema, c, node)) keys.push_back(c.key);
     }
     const std::string nearest = NearestName(entry.key, keys);
     given.insert(nearest);
@@ -277,7 +265,7 @@ bool Applier::ApplyEntry(const SchemaNode& schema,
                 nearest.empty() && !NearestName(entry.key, all_keys).empty() ? all_keys : keys));
   }
   given.insert(entry.key);
-  if (!Belongs(schema, *child, node)) {
+  if (!BelongsTo(schema, *child, node)) {
     const YamlNode* value = node.Find(child->when_key);
     return Report(entry.key_place,
                   path,
@@ -302,12 +290,12 @@ void Applier::ReportGroups(const SchemaNode& schema,
   std::vector<std::string> done;
   for (const SchemaNode& child : schema.children) {
     if (child.one_of.empty() || Contains(done, child.one_of)) continue;
+    if (!IsDiscriminatorKnown(schema, child, node) || !BelongsTo(schema, child, node)) continue;
     done.push_back(child.one_of);
-    if (!DiscriminatorKnown(schema, child, node) || !Belongs(schema, child, node)) continue;
     std::vector<std::string> members;
     bool meant = false;
     for (const SchemaNode& other : schema.children) {
-      if (other.one_of != child.one_of) continue;
+      if (other.one_of != child.one_of || !BelongsTo(schema, other, node)) continue;
       members.push_back(other.key);
       meant = meant || given.count(other.key) > 0;
     }
@@ -320,7 +308,12 @@ void Applier::ReportGroups(const SchemaNode& schema,
         first = key;
       }
     }
-    if (!meant) Report(node.place, path, "one of the keys " + JoinNames(members) + " is needed");
+    if (meant || !IsGroupRequired(schema, child, node)) continue;
+    if (members.size() == 1) {
+      ReportMissing(*schema.Child(members.front()), node, path);
+    } else {
+      Report(node.place, path, "one of the keys " + JoinNames(members) + " is needed");
+    }
   }
 }
 
@@ -329,20 +322,20 @@ void Applier::FillDefaults(const SchemaNode& schema,
                            const std::string& path,
                            const std::set<std::string>& given) {
   for (const SchemaNode& child : schema.children) {
-    if (node.Find(child.key) != nullptr || !DiscriminatorKnown(schema, child, node) ||
-        !Belongs(schema, child, node)) {
+    if (node.Find(child.key) != nullptr || !IsDiscriminatorKnown(schema, child, node) ||
+        !BelongsTo(schema, child, node)) {
       continue;
     }
-    if (child.presence == Presence::kRequired && given.count(child.key) == 0) {
-      Report(node.place,
-             path,
-             "required key '" + child.key + "' is missing (" + DescribeType(child) + ")");
-    }
+    const bool required = IsRequired(schema, child, node);
+    if (required && given.count(child.key) == 0) ReportMissing(child, node, path);
+    const bool defaulted =
+        child.presence == Presence::kDefaulted ||
+        (child.presence == Presence::kRequired && !required && !child.default_yaml.empty());
     const bool needed = child.needs.empty() || node.Find(child.needs) != nullptr;
-    if (child.presence != Presence::kDefaulted || !needed) continue;
+    if (!defaulted || !needed) continue;
     YamlNode value;
     value.kind = YamlNode::Kind::kMap;
-    if (child.type != Type::kMap) value = DefaultValue(child.default_yaml);
+    if (!child.default_yaml.empty()) value = DefaultValue(child.default_yaml);
     Apply(child, value, JoinPath(path, child.key), child);
     node.entries.push_back({child.key, Place{}, std::move(value)});
   }

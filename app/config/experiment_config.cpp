@@ -13,19 +13,18 @@
 namespace pathfit::app {
 namespace {
 
-// The name of the file, with '_' for what a name may not hold.
-std::string NameFromFile(const std::filesystem::path& path) {
-  std::string name = path.stem().string();
-  for (char& c : name) {
+// With '_' for what a name may not hold.
+std::string NameFrom(std::string text) {
+  for (char& c : text) {
     const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
     if (!letter && !(c >= '0' && c <= '9') && c != '-') c = '_';
   }
-  return name.empty() ? "run" : name;
+  return text.empty() ? "run" : text;
 }
 
 void ReadIdentity(const std::filesystem::path& path, ConfigReading& reading) {
   if (reading.root.Find("name") == nullptr) {
-    YamlNode name = DefaultValue("\"" + NameFromFile(path) + "\"");
+    YamlNode name = DefaultValue("\"" + NameFrom(path.stem().string()) + "\"");
     reading.root.entries.push_back({"name", Place{}, std::move(name)});
   }
   reading.config.name = reading.root.Find("name")->text;
@@ -48,6 +47,10 @@ void SortLikeSchema(const SchemaNode& schema, YamlNode& root) {
 }
 
 }  // namespace
+
+std::string GroupMeshName(const std::string& geometry, const std::string& usemtl) {
+  return geometry + "-" + NameFrom(usemtl);
+}
 
 ExperimentConfig LoadExperimentConfig(const std::filesystem::path& path,
                                       const std::vector<ConfigOverride>& overrides) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -58,10 +59,15 @@ struct SphereGeometry {
 };
 struct RectangleGeometry {};
 struct CubeGeometry {};
+struct DiskGeometry {
+  int segments = 64;
+};
 struct InlineGeometry {
   std::vector<Triple> vertices;
   std::vector<std::array<int, 3>> triangles;
-  std::vector<Triple> colors;  ///< empty, or one per vertex
+  std::vector<Triple> colors;              ///< empty, or one per vertex
+  std::vector<Triple> normals;             ///< empty, or one per vertex; not zero
+  std::vector<std::array<double, 2>> uvs;  ///< empty, or one per vertex
 };
 struct VisualHullGeometry {
   int resolution = 128;
@@ -70,6 +76,7 @@ using Geometry = std::variant<FileGeometry,
                               SphereGeometry,
                               RectangleGeometry,
                               CubeGeometry,
+                              DiskGeometry,
                               InlineGeometry,
                               VisualHullGeometry>;
 
@@ -77,57 +84,109 @@ struct GeometryConfig {
   std::string name;
   Geometry geometry;
   std::string material;
+  /// Materials of an OBJ file's groups by `usemtl` name; the rest has `material`.
+  std::vector<std::pair<std::string, std::string>> group_materials;
+  enum class Normals { kFile, kFlat, kSmooth } normals = Normals::kFile;
+  bool repair = false;
   TransformConfig transform;
+  std::optional<Triple> pivot;  ///< of the pose; absent: middle of the bounding box
+};
+
+struct TextureConfig {
+  std::string name;
+  std::filesystem::path file;          ///< or empty
+  std::array<int, 2> size_px{32, 32};  ///< without file
+  Triple init{0.5, 0.5, 0.5};          ///< every texel, without file
+  bool repeat = true;                  ///< false: clamp
+  /// By what uses it. A texture of light may also be a base colour, never roughness or metallic.
+  enum class Role { kUnused, kLight, kBaseColor, kRoughness, kMetallic } role = Role::kUnused;
 };
 
 struct MaterialConfig {
   std::string name;
-  bool metallic_roughness = false;  ///< false: diffuse
+  enum class Model {
+    kDiffuse,
+    kMetallicRoughness,
+    kConductor,
+    kDielectric,
+    kMirror,
+    kGlass
+  } model = Model::kDiffuse;
   enum class BaseColor {
     kConstant,
     kVertexConstant,
-    kVertexOfMesh
+    kVertexOfMesh,
+    kTexture
   } base_color_source = BaseColor::kConstant;
   Triple base_color{0.5, 0.5, 0.5};  ///< of kConstant, and the initial one of kVertexConstant
   double roughness = 0.5;
   double metallic = 0.0;
+  std::string base_color_texture, roughness_texture, metallic_texture;  ///< names, or empty
+  std::string metal;                                                    ///< named, or empty:
+  Triple eta{0.0, 0.0, 0.0}, k{0.0, 0.0, 0.0};  ///< of conductors and mirrors
+  double ior = 1.5;                             ///< of dielectrics and glass
   bool two_sided = true;
 };
 
 struct LightConfig {
   std::string name;
-  enum class Type { kEnvironment, kConstant, kPoint, kDirectional } type = Type::kEnvironment;
+  enum class Type {
+    kEnvironment,
+    kConstant,
+    kPoint,
+    kDirectional,
+    kSpot,
+    kProjector,
+    kArea
+  } type = Type::kEnvironment;
   bool camera_frame = false;
   bool visible = true;                 ///< environment: seen behind the objects
   std::filesystem::path file;          ///< environment: image, or empty
   std::array<int, 2> size_px{32, 16};  ///< environment without file
   Triple init{1.0, 1.0, 1.0};          ///< its texels; radiance of kConstant
-  Triple intensity{
-      1.0, 1.0, 1.0};  ///< factor of an environment; W/sr of a point; irradiance of a directional
-  Triple axis{0.0, 1.0, 0.0};  ///< rotation of an environment
+  /// Factor of an environment or projector; W/sr of a point or spot; irradiance of a directional;
+  /// radiance of an area.
+  Triple intensity{1.0, 1.0, 1.0};
+  Triple axis{0.0, 1.0, 0.0};  ///< rotation of all but points and areas
   double angle = 0.0;
   Triple position{0.0, 0.0, 0.0};
-  Triple direction{0.0, -1.0, 0.0};  ///< as written, not normalised, not zero
+  Triple direction{0.0, -1.0, 0.0};  ///< not normalised, not zero; of a target: towards it
+  Triple up{0.0, 1.0, 0.0};          ///< projector; not along the direction
+  double inner_angle = 0.3, outer_angle = 0.4;  ///< spot: radians from the axis
+  double fov = 0.6;                             ///< projector, along fov_axis of its picture
+  std::string fov_axis = "smaller";
+  std::string texture;  ///< projector; area, or empty
+  std::string mesh;     ///< area
+  bool two_sided = false;
 };
 
 struct SensorConfig {
   std::string name;
   std::array<int, 2> size_px{0, 0};
-  std::array<double, 2> focal_px{0.0, 0.0};  ///< fov is already turned into focal lengths
+  bool orthographic = false;
+  /// fov is already turned into focal lengths; orthographic: pixels per metre.
+  std::array<double, 2> focal_px{0.0, 0.0};
   std::array<double, 2> principal_point_px{0.0, 0.0};
   double k1 = 0.0, k2 = 0.0, k3 = 0.0, p1 = 0.0, p2 = 0.0;
   bool look_at = true;
   Triple origin{0.0, 0.0, 1.0}, target{0.0, 0.0, 0.0}, up{0.0, 1.0, 0.0};
   std::array<std::array<double, 4>, 4> world_from_camera{};  ///< rows, if not look_at
   std::optional<std::array<int, 4>> crop_px;                 ///< x y w h
+  enum class Filter { kBox, kTent, kGaussian } filter = Filter::kBox;
+  double filter_radius_px = 0.5;
+  double filter_sigma_px = 0.5;  ///< of a Gaussian
   double exposure_ev = 0.0;
 };
 
 struct RenderConfig {
   int spp = 64;
-  double sppe = 8.0;
+  double sppe = 8.0, spp_direct = 8.0, spp_indirect = 8.0, spp_pixel = 4.0;
   int max_bounces = 1;
   int rr_depth = 5;
+  bool interior = true, primary = true, direct = true, indirect = true, pixel = true;  ///< terms
+  bool material_form = false;
+  enum class Guiding { kNone, kGrid, kAdaptive } guiding = Guiding::kAdaptive;
+  double guide_share = 0.25;
 };
 
 struct GaussianConfig {
@@ -136,10 +195,9 @@ struct GaussianConfig {
 };
 
 struct UnknownConfig {
-  std::string name;    ///< "axe.vertices"
-  std::string object;  ///< "axe"; empty for exposure
-  std::string
-      property;  ///< vertices colors base_color roughness metallic intensity texels exposure
+  std::string name;      ///< "axe.vertices"
+  std::string object;    ///< "axe"; empty for all sensors
+  std::string property;  ///< as in the names: "vertices"
   bool log_transform = false;
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
@@ -195,6 +253,7 @@ struct ExperimentConfig {
   std::optional<InputConfig> input;
   std::vector<GeometryConfig> geometry;
   std::vector<MaterialConfig> materials;
+  std::vector<TextureConfig> textures;
   std::vector<LightConfig> lights;
   std::vector<SensorConfig> sensors;
   RenderConfig render;
@@ -208,6 +267,9 @@ struct ExperimentConfig {
   std::string given_text;     ///< byte copy of the file
   std::string resolved_yaml;  ///< every value with the place it came from; runs alone
 };
+
+/// Name of the mesh with one material of a file: "room-oak"; what a name may not hold becomes '_'.
+std::string GroupMeshName(const std::string& geometry, const std::string& usemtl);
 
 /// Reads, overrides, validates. Throws ConfigError with all problems. Nothing but the file itself
 /// is opened.

@@ -70,6 +70,37 @@ StageConfig ReadStage(const YamlNode& node, const std::string& path, ConfigReadi
   return stage;
 }
 
+void ReadRender(const MapReader& map, ConfigReading& reading) {
+  RenderConfig& render = reading.config.render;
+  map.Get("spp", render.spp);
+  map.Get("sppe", render.sppe);
+  map.Get("spp_direct", render.spp_direct);
+  map.Get("spp_indirect", render.spp_indirect);
+  map.Get("spp_pixel", render.spp_pixel);
+  map.Get("max_bounces", render.max_bounces);
+  map.Get("rr_depth", render.rr_depth);
+  if (const YamlNode* list = map.Find("terms")) {
+    std::vector<std::string> terms;
+    for (const YamlNode& item : list->items) {
+      if (Contains(terms, item.text)) {
+        reading.Report(item.place, "render.terms", "'" + item.text + "' is given twice");
+      }
+      terms.push_back(item.text);
+    }
+    render.interior = Contains(terms, "interior");
+    render.primary = Contains(terms, "primary");
+    render.direct = Contains(terms, "direct");
+    render.indirect = Contains(terms, "indirect");
+    render.pixel = Contains(terms, "pixel");
+  }
+  render.material_form = map.TextOf("form") == "material";
+  const std::string guiding = map.TextOf("guiding");
+  render.guiding = guiding == "none"   ? RenderConfig::Guiding::kNone
+                   : guiding == "grid" ? RenderConfig::Guiding::kGrid
+                                       : RenderConfig::Guiding::kAdaptive;
+  map.Get("guide_share", render.guide_share);
+}
+
 }  // namespace
 
 void ReadStages(ConfigReading& reading) {
@@ -96,11 +127,7 @@ void ReadStages(ConfigReading& reading) {
 void ReadSettings(ConfigReading& reading) {
   ExperimentConfig& config = reading.config;
   const MapReader root(&reading.root);
-  const MapReader render = root.Map("render");
-  render.Get("spp", config.render.spp);
-  render.Get("sppe", config.render.sppe);
-  render.Get("max_bounces", config.render.max_bounces);
-  render.Get("rr_depth", config.render.rr_depth);
+  ReadRender(root.Map("render"), reading);
 
   const MapReader loss = root.Map("loss");
   config.loss.relative = loss.TextOf("residual") == "relative";

@@ -5,22 +5,16 @@
 #include <fmt/format.h>
 
 #include "app/config/apply_schema.h"
+#include "app/config/field_of_view.h"
 #include "app/config/map_reader.h"
 #include "app/config/read_config.h"
+#include "app/config/triple.h"
 
 namespace pathfit::app {
 namespace {
 
 // Rows of a pose may be rounded by whoever wrote them.
 constexpr double kRotationTolerance = 1e-4;
-
-double SideOf(const std::string& axis, double width, double height) {
-  if (axis == "x") return width;
-  if (axis == "y") return height;
-  if (axis == "larger") return std::max(width, height);
-  if (axis == "diagonal") return std::hypot(width, height);
-  return std::min(width, height);
-}
 
 void ReadIntrinsics(YamlNode& node, SensorConfig& sensor) {
   const MapReader map(&node);
@@ -33,10 +27,15 @@ void ReadIntrinsics(YamlNode& node, SensorConfig& sensor) {
   } else if (map.Has("fov_deg")) {
     double degrees = 0.0;
     map.Get("fov_deg", degrees);
-    const double side = SideOf(map.TextOf("fov_axis"), width, height);
-    const double length = 0.5 * side / std::tan(degrees * std::numbers::pi / 360.0);
+    const double length =
+        FocalLength(degrees * std::numbers::pi / 180.0, map.TextOf("fov_axis"), width, height);
     sensor.focal_px = {length, length};
+  } else if (map.Has("height_m")) {
+    double metres = 0.0;
+    map.Get("height_m", metres);
+    sensor.focal_px = {height / metres, height / metres};
   }
+  sensor.orthographic = map.TextOf("type") == "orthographic";
   sensor.principal_point_px = {0.5 * width, 0.5 * height};
   if (map.Has("principal_point_px")) {
     map.Get("principal_point_px", sensor.principal_point_px);
@@ -76,11 +75,20 @@ void ReadCrop(const MapReader& map,
   }
 }
 
-Triple Cross(const Triple& a, const Triple& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+// Completes a filter that is a map by the radius of its shape.
+void ReadFilter(YamlNode* node, SensorConfig& sensor) {
+  if (node == nullptr) return;
+  const std::string shape = node->IsMap() ? MapReader(node).TextOf("type") : node->text;
+  if (shape != "tent" && shape != "gaussian") return;
+  sensor.filter = shape == "tent" ? SensorConfig::Filter::kTent : SensorConfig::Filter::kGaussian;
+  sensor.filter_radius_px = shape == "tent" ? 1.0 : 2.0;
+  if (!node->IsMap()) return;
+  if (node->Find("radius_px") == nullptr) {
+    node->entries.push_back({"radius_px", Place{}, DefaultValue(shape == "tent" ? "1" : "2")});
+  }
+  MapReader(node).Get("radius_px", sensor.filter_radius_px);
+  MapReader(node).Get("sigma_px", sensor.filter_sigma_px);
 }
-
-double Norm(const Triple& v) { return std::hypot(v[0], v[1], v[2]); }
 
 void ReadLookAt(const YamlNode& node,
                 const std::string& path,
@@ -91,14 +99,11 @@ void ReadLookAt(const YamlNode& node,
   map.Get("target_m", sensor.target);
   map.Get("up", sensor.up);
   if (!map.Has("origin_m") || !map.Has("target_m")) return;
-  const Triple view = {sensor.target[0] - sensor.origin[0],
-                       sensor.target[1] - sensor.origin[1],
-                       sensor.target[2] - sensor.origin[2]};
-  constexpr double kParallel = 1e-9;
+  const Triple view = Minus(sensor.target, sensor.origin);
   if (Norm(view) == 0.0) {
     reading.Report(
         map.Find("target_m")->place, path + ".target_m", "the target is where the camera stands");
-  } else if (Norm(Cross(view, sensor.up)) <= kParallel * Norm(view) * Norm(sensor.up)) {
+  } else if (AreParallel(view, sensor.up)) {
     const YamlNode* up = map.Find("up");
     const bool given = up != nullptr && up->place.source != Place::Source::kDefault;
     reading.Report(given ? up->place : node.place,
@@ -142,6 +147,7 @@ SensorConfig ReadSensor(YamlEntry& entry, ConfigReading& reading) {
   ReadIntrinsics(entry.value, sensor);
   const MapReader map(&entry.value);
   ReadCrop(map, path, reading, sensor);
+  ReadFilter(entry.value.Find("filter"), sensor);
   const MapReader pose = map.Map("pose");
   if (const YamlNode* look_at = pose.Find("look_at")) {
     ReadLookAt(*look_at, path + ".pose.look_at", reading, sensor);

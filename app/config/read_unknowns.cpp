@@ -80,7 +80,7 @@ void ReadTransform(YamlNode& node,
     return;
   }
   unknown.log_transform = transform->text == "log";
-  if (unknown.log_transform && kind.default_bounds.empty()) {
+  if (unknown.log_transform && (kind.default_bounds.empty() || kind.smallest < 0.0)) {
     reading.Report(transform->place, path + ".transform", "log does not fit " + kind.property);
   }
 }
@@ -126,7 +126,7 @@ void ReadPrior(const YamlEntry& entry,
     const YamlNode* mean = prior.Find("mean");
     if (mean == nullptr) return;
     gaussian.mean = NumbersOf(*mean);
-    if (gaussian.mean.size() > 1 && !kind.has_channels) {
+    if (gaussian.mean.size() > 1 && kind.num_components == 1) {
       reading.Report(mean->place, path + ".gaussian.mean", kind.property + " is one number");
     }
   }
@@ -153,6 +153,21 @@ void ReadPriors(const MapReader& map,
   }
 }
 
+// What no fit can move must be held where there is one.
+void CheckFit(const YamlEntry& entry,
+              const UnknownKind& kind,
+              ConfigReading& reading,
+              const UnknownConfig& unknown) {
+  const YamlNode* stages = reading.root.Find("stages");
+  const bool fits = stages != nullptr && !stages->items.empty();
+  if (kind.can_be_fitted || unknown.hold || !fits) return;
+  reading.Report(entry.key_place,
+                 "unknowns",
+                 "'" + entry.key +
+                     "' cannot be fitted, only checked and rendered; take it out, or write hold: "
+                     "true");
+}
+
 }  // namespace
 
 void ReadUnknowns(ConfigReading& reading) {
@@ -164,9 +179,8 @@ void ReadUnknowns(ConfigReading& reading) {
     const std::size_t dot = entry.key.find('.');
     unknown.object = dot == std::string::npos ? "" : entry.key.substr(0, dot);
     unknown.property = dot == std::string::npos ? entry.key : entry.key.substr(dot + 1);
-    const std::string problem = UnknownNameProblem(entry.key, reading);
+    const auto [kind, problem] = FindUnknown(entry.key, reading);
     if (!problem.empty()) reading.Report(entry.key_place, "unknowns", problem);
-    const UnknownKind* kind = FindUnknownKind(unknown.property);
     if (kind != nullptr && entry.value.IsMap()) {
       const std::string path = "unknowns." + entry.key;
       const MapReader map(&entry.value);
@@ -175,6 +189,7 @@ void ReadUnknowns(ConfigReading& reading) {
       ReadPriors(map, *kind, path, reading, unknown);
       ReadBounds(entry.value, *kind, path, reading, unknown);
       ReadTransform(entry.value, *kind, path, reading, unknown);
+      CheckFit(entry, *kind, reading, unknown);
     }
     reading.config.unknowns.push_back(std::move(unknown));
   }

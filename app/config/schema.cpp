@@ -9,26 +9,73 @@
 namespace pathfit::app {
 namespace {
 
+SchemaNode Budget(const char* key, const char* value, const char* doc) {
+  return Number(key, doc).From(0.0, 1 << 20).Default(value);
+}
+
 SchemaNode RenderSchema() {
   return Map("render",
              {Integer("spp", "Samples per pixel of `pathfit render`.")
                   .From(1, 1 << 20)
                   .Default("64"),
-              Number(
-                  "sppe",
-                  "Samples of silhouettes, borders and creases, per pixel, of derivative images.")
-                  .From(0.0, 1 << 20)
-                  .Default("8"),
-              Integer("max_bounces", "1 = direct light only.").From(1, 64).Default("1"),
+              Budget("sppe",
+                     "8",
+                     "Samples of primary boundaries in derivatives, per pixel of their length: "
+                     "silhouettes, borders and creases as the camera sees them."),
+              Budget("spp_direct",
+                     "8",
+                     "Samples per pixel of direct boundaries: edges between a light and a surface "
+                     "(shadows)."),
+              Budget("spp_indirect",
+                     "8",
+                     "Samples per pixel of indirect boundaries: edges between two surfaces "
+                     "(interreflections)."),
+              Budget("spp_pixel",
+                     "4",
+                     "Samples per pixel of pixel boundaries: surfaces that move over the border of "
+                     "a box filter; only with `form: material`."),
+              Integer("max_bounces",
+                      "1 = direct light only, 0 = only what shines or is seen behind the objects.")
+                  .From(0, 64)
+                  .Default("1"),
               Integer("rr_depth", "Bounces after which Russian roulette may end a path.")
                   .From(1, 64)
                   .Default("5"),
-              Choice("pixel_filter", {"box"}, "How samples become pixels.")
+              List("terms",
+                   Choice("", {"interior", "primary", "direct", "indirect", "pixel"}, ""),
+                   "Parts of the derivative that are computed. Without one of them it is right "
+                   "only where that part is zero.")
+                  .Items(1, 5)
+                  .Default("[interior, primary, direct, indirect, pixel]"),
+              Choice("form",
+                     {"image", "material"},
+                     "Where the derivative is taken of the part of a path next to the camera: "
+                     "`image`: at fixed pixels; `material`: at fixed points of the surfaces. Both "
+                     "give the same.")
+                  .Default("image"),
+              Choice("guiding",
+                     {"none", "grid", "adaptive"},
+                     "How boundary samples find what contributes: not at all, by a regular grid, "
+                     "or by one that is refined where it matters. All give the same mean.")
+                  .Default("adaptive"),
+              Number("guide_share", "Share of the boundary samples spent on building the guide.")
+                  .Between(0.0, 1.0)
+                  .Default("0.25"),
+              Choice("pixel_filter",
+                     {"box"},
+                     "How samples become pixels of photos; sensors have their own `filter`.")
                   .Default("box")
-                  .Refuse({{"tent", ""}, {"gaussian", ""}})},
-             "How pictures are computed.")
+                  .Refuse({{"tent", "; write filter in scene.sensors"},
+                           {"gaussian", "; write filter in scene.sensors"}})},
+             "How pictures and derivatives are computed.")
       .Always()
-      .Refuse({{"sppse", "; moving shadows are not in the derivatives"},
+      .Refuse({{"sppse", "; write spp_direct and spp_indirect"},
+               {"sppse0", "; write spp_direct"},
+               {"sppse1", "; write spp_indirect"},
+               {"sppe0", "; write spp_pixel"},
+               {"sppp", "; write sppe"},
+               {"sppi", "; write spp_direct and spp_indirect"},
+               {"sppc", "; write spp"},
                {"reseed", "; every round has its own samples"}});
 }
 
@@ -159,6 +206,8 @@ std::string DescribeList(const SchemaNode& node) {
       return "a list of " + count + "lists" + least + ", each " + DescribeType(item);
     case SchemaNode::Type::kMap:
       return "a list of " + count + "maps" + least;
+    case SchemaNode::Type::kChoice:
+      return "a list of " + count + "words" + least + " out of " + Joined(item.words);
     default:
       return "a list of " + count + "texts" + least;
   }

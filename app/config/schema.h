@@ -48,7 +48,8 @@ struct SchemaNode {
   std::string key;  ///< of a child of a map; kNamedMap items: what a name stands for, "MATERIAL"
   std::string doc;
   Presence presence = Presence::kOptional;
-  std::string default_yaml;
+  std::vector<std::string> required_values;  ///< kRequired only for these values of `when_key`
+  std::string default_yaml;                  ///< also of what is required for other values only
   std::string default_doc;  ///< for the reference where the default depends on other values
   std::string unit;
   NumberRange range{0.0, 0.0, false, false, false};
@@ -57,11 +58,13 @@ struct SchemaNode {
   std::vector<Unsupported> unsupported;  ///< keys of a map, or values of a choice
   std::vector<SchemaNode> children;
   int min_items = 0;
-  int max_items = 0;     ///< 0 = any number
-  std::string one_of;    ///< exactly one sibling with the same text here must be given
-  std::string needs;     ///< a sibling that must be given too
+  int max_items = 0;   ///< 0 = any number
+  std::string one_of;  ///< exactly one sibling with the same text here must be given
+  std::vector<std::string> one_of_values;  ///< or at most one, but for these values of `when_key`
+  std::string needs;                       ///< a sibling that must be given too
   std::string when_key;  ///< belongs only to maps whose `when_key` has one of when_values
   std::vector<std::string> when_values;
+  bool free_names = false;  ///< kNamedMap: names from other programs, of any characters
 
   [[nodiscard]] const SchemaNode* Child(const std::string& name) const;
 
@@ -69,6 +72,9 @@ struct SchemaNode {
   SchemaNode& Default(std::string yaml);
   SchemaNode& DefaultIs(std::string text);
   SchemaNode& Required();
+  /// Required for these values of the sibling named by When; for others it has `yaml` as default,
+  /// if that is not empty.
+  SchemaNode& RequiredFor(std::vector<std::string> values, std::string yaml = "");
   SchemaNode& Always();
   SchemaNode& Unit(std::string text);
   SchemaNode& From(double lower, double upper);
@@ -80,8 +86,11 @@ struct SchemaNode {
   SchemaNode& Refuse(std::vector<Unsupported> list);
   SchemaNode& Items(int min_count, int max_count);
   SchemaNode& OneOf(std::string group);
+  /// One of the group at most; exactly one for these values of the sibling named by When.
+  SchemaNode& OneOfFor(std::string group, std::vector<std::string> values);
   SchemaNode& Needs(std::string sibling);
   SchemaNode& When(std::string sibling, std::vector<std::string> values);
+  SchemaNode& FreeNames();
 };
 
 /// Schema of the whole file.

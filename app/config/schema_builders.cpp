@@ -31,6 +31,12 @@ SchemaNode& SchemaNode::Required() {
   presence = Presence::kRequired;
   return *this;
 }
+SchemaNode& SchemaNode::RequiredFor(std::vector<std::string> values, std::string yaml) {
+  presence = Presence::kRequired;
+  required_values = std::move(values);
+  default_yaml = std::move(yaml);
+  return *this;
+}
 SchemaNode& SchemaNode::Always() {
   presence = Presence::kDefaulted;
   return *this;
@@ -77,6 +83,11 @@ SchemaNode& SchemaNode::OneOf(std::string group) {
   one_of = std::move(group);
   return *this;
 }
+SchemaNode& SchemaNode::OneOfFor(std::string group, std::vector<std::string> values) {
+  one_of = std::move(group);
+  one_of_values = std::move(values);
+  return *this;
+}
 SchemaNode& SchemaNode::Needs(std::string sibling) {
   needs = std::move(sibling);
   return *this;
@@ -84,6 +95,10 @@ SchemaNode& SchemaNode::Needs(std::string sibling) {
 SchemaNode& SchemaNode::When(std::string sibling, std::vector<std::string> values) {
   when_key = std::move(sibling);
   when_values = std::move(values);
+  return *this;
+}
+SchemaNode& SchemaNode::FreeNames() {
+  free_names = true;
   return *this;
 }
 

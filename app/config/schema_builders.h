@@ -33,6 +33,11 @@ SchemaNode Rotation(std::string key, std::string doc);
 // The parts of the tree.
 SchemaNode InputSchema();
 SchemaNode SceneSchema();
+SchemaNode GeometrySchema();
+SchemaNode MaterialsSchema();
+SchemaNode TexturesSchema();
+SchemaNode LightsSchema();
+SchemaNode SensorsSchema();
 SchemaNode UnknownsSchema();
 SchemaNode StagesSchema();
 

@@ -21,7 +21,7 @@ SchemaNode PriorSchema() {
                    Number("sigma", "How far from it the value is believed to be.")
                        .Above(0.0)
                        .Required()},
-                  "Base colour, roughness, metallic and light intensity: near a known value.")
+                  "Near a known value.")
                   .OneOf("prior")},
              "")
       .Refuse({{"normal_consistency", "; write laplacian"},
@@ -44,24 +44,25 @@ SchemaNode UnknownsSchema() {
                   .Refuse({{"displacement", ""}, {"rigid", ""}})},
              "Vertices: how they move.")
           .DefaultIs("`vertices`: each alone");
-  return NamedMap(
-      "unknowns",
-      "OBJECT.PROPERTY",
-      Map("",
-          {List("bounds", Number("", "").OrInfinite(), "Lower and upper limit of each number.")
-               .Items(2, 2)
-               .DefaultIs("by kind, see below"),
-           Choice("transform",
-                  {"identity", "log"},
-                  "`log`: the logarithm is what the solver moves (never negative).")
-               .DefaultIs("`log` for texels and intensity, else `identity`"),
-           Bool("hold", "Known to the program, never freed.").Default("false"),
-           parametrisation,
-           List("priors", PriorSchema(), "What is believed beforehand.").Default("[]")},
-          "What may change."),
-      "What may move, how, and between which limits. Names: `MESH.vertices`, `MESH.colors`, "
-      "`MATERIAL.base_color`, `MATERIAL.roughness`, `MATERIAL.metallic`, `LIGHT.intensity`, "
-      "`LIGHT.texels`, `exposure`.");
+  return NamedMap("unknowns",
+                  "OBJECT.PROPERTY",
+                  Map("",
+                      {List("bounds",
+                            Number("", "").OrInfinite(),
+                            "Lower and upper limit of each number.")
+                           .Items(2, 2)
+                           .DefaultIs("by kind, see below"),
+                       Choice("transform",
+                              {"identity", "log"},
+                              "`log`: the logarithm is what the solver moves (never negative).")
+                           .DefaultIs("by kind, see below"),
+                       Bool("hold", "Known to the program, never freed.").Default("false"),
+                       parametrisation,
+                       List("priors", PriorSchema(), "What is believed beforehand.").Default("[]")},
+                      "What may change."),
+                  "What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "
+                  "below.")
+      .FreeNames();
 }
 
 SchemaNode StagesSchema() {

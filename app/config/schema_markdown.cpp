@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/config/schema.h"
-#include "app/config/unknown_names.h"
+#include "app/config/unknown_kinds.h"
 
 namespace pathfit::app {
 namespace {
@@ -16,18 +16,25 @@ std::string Joined(const std::vector<std::string>& words, const std::string& bet
 }
 
 std::string DefaultText(const SchemaNode& node) {
-  if (node.presence == Presence::kRequired) return "**required**";
+  if (node.presence == Presence::kRequired && node.required_values.empty()) return "**required**";
+  if (node.presence == Presence::kRequired) {
+    const std::string otherwise =
+        node.default_yaml.empty() ? "" : ", else `" + node.default_yaml + "`";
+    return "**required** for " + Joined(node.required_values, ", ") + otherwise;
+  }
   if (!node.default_doc.empty()) return node.default_doc;
   if (!node.one_of.empty()) return "one of these";
-  const bool map = node.type == Type::kMap || node.type == Type::kNamedMap;
+  const bool map =
+      node.default_yaml.empty() && (node.type == Type::kMap || node.type == Type::kNamedMap);
   if (node.presence == Presence::kDefaulted && !map) return "`" + node.default_yaml + "`";
   return map && node.presence == Presence::kDefaulted ? "as below" : "none";
 }
 
-std::string MeaningText(const SchemaNode& node) {
+// `map` holds the key.
+std::string MeaningText(const SchemaNode& map, const SchemaNode& node) {
   std::string out = node.doc;
   if (!node.unit.empty()) out += " [" + node.unit + "]";
-  if (!node.when_key.empty()) {
+  if (!node.when_key.empty() && node.when_values.size() < map.Child(node.when_key)->words.size()) {
     out += fmt::format(" Only for {} {}.", node.when_key, Joined(node.when_values, ", "));
   }
   if (!node.needs.empty()) out += " Only with `" + node.needs + "`.";
@@ -38,15 +45,18 @@ class ReferenceWriter {
  public:
   // Rows of the keys of a map and of everything below.
   void WriteRows(const SchemaNode& map, const std::string& prefix) {
-    for (const SchemaNode& child : map.children) WriteRow(child, prefix + child.key);
+    for (const SchemaNode& child : map.children) WriteRow(map, child, prefix + child.key);
   }
   [[nodiscard]] const std::string& text() const { return text_; }
   void Add(const std::string& line) { text_ += line + "\n"; }
 
  private:
-  void WriteRow(const SchemaNode& node, const std::string& path) {
-    Add(fmt::format(
-        "| `{}` | {} | {} | {} |", path, DescribeType(node), DefaultText(node), MeaningText(node)));
+  void WriteRow(const SchemaNode& map, const SchemaNode& node, const std::string& path) {
+    Add(fmt::format("| `{}` | {} | {} | {} |",
+                    path,
+                    DescribeType(node),
+                    DefaultText(node),
+                    MeaningText(map, node)));
     WriteBelow(node, path);
   }
   void WriteBelow(const SchemaNode& node, const std::string& path) {
@@ -55,7 +65,9 @@ class ReferenceWriter {
         WriteRows(node, path + ".");
         break;
       case Type::kNamedMap:
-        WriteRows(node.children.front(), path + "." + node.children.front().key + ".");
+        if (node.children.front().type == Type::kMap) {
+          WriteRows(node.children.front(), path + "." + node.children.front().key + ".");
+        }
         break;
       case Type::kList:
         if (node.children.front().type == Type::kMap) {
@@ -91,6 +103,21 @@ keeps it up to date (`PATHFIT_UPDATE_DOCS=1` rewrites it).
 
 )";
 
+constexpr const char* kUnknownsNotes = R"(
+* What a mesh, light or sensor must have is behind the name. `MESH.normals` and `MESH.uvs` need a
+  mesh that has them. Roughness below 0.1 is refused.
+* Positions and translations are in metres, rotations are rotation vectors (axis times radians),
+  angles are radians, `focal` and `principal_point` are pixels. An object turns and grows about the
+  middle of its bounding box, a light about its place, a camera about its centre.
+* `exposure` needs `input.exposure.model: gain` where there are photos. `camera.PROPERTY` is that of
+  all sensors; `SENSOR.PROPERTY` that of one of `scene.sensors`.
+* Not fitted: known to `gradcheck` and `render --derivative` only; in a fit they need `hold: true`.
+* `gradcheck.params` and `render --derivative` take these names with a component behind:
+  `mug.vertices.x` (all vertices along x), `mug.vertices[17].y` (one number), `mug.rotation.y`,
+  `paint.base_color.r`, `camera.principal_point.x`, `camera.distortion.1`, `lamp.angles.i` (inner)
+  and `.o` (outer).
+)";
+
 std::string RangeText(const UnknownKind& kind) {
   if (kind.default_bounds.empty()) return "none";
   return "`" + kind.default_bounds + "`";
@@ -98,29 +125,21 @@ std::string RangeText(const UnknownKind& kind) {
 
 std::string UnknownsTable() {
   std::string out =
-      "## Kinds of unknowns\n\n| name | bounds, if not given | transform, if not given | priors |\n"
+      "## Kinds of unknowns\n\n| name | bounds, if not given | transform, if not given | priors "
+      "|\n"
       "|---|---|---|---|\n";
   for (const UnknownKind& kind : UnknownKinds()) {
-    const std::string owner = kind.owner == UnknownKind::Owner::kMesh       ? "MESH."
-                              : kind.owner == UnknownKind::Owner::kMaterial ? "MATERIAL."
-                              : kind.owner == UnknownKind::Owner::kLight    ? "LIGHT."
-                                                                            : "";
     const std::string transform = kind.default_bounds.empty() ? "none"
                                   : kind.default_log          ? "`log`"
                                                               : "`identity`";
-    out += fmt::format("| `{}{}` | {} | {} | {} |\n",
-                       owner,
-                       kind.property,
+    out += fmt::format("| {}{} | {} | {} | {} |\n",
+                       DescribeOwner(kind),
+                       kind.can_be_fitted ? "" : " (not fitted)",
                        RangeText(kind),
                        transform,
                        kind.priors.empty() ? "none" : Joined(kind.priors, ", "));
   }
-  return out +
-         "\n`MESH.colors` needs a material with `base_color: {vertex: …}`, `MATERIAL.base_color` "
-         "one with\n`{constant: …}`; roughness and metallic need the model `metallic_roughness`, "
-         "`LIGHT.texels` an\n`envmap`, `exposure` `input.exposure.model: gain`. Roughness below "
-         "0.1 "
-         "is refused.\n";
+  return out + kUnknownsNotes;
 }
 
 void CollectUnsupported(const SchemaNode& node,

@@ -2,6 +2,7 @@
 #include <fstream>
 
 #include "app/experiment/experiment.h"
+#include "app/experiment/parameter_names.h"
 #include "optim/observation/load_observations.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
@@ -42,18 +43,6 @@ optim::ObservationOptions MakeObservationOptions(const InputConfig& input) {
   return options;
 }
 
-ParameterKind KindOf(const std::string& property) {
-  if (property == "vertices") return ParameterKind::kVertexPositions;
-  if (property == "colors") return ParameterKind::kVertexColors;
-  if (property == "base_color") return ParameterKind::kBaseColor;
-  if (property == "roughness") return ParameterKind::kRoughness;
-  if (property == "metallic") return ParameterKind::kMetallic;
-  if (property == "intensity") return ParameterKind::kLightIntensity;
-  if (property == "texels") return ParameterKind::kEnvironmentTexels;
-  PATHFIT_CHECK(property == "exposure");
-  return ParameterKind::kExposure;
-}
-
 template <class List>
 int IndexByName(const List& list, const std::string& name) {
   const auto found =
@@ -62,29 +51,21 @@ int IndexByName(const List& list, const std::string& name) {
   return static_cast<int>(found - list.begin());
 }
 
-int ObjectOf(const UnknownConfig& unknown, ParameterKind kind, const renderer::Scene& scene) {
-  switch (kind) {
-    case ParameterKind::kVertexPositions:
-    case ParameterKind::kVertexColors:
-      return IndexByName(scene.meshes, unknown.object);
-    case ParameterKind::kBaseColor:
-    case ParameterKind::kRoughness:
-    case ParameterKind::kMetallic:
-      return IndexByName(scene.materials, unknown.object);
-    case ParameterKind::kLightIntensity:
-    case ParameterKind::kEnvironmentTexels:
-      return IndexByName(scene.emitters, unknown.object);
-    case ParameterKind::kExposure:
-      return -1;
+ParameterRef ParameterOf(const UnknownConfig& unknown, const renderer::Scene& scene) {
+  if (unknown.object.empty()) return {ParameterKind::kExposure, -1};
+  try {
+    return FindParameter(scene, unknown.object, unknown.property);
+  } catch (const renderer::SceneError& error) {
+    throw renderer::SceneError("unknown '" + unknown.name + "': " + error.what());
   }
-  return -1;
 }
 
 optim::UnknownSpec MakeUnknown(const UnknownConfig& config, const renderer::Scene& scene) {
   optim::UnknownSpec unknown;
   unknown.name = config.name;
-  unknown.kind = KindOf(config.property);
-  unknown.object = ObjectOf(config, unknown.kind, scene);
+  const ParameterRef parameter = ParameterOf(config, scene);
+  unknown.kind = parameter.kind;
+  unknown.object = parameter.object;
   unknown.parameterization =
       config.log_transform ? optim::Parameterization::kLog : optim::Parameterization::kIdentity;
   unknown.lower = config.lower;
@@ -171,18 +152,17 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
     }
     experiment.assumptions = experiment.observations.assumptions;
   }
-  experiment.scene = BuildScene(config, experiment.observations, experiment.input_files);
+  experiment.scene =
+      BuildScene(config, experiment.observations, experiment.input_files, experiment.assumptions);
   experiment.fit = BuildFitSpec(config, experiment.scene);
-
-  const bool moves = std::any_of(
-      experiment.fit.unknowns.begin(), experiment.fit.unknowns.end(), [](const auto& u) {
-        return u.kind == ParameterKind::kVertexPositions && !u.hold;
-      });
-  if (moves) {
-    experiment.assumptions.emplace_back(
-        "Derivatives by vertices hold shading, interreflection and silhouettes; how shadows and "
-        "hidden parts of "
-        "interreflections move with the vertices is not in them.");
+  for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+    if (unknown.kind != ParameterKind::kVertexPositions || unknown.hold) continue;
+    const auto& mesh = experiment.scene.meshes[static_cast<std::size_t>(unknown.object)];
+    if (!mesh.mesh.normals.empty()) {
+      experiment.assumptions.push_back("The shading normals of " + mesh.name +
+                                       " stay as they are when its vertices move; normals: flat "
+                                       "lets them follow.");
+    }
   }
   std::vector<std::filesystem::path> folders;
   for (const std::filesystem::path& file : experiment.input_files) {

@@ -1,13 +1,13 @@
 #include "app/experiment/direction.h"
 
-#include <array>
+#include <algorithm>
 #include <charconv>
 #include <optional>
 #include <string_view>
-#include <utility>
 
 #include <fnmatch.h>
 
+#include "app/experiment/parameter_names.h"
 #include "renderer/core/error.h"
 #include "renderer/sampler/counter_rng.h"
 
@@ -19,44 +19,27 @@ using renderer::ParameterKind;
 using renderer::ParameterLayout;
 using renderer::SceneError;
 
-constexpr std::array<std::pair<const char*, ParameterKind>, 7> kProperties = {{
-    {"vertices", ParameterKind::kVertexPositions},
-    {"colors", ParameterKind::kVertexColors},
-    {"base_color", ParameterKind::kBaseColor},
-    {"roughness", ParameterKind::kRoughness},
-    {"metallic", ParameterKind::kMetallic},
-    {"intensity", ParameterKind::kLightIntensity},
-    {"texels", ParameterKind::kEnvironmentTexels},
-}};
 constexpr std::uint64_t kDirectionDomain = 100;
 
 struct ParsedName {
   std::string object, property;
   std::optional<std::int32_t> index;
-  std::optional<int> component;
+  std::optional<char> component;
 };
 
 [[noreturn]] void Fail(const std::string& name, const std::string& what) {
   throw SceneError("parameter '" + name + "': " + what);
 }
 
+// From the end: objects may have dots in their names (photos), properties have none.
 ParsedName Parse(const std::string& name) {
   ParsedName parsed;
-  const std::size_t dot = name.find('.');
-  if (dot == std::string::npos) {
-    Fail(name, "expected OBJECT.PROPERTY, for example axe.vertices.x");
-  }
-  parsed.object = name.substr(0, dot);
-  std::string rest = name.substr(dot + 1);
-  if (rest.size() > 2 && rest[rest.size() - 2] == '.') {
-    const char letter = rest.back();
-    const std::string letters = "xyzrgb";
-    const std::size_t at = letters.find(letter);
-    if (at == std::string::npos) {
-      Fail(name, "the component must be one of x, y, z, r, g, b");
-    }
-    parsed.component = static_cast<int>(at % 3);
-    rest.resize(rest.size() - 2);
+  std::string rest = name;
+  // A single letter is a component, unless only the object is left: gold.k, gold.k.r.
+  const std::size_t before = rest.size() > 2 ? rest.size() - 2 : 0;
+  if (before > 0 && rest[before] == '.' && rest.find('.') < before) {
+    parsed.component = rest.back();
+    rest.resize(before);
   }
   if (!rest.empty() && rest.back() == ']') {
     const std::size_t open = rest.find('[');
@@ -70,58 +53,80 @@ ParsedName Parse(const std::string& name) {
     parsed.index = index;
     rest.resize(open);
   }
-  parsed.property = rest;
+  const std::size_t dot = rest.rfind('.');
+  if (dot == std::string::npos) {
+    Fail(name, "expected OBJECT.PROPERTY, for example axe.vertices.x");
+  }
+  parsed.object = rest.substr(0, dot);
+  parsed.property = rest.substr(dot + 1);
   return parsed;
 }
 
-template <class List>
-int IndexOf(const List& list, const std::string& object, const std::string& name) {
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (list[i].name == object) {
-      return static_cast<int>(i);
-    }
+ParameterRef Find(const renderer::Scene& scene, const ParsedName& parsed, const std::string& name) {
+  try {
+    return FindParameter(scene, parsed.object, parsed.property);
+  } catch (const SceneError& error) {
+    Fail(name, error.what());
   }
-  std::string known;
-  for (const auto& item : list) {
-    known += (known.empty() ? "" : ", ") + item.name;
-  }
-  Fail(name, "no '" + object + "' with this property (known: " + known + ")");
 }
 
-int ObjectIndex(const renderer::Scene& scene,
-                ParameterKind kind,
-                const std::string& object,
-                const std::string& name) {
+// Blocks whose components have no sum that means something.
+bool NeedsComponent(ParameterKind kind) {
   switch (kind) {
-    case ParameterKind::kVertexPositions:
-    case ParameterKind::kVertexColors:
-      return IndexOf(scene.meshes, object, name);
-    case ParameterKind::kBaseColor:
-    case ParameterKind::kRoughness:
-    case ParameterKind::kMetallic:
-      return IndexOf(scene.materials, object, name);
+    case ParameterKind::kObjectTranslation:
+    case ParameterKind::kObjectRotation:
+    case ParameterKind::kLightPosition:
+    case ParameterKind::kLightRotation:
+    case ParameterKind::kCameraPosition:
+    case ParameterKind::kCameraRotation:
+      return true;
     default:
-      return IndexOf(scene.emitters, object, name);
+      return false;
   }
+}
+
+// Letters of a group's components: "xyz"; empty for single numbers.
+std::string ComponentsOf(const ParameterLayout& layout, const ParameterGroup& group) {
+  std::string letters;
+  for (int c = 0; group.block_size > 1 && c < group.block_size; ++c) {
+    letters += layout.ScalarName(group.first_block, c).back();
+  }
+  return letters;
+}
+
+std::optional<int> FindComponent(const ParsedName& parsed,
+                                 const ParameterLayout& layout,
+                                 const ParameterGroup& group,
+                                 const std::string& name) {
+  const std::string letters = ComponentsOf(layout, group);
+  std::string list;
+  for (const char letter : letters) list += (list.empty() ? "" : ", ") + std::string(1, letter);
+  if (!parsed.component) {
+    if (NeedsComponent(group.kind)) Fail(name, "a component is needed behind it: one of " + list);
+    return std::nullopt;
+  }
+  if (letters.empty()) Fail(name, "this property is a single number, without components");
+  const std::size_t at = letters.find(*parsed.component);
+  if (at == std::string::npos) Fail(name, "the component must be one of " + list);
+  return static_cast<int>(at);
 }
 
 Direction AllExposures(const renderer::Scene& scene) {
   Direction direction{"exposure", ParameterLayout(scene), {}};
-  for (std::size_t i = 0; i < scene.sensors.size(); ++i) {
-    direction.layout.Add(ParameterKind::kExposure, static_cast<int>(i));
-  }
+  AddParameter({ParameterKind::kExposure, -1}, scene, direction.layout);
   direction.values.assign(scene.sensors.size(), 1.0);
   return direction;
 }
 
 constexpr std::string_view kScaleSuffix = ".vertices.scale";
 
-Direction ScaleOfMesh(const renderer::Scene& scene, const std::string& name) {
-  const std::string object = name.substr(0, name.size() - kScaleSuffix.size());
-  const int mesh = IndexOf(scene.meshes, object, name);
+Direction ScaleOfVertices(const renderer::Scene& scene, const std::string& name) {
+  const ParsedName parsed{
+      name.substr(0, name.size() - kScaleSuffix.size()), "vertices", std::nullopt, std::nullopt};
+  const ParameterRef parameter = Find(scene, parsed, name);
   Direction direction{name, ParameterLayout(scene), {}};
-  direction.layout.Add(ParameterKind::kVertexPositions, mesh);
-  const auto& positions = scene.meshes[static_cast<std::size_t>(mesh)].mesh.positions;
+  direction.layout.Add(parameter.kind, parameter.object);
+  const auto& positions = scene.meshes[static_cast<std::size_t>(parameter.object)].mesh.positions;
   renderer::Vec3 mean;
   for (const renderer::Vec3& p : positions) {
     mean += p / static_cast<double>(positions.size());
@@ -133,6 +138,26 @@ Direction ScaleOfMesh(const renderer::Scene& scene, const std::string& name) {
   return direction;
 }
 
+// Values of one group, written from its first scalar on.
+void SetValues(const ParsedName& parsed,
+               std::optional<int> component,
+               const ParameterGroup& group,
+               std::vector<double>& values) {
+  const bool whole_field = group.num_blocks > 1 && !parsed.index && !component;
+  renderer::CounterRng rng(0, kDirectionDomain, 0, 0, 0);
+  for (std::int32_t block = 0; block < group.num_blocks; ++block) {
+    for (int c = 0; c < group.block_size; ++c) {
+      const double random = 2.0 * rng.Next() - 1.0;
+      const bool chosen =
+          (!parsed.index || *parsed.index == block) && (!component || *component == c);
+      if (chosen) {
+        values[static_cast<std::size_t>(group.first_scalar + block * group.block_size + c)] =
+            whole_field ? random : 1.0;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Direction ParseDirection(const renderer::Scene& scene, const std::string& name) {
@@ -140,44 +165,33 @@ Direction ParseDirection(const renderer::Scene& scene, const std::string& name) 
     return AllExposures(scene);
   }
   if (name.ends_with(kScaleSuffix)) {
-    return ScaleOfMesh(scene, name);
+    return ScaleOfVertices(scene, name);
   }
   const ParsedName parsed = Parse(name);
-  const std::pair<const char*, ParameterKind>* property = nullptr;
-  for (const auto& candidate : kProperties) {
-    if (parsed.property == candidate.first) {
-      property = &candidate;
-    }
-  }
-  if (property == nullptr) {
-    Fail(name,
-         "no property '" + parsed.property +
-             "' (known: vertices, colors, base_color, roughness, metallic, intensity, texels)");
-  }
+  const ParameterRef parameter = Find(scene, parsed, name);
   Direction direction{name, ParameterLayout(scene), {}};
-  direction.layout.Add(property->second, ObjectIndex(scene, property->second, parsed.object, name));
-  const ParameterGroup& group = direction.layout.groups().front();
-  if (parsed.component && group.block_size == 1) {
-    Fail(name, "this property is a single number, without components");
+  try {
+    AddParameter(parameter, scene, direction.layout);
+  } catch (const SceneError& error) {
+    Fail(name, error.what());
   }
-  if (parsed.index && *parsed.index >= group.num_blocks) {
-    Fail(name, "the index must be below " + std::to_string(group.num_blocks));
-  }
-  const bool whole_field = group.num_blocks > 1 && !parsed.index && !parsed.component;
   direction.values.assign(static_cast<std::size_t>(direction.layout.NumScalars()), 0.0);
-  renderer::CounterRng rng(0, kDirectionDomain, 0, 0, 0);
-  for (std::int32_t block = 0; block < group.num_blocks; ++block) {
-    for (int c = 0; c < group.block_size; ++c) {
-      const double random = 2.0 * rng.Next() - 1.0;
-      const bool chosen = (!parsed.index || *parsed.index == block) &&
-                          (!parsed.component || *parsed.component == c);
-      if (chosen) {
-        direction.values[static_cast<std::size_t>(block * group.block_size + c)] =
-            whole_field ? random : 1.0;
-      }
+  for (const ParameterGroup& group : direction.layout.groups()) {
+    const std::optional<int> component = FindComponent(parsed, direction.layout, group, name);
+    if (parsed.index && *parsed.index >= group.num_blocks) {
+      Fail(name, "the index must be below " + std::to_string(group.num_blocks));
     }
+    SetValues(parsed, component, group, direction.values);
   }
   return direction;
+}
+
+std::vector<std::string> DirectionNames(const renderer::Scene& scene, const std::string& unknown) {
+  if (unknown == "exposure") return {unknown};
+  const ParsedName parsed = Parse(unknown);
+  const ParameterRef parameter = Find(scene, parsed, unknown);
+  if (parsed.component || !NeedsComponent(parameter.kind)) return {unknown};
+  return {unknown + ".x", unknown + ".y", unknown + ".z"};
 }
 
 bool MatchesGlob(const std::string& pattern, const std::string& name) {

@@ -11,20 +11,28 @@ namespace pathfit::app {
 /// differentiate by.
 struct Direction {
   std::string name;
-  renderer::ParameterLayout layout;  ///< one group (all sensors for exposure)
+  renderer::ParameterLayout layout;  ///< one group, or one of every sensor
   std::vector<double> values;        ///< over the layout's scalars, per unit of the parameter
 };
 
-/// Directions by name:
-///   OBJECT.PROPERTY           all scalars of the group: 1 for constants; for vertices, colors and
-///   texels a fixed
-///                             pseudo-random number in [-1, 1] each
-///   OBJECT.PROPERTY.x|y|z|r|g|b   this component of all of them (vertices.x: the mesh moves along
-///   x) MESH.vertices.scale       grows about the mean of its vertices, per relative scale
-///   OBJECT.PROPERTY[i]        block i alone, and OBJECT.PROPERTY[i].x one scalar
-///   exposure                  the gain of every sensor
+/// Directions by name. Units are those of ParameterKind: metres, radians (rotation vectors),
+/// pixels.
+///   OBJECT.PROPERTY       all scalars of the group: 1 each; in a group of many blocks (vertices,
+///                         texels ...) a fixed pseudo-random number in [-1, 1] each. Places and
+///                         rotations need a component
+///   OBJECT.PROPERTY.c     this component of all blocks; c is x y z, r g b, u v, x y (focal,
+///                         principal_point), 1 2 3 (distortion), 1 2 (tangential), i o (angles:
+///                         inner, outer). vertices.x: the mesh moves along x
+///   MESH.vertices.scale   grows about the mean of its vertices, per relative scale
+///   OBJECT.PROPERTY[i]    block i alone, and OBJECT.PROPERTY[i].c one scalar
+///   camera.PROPERTY...    of every sensor, unless something is called camera
+///   exposure              the gain of every sensor
 /// Throws SceneError naming what does not exist.
 Direction ParseDirection(const renderer::Scene& scene, const std::string& name);
+
+/// Names of directions that together move all of an unknown: its own, or one for each component
+/// where it needs one. Throws SceneError as ParseDirection.
+std::vector<std::string> DirectionNames(const renderer::Scene& scene, const std::string& unknown);
 
 /// Whether the object and property of a direction's name match a glob pattern.
 bool MatchesGlob(const std::string& pattern, const std::string& name);

@@ -7,6 +7,7 @@
 #include "app/config/experiment_config.h"
 #include "optim/observation/observation.h"
 #include "optim/round/fit_spec.h"
+#include "renderer/render_options.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::app {
@@ -26,10 +27,15 @@ struct Experiment {
 /// the file or object.
 Experiment BuildExperiment(const ExperimentConfig& config);
 
-/// The scene's meshes, materials, lights and sensors; visual hulls are carved from `observations`.
+/// The scene's meshes, materials, textures, lights and sensors; visual hulls are carved from
+/// `observations`. `notes` says what was mended.
 renderer::Scene BuildScene(const ExperimentConfig& config,
                            const optim::ObservationSet& observations,
-                           std::vector<std::filesystem::path>& input_files);
+                           std::vector<std::filesystem::path>& input_files,
+                           std::vector<std::string>& notes);
+
+/// Budgets, terms, form, guiding, bounces and seed of `render` for a derivative or an image.
+renderer::RenderOptions MakeRenderOptions(const ExperimentConfig& config);
 
 /// Unknowns, stages and loss with names resolved to the scene's objects.
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene);

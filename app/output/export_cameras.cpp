@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using renderer::Mat3;
-using renderer::PerspectiveCamera;
+using renderer::Camera;
 using renderer::Transform;
 using renderer::Vec3;
 
@@ -49,8 +49,8 @@ Quaternion QuaternionFromRotation(const Mat3& r) {
 }
 
 /// x right, y down, z forward from world.
-Transform ComputerVisionPose(const PerspectiveCamera& camera) {
-  const Transform camera_from_world = renderer::RigidInverse(camera.world_from_camera);
+Transform ComputerVisionPose(const Camera& camera) {
+  const Transform camera_from_world = renderer::RigidInverse(renderer::CameraPose(camera));
   const Transform down_from_up{{{1.0, 0.0, 0.0}, {0.0, -1.0, 0.0}, {0.0, 0.0, -1.0}}, {}};
   return down_from_up * camera_from_world;
 }
@@ -60,7 +60,7 @@ std::string OneLine(std::string text) {
   return text;
 }
 
-std::string ColmapIntrinsics(const PerspectiveCamera& c) {
+std::string ColmapIntrinsics(const Camera& c) {
   const renderer::LensDistortion& d = c.distortion;
   const std::string pinhole = fmt::format("{} {} {} {}", c.fx, c.fy, c.cx, c.cy);
   const std::string size = fmt::format("{} {}", c.width, c.height);
@@ -80,12 +80,12 @@ Json MatrixRows(const Transform& t) {
 
 }  // namespace
 
-std::string TransformsJson(const std::vector<PerspectiveCamera>& cameras,
+std::string TransformsJson(const std::vector<Camera>& cameras,
                            const std::vector<std::string>& image_paths) {
   PATHFIT_CHECK(cameras.size() == image_paths.size());
   Json frames = Json::array();
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const PerspectiveCamera& c = cameras[i];
+    const Camera& c = cameras[i];
     Json frame = {{"file_path", image_paths[i]}, {"w", c.width}, {"h", c.height}};
     frame["camera_model"] = c.distortion.IsNone() ? "PINHOLE" : "OPENCV";
     frame["fl_x"] = c.fx;
@@ -99,14 +99,14 @@ std::string TransformsJson(const std::vector<PerspectiveCamera>& cameras,
       frame["p1"] = c.distortion.p1;
       frame["p2"] = c.distortion.p2;
     }
-    frame["transform_matrix"] = MatrixRows(c.world_from_camera);
+    frame["transform_matrix"] = MatrixRows(renderer::CameraPose(c));
     frames.push_back(std::move(frame));
   }
   const Json file = {{"frames", std::move(frames)}};
   return file.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-ColmapText ColmapModel(const std::vector<PerspectiveCamera>& cameras,
+ColmapText ColmapModel(const std::vector<Camera>& cameras,
                        const std::vector<std::string>& image_names) {
   PATHFIT_CHECK(cameras.size() == image_names.size());
   ColmapText text;
@@ -138,7 +138,7 @@ ColmapText ColmapModel(const std::vector<PerspectiveCamera>& cameras,
 }
 
 void WriteCameras(const std::filesystem::path& folder,
-                  const std::vector<PerspectiveCamera>& cameras,
+                  const std::vector<Camera>& cameras,
                   const std::vector<std::string>& image_names,
                   const std::vector<std::string>& image_paths) {
   renderer::WriteFileAtomically(folder / "transforms.json", TransformsJson(cameras, image_paths));

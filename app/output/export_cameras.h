@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "renderer/sensor/perspective_camera.h"
+#include "renderer/sensor/camera.h"
 
 namespace pathfit::app {
 
 /// nerfstudio's transforms.json: per-frame intrinsics, camera-to-world matrices in the scene's own
 /// frame and unit, x right, y up, looking along -z, pixel origin at the image corner. One path per
 /// camera.
-std::string TransformsJson(const std::vector<renderer::PerspectiveCamera>& cameras,
+std::string TransformsJson(const std::vector<renderer::Camera>& cameras,
                            const std::vector<std::string>& image_paths);
 
 /// A COLMAP text model without points: world-to-camera, x right, y down, z forward, pixel origin at
@@ -20,12 +20,12 @@ std::string TransformsJson(const std::vector<renderer::PerspectiveCamera>& camer
 struct ColmapText {
   std::string cameras, images, points;
 };
-ColmapText ColmapModel(const std::vector<renderer::PerspectiveCamera>& cameras,
+ColmapText ColmapModel(const std::vector<renderer::Camera>& cameras,
                        const std::vector<std::string>& image_names);
 
 /// transforms.json, cameras.txt, images.txt and points3D.txt. Throws IoError when not writable.
 void WriteCameras(const std::filesystem::path& folder,
-                  const std::vector<renderer::PerspectiveCamera>& cameras,
+                  const std::vector<renderer::Camera>& cameras,
                   const std::vector<std::string>& image_names,
                   const std::vector<std::string>& image_paths);
 

@@ -67,16 +67,82 @@ double StudentQuantile(double tail, double nu) {
   return z + first / nu + second / (nu * nu) + third / (nu * nu * nu);
 }
 
+bool IsAppearance(renderer::ParameterKind kind) {
+  using renderer::ParameterKind;
+  switch (kind) {
+    case ParameterKind::kVertexColors:
+    case ParameterKind::kBaseColor:
+    case ParameterKind::kRoughness:
+    case ParameterKind::kMetallic:
+    case ParameterKind::kEta:
+    case ParameterKind::kExtinction:
+    case ParameterKind::kTextureTexels:
+    case ParameterKind::kLightIntensity:
+    case ParameterKind::kSpotAngles:
+    case ParameterKind::kEnvironmentTexels:
+    case ParameterKind::kExposure:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Whether samples can change sides of an edge.
 bool MovesEdges(const renderer::ParameterLayout& layout) {
   return std::any_of(layout.groups().begin(), layout.groups().end(), [](const auto& group) {
-    return group.kind == renderer::ParameterKind::kVertexPositions;
+    return !IsAppearance(group.kind);
   });
+}
+
+bool CanContribute(Term term, const GradientCheckOptions& options, bool moves) {
+  switch (term) {
+    case Term::kInterior:
+      return true;
+    case Term::kPrimary:
+      return moves;
+    case Term::kDirect:
+      return moves && options.max_bounces > 0;
+    case Term::kIndirect:
+      return moves && options.max_bounces > 1;
+    case Term::kPixel:
+      return moves && options.form == renderer::DerivativeForm::kMaterial;
+  }
+  return false;
 }
 
 }  // namespace
 
+const char* TermName(Term term) {
+  switch (term) {
+    case Term::kInterior:
+      return "interior";
+    case Term::kPrimary:
+      return "primary";
+    case Term::kDirect:
+      return "direct";
+    case Term::kIndirect:
+      return "indirect";
+    case Term::kPixel:
+      return "pixel";
+  }
+  return "?";
+}
+
+renderer::DerivativeTerms OnlyTerm(Term term) {
+  return {term == Term::kInterior,
+          term == Term::kPrimary,
+          term == Term::kDirect,
+          term == Term::kIndirect,
+          term == Term::kPixel};
+}
+
+double TermScales::operator[](Term term) const {
+  const std::array<double, kAllTerms.size()> all = {interior, primary, direct, indirect, pixel};
+  return all[static_cast<std::size_t>(term)];
+}
+
 GradientCheckResult CheckGradient(const renderer::Scene& scene,
-                                  const renderer::PerspectiveCamera& camera,
+                                  const renderer::Camera& camera,
                                   int sensor,
                                   const renderer::ParameterLayout& layout,
                                   const std::vector<double>& direction,
@@ -96,37 +162,42 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   const renderer::Renderer at_plus = displaced(1.0);
   const renderer::Renderer at_minus = displaced(-1.0);
   const auto camera_of = [&](const renderer::Renderer& r) {
-    renderer::PerspectiveCamera c = camera;
-    if (sensor >= 0) {
-      c.gain = r.scene().sensors[static_cast<std::size_t>(sensor)].gain;
-    }
-    return c;
+    return sensor < 0 ? camera
+                      : renderer::ScaledCamera(r.scene().sensors[static_cast<std::size_t>(sensor)],
+                                               camera.width,
+                                               camera.height);
   };
 
   renderer::RenderOptions render;
   render.max_bounces = options.max_bounces;
   render.rr_depth = options.rr_depth;
   render.sppe = options.sppe;
+  render.spp_direct = options.spp_direct;
+  render.spp_indirect = options.spp_indirect;
+  render.spp_pixel = options.spp_pixel;
+  render.form = options.form;
+  render.guide = options.guide;
   render.cancel = options.cancel;
+  const bool moves = MovesEdges(layout);
   GradientCheckResult result;
   for (int r = 0; r < options.replicates; ++r) {
-    const auto derivative = [&](renderer::DerivativeTerms terms) {
-      renderer::FilmSink sink(layout, direction, camera.width, camera.height);
-      render.terms = terms;
-      at_center.RenderDerivative(camera, sensor, render, layout, sink);
-      return sink.film();
-    };
     render.seed = options.seed + 2 * static_cast<std::uint64_t>(r);
-    render.spp = options.spp;
-    result.interior.push_back(derivative({.interior = true, .primary = false}));
-    render.spp = 1;  // the primary boundary does not depend on it
-    result.primary.push_back(derivative({.interior = false, .primary = true}));
+    for (const Term term : kAllTerms) {
+      if (!CanContribute(term, options, moves)) {
+        continue;
+      }
+      render.terms = OnlyTerm(term);
+      render.spp = term == Term::kInterior ? options.spp : 1;
+      renderer::FilmSink sink(layout, direction, camera.width, camera.height);
+      at_center.RenderDerivative(camera_of(at_center), sensor, render, layout, sink);
+      result.terms[static_cast<std::size_t>(term)].push_back(sink.film());
+    }
     render.seed += 1;
     render.spp = options.difference_spp;
     const Film plus = at_plus.RenderPrimal(camera_of(at_plus), render);
     const Film minus = at_minus.RenderPrimal(camera_of(at_minus), render);
     result.difference.push_back(CentralDifference(plus, minus, options.step));
-    for (int c = 0; c < 4 && MovesEdges(layout); ++c) {
+    for (int c = 0; c < 4 && moves; ++c) {
       for (const Rgba& p : plus.pixels) {
         result.quantum[c] = std::max(result.quantum[c], p[c]);
       }
@@ -154,8 +225,12 @@ GradientComparison Compare(const GradientCheckResult& result,
       Rgba mean_difference;
       for (std::size_t r = 0; r < n; ++r) {
         const Rgba difference = TileSum(result.difference[r], x, y, side);
-        const Rgba estimate = TileSum(result.interior[r], x, y, side) * scales.interior +
-                              TileSum(result.primary[r], x, y, side) * scales.primary;
+        Rgba estimate;
+        for (const Term term : kAllTerms) {
+          if (!result[term].empty()) {
+            estimate += TileSum(result[term][r], x, y, side) * scales[term];
+          }
+        }
         errors.push_back(estimate - difference);
         mean_error += errors.back() * (1.0 / static_cast<double>(n));
         mean_difference += difference * (1.0 / static_cast<double>(n));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -13,7 +14,12 @@ struct GradientCheckOptions {
   int spp = 64;         ///< of one derivative replicate
   int difference_spp =
       256;  ///< of one replicate of the two displaced images, which share their random numbers
-  double sppe = 16.0;
+  double sppe = 16.0;  ///< boundary budgets as in RenderOptions, of one replicate
+  double spp_direct = 4.0;
+  double spp_indirect = 4.0;
+  double spp_pixel = 8.0;
+  renderer::DerivativeForm form = renderer::DerivativeForm::kImage;
+  renderer::GuideKind guide = renderer::GuideKind::kAdaptive;
   double step = 1e-3;  ///< half distance of the central difference, in units of the direction
   int max_bounces = 1;
   int rr_depth = 5;
@@ -21,16 +27,30 @@ struct GradientCheckOptions {
   const renderer::CancelFlag* cancel = nullptr;
 };
 
+/// The estimators that a derivative is the sum of.
+enum class Term { kInterior, kPrimary, kDirect, kIndirect, kPixel };
+inline constexpr std::array<Term, 5> kAllTerms = {
+    Term::kInterior, Term::kPrimary, Term::kDirect, Term::kIndirect, Term::kPixel};
+/// "interior", "primary", ...
+const char* TermName(Term term);
+/// Options with only one term on.
+renderer::DerivativeTerms OnlyTerm(Term term);
+
 /// Replicates of the terms of one directional derivative and of its central difference.
 struct GradientCheckResult {
-  std::vector<renderer::Film> interior, primary, difference;
+  std::array<std::vector<renderer::Film>, kAllTerms.size()> terms;  ///< empty: term was not run
+  std::vector<renderer::Film> difference;
   /// What one sample that changes sides of an edge adds to the mean difference. Where an edge
   /// barely touches a tile, few or no samples do, and the spread of the replicates tells nothing:
   /// this is the least error bar there.
   renderer::Rgba quantum;
+
+  [[nodiscard]] const std::vector<renderer::Film>& operator[](Term term) const {
+    return terms[static_cast<std::size_t>(term)];
+  }
 };
 
-/// z statistics of scale_interior * interior + scale_primary * primary - difference over square
+/// z statistics of the sum of the scaled terms minus the difference over square
 /// tiles of an image. Tiles where both sides are exactly constant and equal count with z = 0,
 /// unequal ones with infinity.
 struct GradientComparison {
@@ -41,13 +61,16 @@ struct GradientComparison {
   double signal_to_noise = 0.0;  ///< rms of the difference over rms of the error bars
 };
 struct TermScales {
-  double interior = 1.0, primary = 1.0;
+  double interior = 1.0, primary = 1.0, direct = 1.0, indirect = 1.0, pixel = 1.0;
+  [[nodiscard]] double operator[](Term term) const;
 };
 
-/// Derivative in `direction` (flat, over the scalars of `layout`) as seen by `camera`.
+/// Derivative in `direction` (flat, over the scalars of `layout`) as seen by `camera`, the scene's
+/// sensor of that index at any size, or any camera if `sensor` is -1. Terms that cannot contribute
+/// (form, number of bounces, nothing moves) are not run.
 /// Throws SceneError when a step leaves the valid scenes.
 GradientCheckResult CheckGradient(const renderer::Scene& scene,
-                                  const renderer::PerspectiveCamera& camera,
+                                  const renderer::Camera& camera,
                                   int sensor,
                                   const renderer::ParameterLayout& layout,
                                   const std::vector<double>& direction,

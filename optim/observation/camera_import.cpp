@@ -74,9 +74,9 @@ ImportedCameras ImportCameras(const fs::path& path, CameraFormat format) {
                 "sparse/0 or in sparse)");
 }
 
-renderer::PerspectiveCamera CompleteCamera(const ImportedCamera& imported, int width, int height) {
+renderer::Camera CompleteCamera(const ImportedCamera& imported, int width, int height) {
   PATHFIT_CHECK(width > 0 && height > 0);
-  renderer::PerspectiveCamera camera = imported.camera;
+  renderer::Camera camera = imported.camera;
   if (camera.width == 0) {
     camera.width = width;
     camera.height = height;

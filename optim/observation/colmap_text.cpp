@@ -127,7 +127,7 @@ int ReadImageSize(LineReader& line, const char* what, const std::string& place) 
   return static_cast<int>(size);
 }
 
-void SetParameter(char meaning, double value, renderer::PerspectiveCamera& camera) {
+void SetParameter(char meaning, double value, renderer::Camera& camera) {
   switch (meaning) {
     case 'f':
       camera.fx = camera.fy = value;
@@ -173,8 +173,8 @@ const LensModel& FindLensModel(std::string_view name, const std::string& camera_
       "the images of this camera");
 }
 
-std::map<std::int64_t, renderer::PerspectiveCamera> ReadCameras(const std::filesystem::path& path) {
-  std::map<std::int64_t, renderer::PerspectiveCamera> cameras;
+std::map<std::int64_t, renderer::Camera> ReadCameras(const std::filesystem::path& path) {
+  std::map<std::int64_t, renderer::Camera> cameras;
   TextFile file(path);
   for (std::string text; file.NextRecord(text);) {
     const std::string place = file.Place();
@@ -182,7 +182,7 @@ std::map<std::int64_t, renderer::PerspectiveCamera> ReadCameras(const std::files
     const std::int64_t id = line.Integer("camera id");
     const std::string camera_place = place + ": camera " + std::to_string(id);
     const LensModel& lens = FindLensModel(line.Word("camera model"), camera_place);
-    renderer::PerspectiveCamera camera;
+    renderer::Camera camera;
     camera.width = ReadImageSize(line, "width", place);
     camera.height = ReadImageSize(line, "height", place);
     for (const char meaning : lens.layout) {
@@ -243,7 +243,7 @@ void CheckPointsLine(const std::string& text, const std::string& place) {
 ImportedCameras ReadColmapText(const std::filesystem::path& folder) {
   const std::filesystem::path cameras_path = folder / "cameras.txt";
   const std::filesystem::path images_path = folder / "images.txt";
-  const std::map<std::int64_t, renderer::PerspectiveCamera> cameras = ReadCameras(cameras_path);
+  const std::map<std::int64_t, renderer::Camera> cameras = ReadCameras(cameras_path);
   ImportedCameras result{.format = kColmapFormat,
                          .folder = folder,
                          .files = {cameras_path, images_path},

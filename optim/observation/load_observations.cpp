@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using renderer::Image;
-using renderer::PerspectiveCamera;
+using renderer::Camera;
 
 constexpr int kFirstSwappingOrientation = 5;  // EXIF: 5 to 8 exchange width and height
 
@@ -37,7 +37,7 @@ std::string SizeText(int width, int height) {
 
 /// Whether `size` is `of` times or divided by a whole number above one, to half a pixel; both sides
 /// by the same.
-bool IsIntegerRescale(int width, int height, const PerspectiveCamera& camera) {
+bool IsIntegerRescale(int width, int height, const Camera& camera) {
   const auto near = [](double a, double b) { return std::abs(a - b) <= 0.5; };
   const int up = static_cast<int>(std::lround(static_cast<double>(width) / camera.width));
   const int down = static_cast<int>(std::lround(static_cast<double>(camera.width) / width));
@@ -51,7 +51,7 @@ bool IsIntegerRescale(int width, int height, const PerspectiveCamera& camera) {
 
 std::string SizeProblem(const fs::path& path,
                         const PhotoFile& photo,
-                        const PerspectiveCamera& camera,
+                        const Camera& camera,
                         const ObservationOptions& options) {
   const int width = photo.photo.width;
   const int height = photo.photo.height;
@@ -113,7 +113,7 @@ class FrameLoader {
                   FrameResult& result) const {
     const int width = photo.photo.width;
     const int height = photo.photo.height;
-    PerspectiveCamera camera = CompleteCamera(imported, width, height);
+    Camera camera = CompleteCamera(imported, width, height);
     result.facts.distorted = !camera.distortion.IsNone();
     if (result.facts.distorted && options_.distortion == DistortionPolicy::kRefuse) {
       const renderer::LensDistortion& d = camera.distortion;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "renderer/image/image.h"
-#include "renderer/sensor/perspective_camera.h"
+#include "renderer/sensor/camera.h"
 
 namespace pathfit::optim {
 
@@ -15,7 +15,7 @@ enum class MaskMeaning { kNone, kSilhouette, kIgnore };
 /// One photo with its camera, at the resolution it is fitted at most.
 struct View {
   std::string name;  ///< file name of the photo
-  renderer::PerspectiveCamera camera;
+  renderer::Camera camera;
   renderer::Image photo;  ///< 3 channels, linear Rec.709; size of the camera
   renderer::Image mask;   ///< 1 channel, 0..1, 1 = object (or data); empty without masks
   /// 1 channel: share of each pixel that was at or above the clipping level in the file; empty if
@@ -34,7 +34,7 @@ struct ObservationSet {
 /// A view area-averaged to `scale` times its size (rounded, at least 1 px).
 /// `color_weight`: 1 channel, share of the pixel that is valid colour evidence (eroded mask or 1).
 struct ViewLevel {
-  renderer::PerspectiveCamera camera;
+  renderer::Camera camera;
   renderer::Image photo;
   renderer::Image mask;
   renderer::Image clipped;

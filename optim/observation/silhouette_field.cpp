@@ -138,7 +138,7 @@ SilhouetteField::Sample SilhouetteField::ValueAndGradient(const Vec3& x) const {
     const PixelDistance d = Lookup(view, p->u, p->v);
     const double value = d.value * p->depth / view.focal;
     if (value < least.value) {
-      const Vec3 depth_gradient = -view.camera.camera().world_from_camera.linear.z;
+      const Vec3 depth_gradient = -view.camera.Pose().linear.z;
       least.value = value;
       least.gradient =
           ((p->du * d.gradient.x + p->dv * d.gradient.y) * p->depth + depth_gradient * d.value) /

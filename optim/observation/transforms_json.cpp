@@ -102,7 +102,7 @@ class Intrinsics {
 
 void ReadDistortion(const Intrinsics& source,
                     const Entry& frame,
-                    renderer::PerspectiveCamera& camera) {
+                    renderer::Camera& camera) {
   const std::string model = source.Model();
   const std::initializer_list<const char*> known = {
       "", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
@@ -133,7 +133,7 @@ void ReadDistortion(const Intrinsics& source,
 
 void ReadIntrinsics(const Entry& frame, const Entry& file, ImportedCamera& imported) {
   const Intrinsics source(frame, file);
-  renderer::PerspectiveCamera& camera = imported.camera;
+  renderer::Camera& camera = imported.camera;
   camera.width = source.Size("w");
   camera.height = source.Size("h");
   if ((camera.width == 0) != (camera.height == 0)) {

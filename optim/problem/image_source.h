@@ -8,11 +8,14 @@
 
 namespace pathfit::optim {
 
-/// One set of random samples: equal sets give equal images of equal parameters.
+/// One set of random samples: equal sets give equal images of equal parameters. Budgets are those
+/// of renderer::RenderOptions.
 struct SampleSet {
   std::uint64_t seed = 0;
   int spp = 1;
   double sppe = 1.0;
+  double spp_direct = 0.0;
+  double spp_indirect = 0.0;
 };
 
 /// Two independent sample sets; their mean is the image, their half difference its noise.

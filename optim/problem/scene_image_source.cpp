@@ -7,7 +7,7 @@ namespace pathfit::optim {
 
 SceneImageSource::SceneImageSource(renderer::Scene scene,
                                    renderer::ParameterLayout layout,
-                                   std::vector<renderer::PerspectiveCamera> cameras,
+                                   std::vector<renderer::Camera> cameras,
                                    const renderer::RenderOptions& options)
     : renderer_(std::move(scene)),
       layout_(std::move(layout)),
@@ -18,10 +18,10 @@ void SceneImageSource::SetValues(const std::vector<double>& values) {
   renderer_.SetParameters(layout_, values);
 }
 
-renderer::PerspectiveCamera SceneImageSource::CameraOf(int view) const {
-  renderer::PerspectiveCamera camera = cameras_[static_cast<std::size_t>(view)];
-  camera.gain = renderer_.scene().sensors[static_cast<std::size_t>(view)].gain;
-  return camera;
+renderer::Camera SceneImageSource::CameraOf(int view) const {
+  const auto v = static_cast<std::size_t>(view);
+  return renderer::ScaledCamera(
+      renderer_.scene().sensors[v], cameras_[v].width, cameras_[v].height);
 }
 
 renderer::RenderOptions SceneImageSource::OptionsOf(int view, const SampleSet& samples) const {
@@ -30,6 +30,8 @@ renderer::RenderOptions SceneImageSource::OptionsOf(int view, const SampleSet& s
   options.view = static_cast<std::uint64_t>(view);
   options.spp = samples.spp;
   options.sppe = samples.sppe;
+  options.spp_direct = samples.spp_direct;
+  options.spp_indirect = samples.spp_indirect;
   return options;
 }
 

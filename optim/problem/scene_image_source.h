@@ -7,14 +7,14 @@
 
 namespace pathfit::optim {
 
-/// The renderer as an ImageSource: view i is seen by cameras[i] with the gain of the scene's sensor
-/// i.
+/// The renderer as an ImageSource: view i is seen by the scene's sensor i, whose pose, lens and gain
+/// may be parameters, at the size of cameras[i].
 class SceneImageSource : public ImageSource {
  public:
   /// `options`: bounces and cancel flag; samples and seeds come with each call.
   SceneImageSource(renderer::Scene scene,
                    renderer::ParameterLayout layout,
-                   std::vector<renderer::PerspectiveCamera> cameras,
+                   std::vector<renderer::Camera> cameras,
                    const renderer::RenderOptions& options);
 
   void SetValues(const std::vector<double>& values) override;
@@ -26,12 +26,12 @@ class SceneImageSource : public ImageSource {
   [[nodiscard]] const renderer::Scene& scene() const { return renderer_.scene(); }
 
  private:
-  [[nodiscard]] renderer::PerspectiveCamera CameraOf(int view) const;
+  [[nodiscard]] renderer::Camera CameraOf(int view) const;
   [[nodiscard]] renderer::RenderOptions OptionsOf(int view, const SampleSet& samples) const;
 
   renderer::Renderer renderer_;
   renderer::ParameterLayout layout_;
-  std::vector<renderer::PerspectiveCamera> cameras_;
+  std::vector<renderer::Camera> cameras_;
   renderer::RenderOptions options_;
 };
 

@@ -27,7 +27,7 @@ std::vector<int> Range(std::size_t count) {
 
 ExposureModel MakeExposureModel(const renderer::Scene& scene, const FitSpec& spec) {
   ExposureModel exposure{{}, spec.exposure_sigma_ev, spec.exposure_max_ev};
-  for (const renderer::PerspectiveCamera& sensor : scene.sensors) {
+  for (const renderer::Camera& sensor : scene.sensors) {
     exposure.start_gains.push_back(sensor.gain);
   }
   return exposure;
@@ -121,7 +121,7 @@ const FitViews& FitDriver::ViewsAt(double scale) {
 std::unique_ptr<SceneImageSource> FitDriver::MakeSource(const renderer::Scene& scene,
                                                         const renderer::ParameterLayout& layout,
                                                         const FitViews& views) const {
-  std::vector<renderer::PerspectiveCamera> cameras;
+  std::vector<renderer::Camera> cameras;
   for (const ViewLevel& level : views.levels) {
     cameras.push_back(level.camera);
   }
@@ -207,12 +207,12 @@ void FitDriver::ReportStart() {
   StageReport report;
   report.stage = "start";
   const FitViews& views = ViewsAt(spec_.stages.back().image_scale);
-  const SampleHalves samples = MakeHalves(spec_.seed,
-                                          0,
-                                          0,
-                                          SampleUse::kEvaluation,
-                                          std::max(kMinEvaluationSpp, spec_.stages.back().max_spp),
-                                          0.0);
+  const SampleHalves samples =
+      MakeHalves(spec_.seed,
+                 0,
+                 0,
+                 SampleUse::kEvaluation,
+                 {0, std::max(kMinEvaluationSpp, spec_.stages.back().max_spp), 0.0});
   report.kept = "start";
   ReportStage(std::move(report), views, samples);
 }
@@ -261,8 +261,7 @@ SampleHalves FitDriver::EvaluationSamples() const {
                     state_.stage,
                     0,
                     SampleUse::kEvaluation,
-                    std::max(kMinEvaluationSpp, stage_->spec.max_spp),
-                    0.0);
+                    {0, std::max(kMinEvaluationSpp, stage_->spec.max_spp), 0.0});
 }
 
 std::vector<FitDriver::Candidate> FitDriver::StageCandidates() const {
@@ -329,7 +328,7 @@ void FitDriver::ReportStage(StageReport report,
     const View& view = observations_.views[v];
     ReportedView reported = RenderForReport(
         *source, views, static_cast<int>(v), samples, view.validation && fits_exposure_);
-    renderer::PerspectiveCamera& sensor = scene_.sensors[v];
+    renderer::Camera& sensor = scene_.sensors[v];
     const double limit = std::exp2(exposure_.max_ev);
     sensor.gain = std::clamp(sensor.gain * reported.gain_factor,
                              exposure_.start_gains[v] / limit,

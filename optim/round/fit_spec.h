@@ -17,7 +17,9 @@ struct StageSpec {
   int spp = 8;  ///< of both halves together, in the stage's first round
   int max_spp = 64;
   double spp_growth = 1.5;  ///< per round
-  double sppe = 4.0;
+  double sppe = 4.0;        ///< boundary budgets, growing with spp
+  double spp_direct = 1.0;
+  double spp_indirect = 1.0;
   double stop_relative_cost =
       0.0;  ///< end when the averaged cost falls by less than this; 0 = never
 };

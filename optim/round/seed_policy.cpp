@@ -28,10 +28,16 @@ int SamplesOfRound(const StageSpec& stage, int round) {
 }
 
 SampleHalves MakeHalves(
-    std::uint64_t seed, int stage, int round, SampleUse use, int spp, double sppe) {
-  const int half_spp = std::max(1, spp / 2);
-  return {{MakeSeed(seed, stage, round, use, 0), half_spp, 0.5 * sppe},
-          {MakeSeed(seed, stage, round, use, 1), half_spp, 0.5 * sppe}};
+    std::uint64_t seed, int stage, int round, SampleUse use, const SampleSet& both) {
+  SampleSet half{0,
+                 std::max(1, both.spp / 2),
+                 0.5 * both.sppe,
+                 0.5 * both.spp_direct,
+                 0.5 * both.spp_indirect};
+  SampleHalves halves{half, half};
+  halves.a.seed = MakeSeed(seed, stage, round, use, 0);
+  halves.b.seed = MakeSeed(seed, stage, round, use, 1);
+  return halves;
 }
 
 }  // namespace pathfit::optim

@@ -14,9 +14,9 @@ enum class SampleUse : std::uint64_t { kFit = 0, kValidation = 1, kEvaluation = 
 /// at most max_spp.
 int SamplesOfRound(const StageSpec& stage, int round);
 
-/// Two halves with seeds of (seed, stage, round, use, half); `spp` and `sppe` are of both together,
-/// at least 1 sample each.
+/// Two halves with seeds of (seed, stage, round, use, half); the budgets of `both` (its seed does
+/// not matter) are of both together, at least 1 interior sample each.
 SampleHalves MakeHalves(
-    std::uint64_t seed, int stage, int round, SampleUse use, int spp, double sppe);
+    std::uint64_t seed, int stage, int round, SampleUse use, const SampleSet& both);
 
 }  // namespace pathfit::optim

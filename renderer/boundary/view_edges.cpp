@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "renderer/geometry/disjoint_sets.h"
+
 namespace pathfit::renderer {
 namespace {
 
@@ -11,133 +13,255 @@ namespace {
 constexpr double kCoplanar = 1e-7;
 // Nearest depth that is kept, relative to the distance of the edge's far end.
 constexpr double kNearPlane = 1e-6;
+// Share of the samples of an edge that rests, while its background may move.
+constexpr double kRestingWeight = 0.2;
+
+/// What of a mesh can change the image.
+struct Candidates {
+  bool outlines = false;  ///< silhouettes and borders
+  bool inner = false;     ///< all other edges, where the radiance jumps
+  bool resting = false;
+};
+
+Candidates CandidatesOf(const BoundaryContext& context,
+                        std::size_t mesh,
+                        const Material& material) {
+  const ActiveParameters& active = context.active;
+  const bool sweeps = active.meshes[mesh].moves || active.camera.Any();
+  if (context.options.form == DerivativeForm::kImage) {
+    return {sweeps, sweeps, false};
+  }
+  const auto& environment = context.path.lights.environment;
+  const bool sky_moves =
+      environment && active.lights[static_cast<std::size_t>(environment->emitter)].moves;
+  return {sweeps || active.any_mesh_moves || sky_moves, sweeps && IsDelta(material.bsdf), !sweeps};
+}
 
 struct FaceNormal {
   Vec3 n;         // unit
   double facing;  // positive if the face looks at the camera
 };
 
-FaceNormal NormalTowards(const Mesh& mesh, std::int32_t face, const Vec3& eye) {
+FaceNormal NormalTowards(const Mesh& mesh, std::int32_t face, const CameraModel& camera) {
   const Triangle& t = mesh.triangles[static_cast<std::size_t>(face)];
   const auto p = [&](std::size_t i) { return mesh.positions[static_cast<std::size_t>(t[i])]; };
   const Vec3 n = Normalized(Cross(p(1) - p(0), p(2) - p(0)));
-  return {n, Dot(n, eye - p(0))};
+  double distance = 0.0;
+  return {n, Dot(n, camera.RayTo(p(0), distance).direction)};
 }
 
-bool IsOutsideBox(const Mesh& mesh, const Vec3& eye) {
+/// Whether all sensor rays start outside the mesh: the centre is outside its bounding box, or the
+/// plane of parallel rays is in front of it.
+bool IsViewedFromOutside(const Mesh& mesh, const CameraModel& camera) {
+  const auto& points = mesh.positions;
+  if (camera.IsOrthographic()) {
+    return std::all_of(points.begin(), points.end(), [&](const Vec3& p) {
+      return Dot(camera.Pose().linear.z, p - camera.Origin()) < 0.0;
+    });
+  }
+  const Vec3& eye = camera.Origin();
   for (int i = 0; i < 3; ++i) {
     const auto below = [&](const Vec3& p) { return p[i] < eye[i]; };
-    if (std::all_of(mesh.positions.begin(), mesh.positions.end(), below) ||
-        std::none_of(mesh.positions.begin(), mesh.positions.end(), below)) {
+    if (std::all_of(points.begin(), points.end(), below) ||
+        std::none_of(points.begin(), points.end(), below)) {
       return true;
     }
   }
   return false;
 }
 
-bool HasColorSeam(const Mesh& mesh, const MeshEdge& edge) {
-  const auto color_of = [&](int side, std::int32_t vertex) {
-    const auto face = static_cast<std::size_t>(edge.faces[static_cast<std::size_t>(side)]);
+/// Whether every connected piece of a closed mesh is wound outwards.
+bool IsWoundOutwards(const Mesh& mesh) {
+  DisjointSets pieces(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) {
+    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]));
+    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[2]));
+  }
+  std::vector<double> volume(mesh.positions.size(), 0.0);
+  const Vec3& origin = mesh.positions.front();
+  for (const Triangle& t : mesh.triangles) {
+    const auto p = [&](std::size_t i) {
+      return mesh.positions[static_cast<std::size_t>(t[i])] - origin;
+    };
+    volume[pieces.Find(static_cast<std::size_t>(t[0]))] += Dot(p(0), Cross(p(1), p(2)));
+  }
+  return std::none_of(volume.begin(), volume.end(), [](double v) { return v < 0.0; });
+}
+
+/// Whether a list that is indexed by its own triangles has different values on both sides.
+template <class T>
+bool HasSeam(const Mesh& mesh,
+             const MeshEdge& edge,
+             const std::vector<T>& values,
+             const std::vector<Triangle>& triangles) {
+  if (triangles.empty()) {
+    return false;
+  }
+  const auto value = [&](std::size_t side, std::int32_t vertex) -> const T& {
+    const auto face = static_cast<std::size_t>(edge.faces[side]);
     const Triangle& t = mesh.triangles[face];
     const auto corner = static_cast<std::size_t>(std::find(t.begin(), t.end(), vertex) - t.begin());
-    return mesh.colors[static_cast<std::size_t>(mesh.color_triangles[face][corner])];
+    return values[static_cast<std::size_t>(triangles[face][corner])];
   };
-  return !(color_of(0, edge.vertices[0]) == color_of(1, edge.vertices[0])) ||
-         !(color_of(0, edge.vertices[1]) == color_of(1, edge.vertices[1]));
+  return std::any_of(edge.vertices.begin(), edge.vertices.end(), [&](std::int32_t v) {
+    return !(value(0, v) == value(1, v));
+  });
 }
 
-/// Part of segment a..b (camera frame, looking along -z) with |x|, |y| <= limit * depth and depth >
-/// near.
-std::optional<std::pair<double, double>> ClipToView(const Vec3& a, const Vec3& b, double limit) {
-  double t0 = 0.0;
-  double t1 = 1.0;
-  const auto clip = [&](double at_a, double at_b) {  // keep where the linear function is positive
-    if (at_a <= 0.0 && at_b <= 0.0) {
-      t1 = -1.0;
-    } else if (at_a <= 0.0) {
-      t0 = std::max(t0, at_a / (at_a - at_b));
-    } else if (at_b <= 0.0) {
-      t1 = std::min(t1, at_a / (at_a - at_b));
-    }
-  };
-  const double near = kNearPlane * std::max(std::abs(a.z), std::abs(b.z));
-  clip(-a.z - near, -b.z - near);
-  clip(-limit * a.z - a.x, -limit * b.z - b.x);
-  clip(-limit * a.z + a.x, -limit * b.z + b.x);
-  clip(-limit * a.z - a.y, -limit * b.z - b.y);
-  clip(-limit * a.z + a.y, -limit * b.z + b.y);
-  if (t1 <= t0) {
-    return std::nullopt;
-  }
-  return std::pair{t0, t1};
+/// Which of a mesh's lists the radiance depends on.
+struct SeamKinds {
+  bool colors = false, uvs = false;
+};
+
+SeamKinds SeamKindsOf(const BoundaryContext& context, std::size_t mesh, const Material& material) {
+  const LightSet::AreaLight* light = context.path.lights.AreaLightOf(static_cast<int>(mesh));
+  return {material.vertex_colors,
+          material.base_color_texture >= 0 || material.roughness_texture >= 0 ||
+              material.metallic_texture >= 0 || (light != nullptr && light->texture != nullptr)};
 }
 
-/// How much the image may jump across the edge, 0 if not at all.
-double JumpEstimate(const SceneMesh& mesh,
-                    const Material& material,
+/// How much the image may jump across the edge, 0 if not at all. `solid`: nothing behind the faces
+/// is seen.
+double JumpEstimate(const Mesh& mesh,
                     const MeshEdge& edge,
-                    const Vec3& eye,
-                    bool opaque) {
+                    const CameraModel& camera,
+                    bool solid,
+                    bool inner,
+                    const SeamKinds& seams) {
   if (edge.faces[1] < 0) {
     return 1.0;
   }
-  const FaceNormal first = NormalTowards(mesh.mesh, edge.faces[0], eye);
-  const FaceNormal second = NormalTowards(mesh.mesh, edge.faces[1], eye);
-  if (opaque && first.facing <= 0.0 && second.facing <= 0.0) {
+  const FaceNormal first = NormalTowards(mesh, edge.faces[0], camera);
+  const FaceNormal second = NormalTowards(mesh, edge.faces[1], camera);
+  if ((first.facing > 0.0) != (second.facing > 0.0)) {
+    const auto at = [&](std::int32_t v) { return mesh.positions[static_cast<std::size_t>(v)]; };
+    const bool concave = Dot(first.n, at(edge.apex[1]) - at(edge.vertices[0])) > 0.0;
+    return solid && concave ? 0.0 : 1.0;
+  }
+  if (!inner || (solid && first.facing <= 0.0)) {
     return 0.0;
   }
+  if ((seams.colors && HasSeam(mesh, edge, mesh.colors, mesh.color_triangles)) ||
+      (seams.uvs && HasSeam(mesh, edge, mesh.uvs, mesh.uv_triangles)) ||
+      HasSeam(mesh, edge, mesh.normals, mesh.normal_triangles)) {
+    return 1.0;
+  }
   const double bend = Norm(first.n - second.n);
-  const bool seam = material.vertex_colors && HasColorSeam(mesh.mesh, edge);
-  if ((first.facing > 0.0) != (second.facing > 0.0)) {
-    return 1.0;
+  if (bend < kCoplanar) {
+    return 0.0;
   }
-  if (seam) {
-    return 1.0;
-  }
-  return bend < kCoplanar ? 0.0 : std::clamp(bend, ViewEdges::kMinJump, 1.0);
+  // Smooth shading still cuts light off at the horizon of each facet.
+  return mesh.normal_triangles.empty() ? std::clamp(bend, ViewEdges::kMinJump, 1.0)
+                                       : ViewEdges::kMinJump;
 }
+
+/// The film with the filter's reach around it in normalised coordinates, x right and y up; of a
+/// distorted camera all that it accepts.
+class FieldOfView {
+ public:
+  explicit FieldOfView(const CameraModel& camera)
+      : camera_from_world_(RigidInverse(camera.Pose())), parallel_(camera.IsOrthographic()) {
+    const Camera& c = camera.camera();
+    fx_ = c.fx;
+    fy_ = c.fy;
+    x1_ = y1_ = camera.MaxTangent();
+    x0_ = y0_ = -x1_;
+    if (c.distortion.IsNone()) {
+      const double reach = c.filter.radius - 0.5;
+      x0_ = (-reach - c.cx) / c.fx;
+      x1_ = (c.width + reach - c.cx) / c.fx;
+      y0_ = (c.cy - c.height - reach) / c.fy;
+      y1_ = (c.cy + reach) / c.fy;
+    }
+  }
+
+  struct Part {
+    double t0 = 0.0, t1 = 1.0;
+    double length = 0.0;  ///< pixels, without distortion
+    double depth_ratio = 1.0;
+  };
+  /// The part of a segment that is seen.
+  [[nodiscard]] std::optional<Part> Clip(const Vec3& a_in_world, const Vec3& b_in_world) const {
+    const Vec3 a = camera_from_world_.Point(a_in_world);
+    const Vec3 b = camera_from_world_.Point(b_in_world);
+    Part part;
+    const auto keep_positive = [&](double at_a, double at_b) {
+      if (at_a <= 0.0 && at_b <= 0.0) {
+        part.t1 = -1.0;
+      } else if (at_a <= 0.0) {
+        part.t0 = std::max(part.t0, at_a / (at_a - at_b));
+      } else if (at_b <= 0.0) {
+        part.t1 = std::min(part.t1, at_a / (at_a - at_b));
+      }
+    };
+    const double near = parallel_ ? 0.0 : kNearPlane * std::max(std::abs(a.z), std::abs(b.z));
+    const double scale_a = parallel_ ? 1.0 : -a.z;
+    const double scale_b = parallel_ ? 1.0 : -b.z;
+    keep_positive(-a.z - near, -b.z - near);
+    keep_positive(a.x - x0_ * scale_a, b.x - x0_ * scale_b);
+    keep_positive(x1_ * scale_a - a.x, x1_ * scale_b - b.x);
+    keep_positive(a.y - y0_ * scale_a, b.y - y0_ * scale_b);
+    keep_positive(y1_ * scale_a - a.y, y1_ * scale_b - b.y);
+    if (part.t1 <= part.t0) {
+      return std::nullopt;
+    }
+    const Vec3 first = a * (1.0 - part.t0) + b * part.t0;
+    const Vec3 last = a * (1.0 - part.t1) + b * part.t1;
+    const Vec2 p0 = Pixel(first);
+    const Vec2 p1 = Pixel(last);
+    part.length = std::hypot(p1.x - p0.x, p1.y - p0.y);
+    part.depth_ratio = parallel_ ? 1.0 : first.z / last.z;
+    return part;
+  }
+
+ private:
+  [[nodiscard]] Vec2 Pixel(const Vec3& p) const {
+    const double scale = parallel_ ? 1.0 : -1.0 / p.z;
+    return {fx_ * p.x * scale, fy_ * p.y * scale};
+  }
+
+  Transform camera_from_world_;
+  bool parallel_;
+  double fx_, fy_;
+  double x0_, x1_, y0_, y1_;
+};
 
 }  // namespace
 
-ViewEdges::ViewEdges(const Scene& scene,
-                     const std::vector<MeshTopology>& topologies,
-                     const std::vector<bool>& moves,
-                     const CameraModel& camera) {
-  const Vec3& eye = camera.Origin();
-  const Transform camera_from_world = RigidInverse(camera.camera().world_from_camera);
+ViewEdges::ViewEdges(const BoundaryContext& context) {
+  const Scene& scene = *context.path.scene;
+  const FieldOfView field(context.camera);
   std::vector<double> weights;
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-    if (!moves[m]) {
+    const Mesh& mesh = scene.meshes[m].mesh;
+    const Material& material = scene.materials[static_cast<std::size_t>(scene.meshes[m].material)];
+    const Candidates candidates = CandidatesOf(context, m, material);
+    if (!candidates.outlines) {
       continue;
     }
-    const SceneMesh& mesh = scene.meshes[m];
-    const Material& material = scene.materials[static_cast<std::size_t>(mesh.material)];
-    // Nothing behind the faces of a closed mesh is seen from outside it.
-    const bool opaque = topologies[m].closed && IsOutsideBox(mesh.mesh, eye);
-    const auto& edges = topologies[m].edges;
+    const bool solid = context.topologies[m].closed && IsViewedFromOutside(mesh, context.camera) &&
+                       IsWoundOutwards(mesh);
+    const SeamKinds seams = SeamKindsOf(context, m, material);
+    const auto& edges = context.topologies[m].edges;
     for (std::size_t e = 0; e < edges.size(); ++e) {
       const auto end = [&](std::size_t i) {
-        return camera_from_world.Point(
-            mesh.mesh.positions[static_cast<std::size_t>(edges[e].vertices[i])]);
+        return mesh.positions[static_cast<std::size_t>(edges[e].vertices[i])];
       };
-      const Vec3 a = end(0);
-      const Vec3 b = end(1);
-      const auto part = ClipToView(a, b, camera.MaxTangent());
+      const auto part = field.Clip(end(0), end(1));
       if (!part) {
         continue;
       }
-      const double jump = JumpEstimate(mesh, material, edges[e], eye, opaque);
+      const double jump =
+          JumpEstimate(mesh, edges[e], context.camera, solid, candidates.inner, seams);
       if (jump == 0.0) {
         continue;
       }
-      const auto pixel = [&](double t) {
-        const Vec3 p = a * (1.0 - t) + b * t;
-        return Vec2{camera.camera().fx * p.x / -p.z, camera.camera().fy * p.y / -p.z};
-      };
-      const Vec2 span = pixel(part->second) - pixel(part->first);
-      weights.push_back(jump * std::hypot(span.x, span.y));
-      edges_.push_back(
-          {static_cast<int>(m), static_cast<std::int32_t>(e), part->first, part->second});
+      weights.push_back(jump * part->length * (candidates.resting ? kRestingWeight : 1.0));
+      edges_.push_back({static_cast<int>(m),
+                        static_cast<std::int32_t>(e),
+                        part->t0,
+                        part->t1,
+                        part->depth_ratio});
     }
   }
   distribution_ = Distribution1D(weights);

@@ -21,44 +21,129 @@ struct MetallicRoughnessBsdf {
   friend bool operator==(const MetallicRoughnessBsdf&, const MetallicRoughnessBsdf&) = default;
 };
 
-using Bsdf = std::variant<LambertBsdf, MetallicRoughnessBsdf>;
+/// GGX metal with the exact Fresnel reflectance of eta + i k, times base_color.
+struct RoughConductorBsdf {
+  double roughness = 0.5;  ///< perceptual, alpha = roughness^2
+  Rgb eta{0.2, 0.92, 1.1};
+  Rgb k{3.9, 2.45, 2.14};
+  friend bool operator==(const RoughConductorBsdf&, const RoughConductorBsdf&) = default;
+};
+
+/// GGX interface between the outside and a medium of index `eta` on the side the normal points away
+/// from: reflects and refracts (radiance scales by the squared index ratio), times base_color.
+/// Source: [Walter2007].
+struct RoughDielectricBsdf {
+  double roughness = 0.5;  ///< perceptual, alpha = roughness^2
+  double eta = 1.5;        ///< inside over outside, > 0, not 1
+  friend bool operator==(const RoughDielectricBsdf&, const RoughDielectricBsdf&) = default;
+};
+
+/// Perfect mirror: base_color times the Fresnel reflectance of eta + i k; k = 0 and eta = 0 means
+/// reflectance 1.
+struct MirrorBsdf {
+  Rgb eta{0.0, 0.0, 0.0};
+  Rgb k{0.0, 0.0, 0.0};
+  friend bool operator==(const MirrorBsdf&, const MirrorBsdf&) = default;
+};
+
+/// Smooth interface: reflects and refracts, times base_color.
+struct SmoothDielectricBsdf {
+  double eta = 1.5;  ///< inside over outside, > 0, not 1
+  friend bool operator==(const SmoothDielectricBsdf&, const SmoothDielectricBsdf&) = default;
+};
+
+using Bsdf = std::variant<LambertBsdf,
+                          MetallicRoughnessBsdf,
+                          RoughConductorBsdf,
+                          RoughDielectricBsdf,
+                          MirrorBsdf,
+                          SmoothDielectricBsdf>;
 
 /// Below this the lobe is nearly a delta, whose material-form derivative does not exist.
 inline constexpr double kMinRoughness = 0.1;
 
+/// Only scatters into single directions: EvalBsdf is zero, SampleBsdf and EvalDelta tell all.
+bool IsDelta(const Bsdf& bsdf);
+/// Scatters to the other side of the surface.
+bool IsTransmissive(const Bsdf& bsdf);
+
+/// What may vary over the surface (constants, vertex colours or textures), at one point.
+struct BsdfInputs {
+  Rgb base_color{1.0, 1.0, 1.0};
+  double roughness = 0.5;    ///< of all rough models; replaces the constant of the model
+  double metallic = 0.0;     ///< of MetallicRoughnessBsdf; replaces the constant of the model
+  bool from_inside = false;  ///< wo is on the side the normal of the winding points away from
+};
+
 /// Isotropic BSDFs depend on directions through three cosines only. `wi` points to the light, `wo`
 /// to the camera, both unit and away from the surface; the normal is turned to the side of wo.
+/// A cos_o below kMinCosO (interpolated normals near a silhouette) counts as kMinCosO: rough models
+/// see wo raised to it in its plane with n, and all partials are exact for that; Lambert ignores
+/// cos_o.
 struct BsdfCosines {
-  double cos_i = 0.0;   ///< n . wi
+  double cos_i = 0.0;   ///< n . wi, negative for transmission
   double cos_o = 0.0;   ///< n . wo
   double dot_io = 0.0;  ///< wi . wo
 };
+inline constexpr double kMinCosO = 1e-2;
 
-/// Value and partial derivatives. base_color acts channel by channel, so its partial is a diagonal.
+/// Value and partial derivatives. base_color, eta and k act channel by channel, so their partials
+/// are diagonals; the eta of a dielectric is one number with a partial per channel.
 struct BsdfPartials {
   Rgb value;
   Rgb d_cos_i, d_cos_o, d_dot_io;
-  Rgb d_base_color, d_roughness, d_metallic;
+  Rgb d_base_color, d_roughness, d_metallic, d_eta, d_k;
 };
 
 struct BsdfSample {
-  Vec3 wi;           ///< unit, world
-  double pdf = 0.0;  ///< per solid angle
+  Vec3 wi;             ///< unit, world
+  double pdf = 0.0;    ///< per solid angle; of a delta lobe: its probability
+  bool delta = false;  ///< wi is the mirrored or refracted wo; weigh with EvalDelta / pdf
 };
 
-/// BSDF value (1/sr, without the cosine); zero unless cos_i and cos_o are positive.
-Rgb EvalBsdf(const Bsdf& bsdf, const Rgb& base_color, const BsdfCosines& cosines);
-BsdfPartials EvalBsdfPartials(const Bsdf& bsdf, const Rgb& base_color, const BsdfCosines& cosines);
+/// BSDF value (1/sr, without the cosine), radiance leaving along wo per irradiance along wi. Zero
+/// for delta models, and on the other side unless transmissive.
+Rgb EvalBsdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
+BsdfPartials EvalBsdfPartials(const Bsdf& bsdf,
+                              const BsdfInputs& inputs,
+                              const BsdfCosines& cosines);
 
-/// Draws wi given wo from three uniform numbers. Empty when the draw falls below the surface.
+/// Draws wi given wo from three uniform numbers. Empty when the draw is absorbed (below the
+/// surface of an opaque model). `n` is the shading normal on the side of wo.
+/// With `mirrored`, the microfacet normal (or the cosine-distributed direction) is reflected about
+/// n first and the choice of the lobe kept: the antithetic partner of the same numbers (path_space
+/// 1.10). `pdf` is then the density of the returned direction under SampleBsdf without `mirrored`;
+/// an estimator from pairs divides by MirroredPairPdf instead.
 std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf,
-                                     const Rgb& base_color,
+                                     const BsdfInputs& inputs,
                                      const Vec3& n,
                                      const Vec3& wo,
                                      double u0,
                                      double u1,
-                                     double u2);
-/// Solid-angle density of SampleBsdf.
-double BsdfPdf(const Bsdf& bsdf, const Rgb& base_color, const BsdfCosines& cosines);
+                                     double u2,
+                                     bool mirrored = false);
+/// Solid-angle density of SampleBsdf (not mirrored); zero for delta models.
+double BsdfPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
+/// Mean of the densities of SampleBsdf with and without `mirrored`: what one direction of an
+/// antithetic pair is divided by. With wi_0, wi_1 drawn from the same numbers without and with
+/// `mirrored`, half the sum of g(wi_k) / MirroredPairPdf(wi_k), absorbed draws counting zero, has
+/// the expectation of the integral of g over solid angle, and what is odd in the microfacet normal
+/// about n cancels (in its measure both divide by the same number). In MIS it takes the place of
+/// BsdfPdf in every weight. Zero for delta models.
+double MirroredPairPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
+
+/// Weight of a delta lobe: radiance leaving along wo per radiance arriving along the mirrored
+/// (`transmit` false) or refracted direction, the squared index ratio included. Zero for rough
+/// models, for cos_o <= 0, and for transmission through a mirror or in total reflection.
+struct DeltaPartials {
+  Rgb value;
+  Rgb d_cos_o;
+  Rgb d_base_color, d_eta, d_k;
+};
+DeltaPartials EvalDelta(const Bsdf& bsdf, const BsdfInputs& inputs, double cos_o, bool transmit);
+
+/// Index of refraction ratio along the flow for refracting wo: outside over inside, or the inverse
+/// when wo is inside.
+double RelativeEta(const Bsdf& bsdf, const BsdfInputs& inputs);
 
 }  // namespace pathfit::renderer

@@ -3,32 +3,138 @@
 #include <algorithm>
 
 namespace pathfit::renderer {
+namespace {
+
+using MeshBlocks = ActiveParameters::MeshBlocks;
+using MaterialBlocks = ActiveParameters::MaterialBlocks;
+using LightBlocks = ActiveParameters::LightBlocks;
+using CameraBlocks = ActiveParameters::CameraBlocks;
+
+MeshBlocks BlocksOfMesh(const ParameterLayout& layout, const SceneMesh& mesh, int index) {
+  MeshBlocks b;
+  b.positions = layout.FirstBlock(ParameterKind::kVertexPositions, index);
+  b.normals = layout.FirstBlock(ParameterKind::kVertexNormals, index);
+  b.uvs = layout.FirstBlock(ParameterKind::kUvs, index);
+  b.colors = layout.FirstBlock(ParameterKind::kVertexColors, index);
+  b.translation = layout.FirstBlock(ParameterKind::kObjectTranslation, index);
+  b.rotation = layout.FirstBlock(ParameterKind::kObjectRotation, index);
+  b.scale = layout.FirstBlock(ParameterKind::kObjectScale, index);
+  b.has_pose = b.translation >= 0 || b.rotation >= 0 || b.scale >= 0;
+  b.moves = b.positions >= 0 || b.has_pose;
+  b.rotation_matrix = RotationFromVector(mesh.pose.rotation);
+  b.world_from_object = {b.rotation_matrix.x * mesh.pose.scale,
+                         b.rotation_matrix.y * mesh.pose.scale,
+                         b.rotation_matrix.z * mesh.pose.scale};
+  b.rotation_jacobian = RotationLeftJacobian(mesh.pose.rotation);
+  b.center = mesh.pose.pivot + mesh.pose.translation;
+  b.inverse_scale = 1.0 / mesh.pose.scale;
+  return b;
+}
+
+MaterialBlocks BlocksOfMaterial(const ParameterLayout& layout,
+                                const Material& material,
+                                int index,
+                                const std::vector<std::int32_t>& textures) {
+  MaterialBlocks b;
+  b.base_color = layout.FirstBlock(ParameterKind::kBaseColor, index);
+  b.roughness = layout.FirstBlock(ParameterKind::kRoughness, index);
+  b.metallic = layout.FirstBlock(ParameterKind::kMetallic, index);
+  b.eta = layout.FirstBlock(ParameterKind::kEta, index);
+  b.k = layout.FirstBlock(ParameterKind::kExtinction, index);
+  b.scalar_eta = b.eta >= 0 && layout.GroupOfBlock(b.eta).block_size == 1;
+  const auto active = [&](int texture) {
+    return texture >= 0 && textures[static_cast<std::size_t>(texture)] >= 0;
+  };
+  b.any = b.base_color >= 0 || b.roughness >= 0 || b.metallic >= 0 || b.eta >= 0 || b.k >= 0 ||
+          active(material.base_color_texture) || active(material.roughness_texture) ||
+          active(material.metallic_texture);
+  return b;
+}
+
+LightBlocks BlocksOfLight(const ParameterLayout& layout,
+                          const Emitter& emitter,
+                          int index,
+                          const CameraModel& camera,
+                          const CameraBlocks& camera_blocks) {
+  LightBlocks b;
+  b.intensity = layout.FirstBlock(ParameterKind::kLightIntensity, index);
+  b.texels = layout.FirstBlock(ParameterKind::kEnvironmentTexels, index);
+  b.position = layout.FirstBlock(ParameterKind::kLightPosition, index);
+  b.rotation = layout.FirstBlock(ParameterKind::kLightRotation, index);
+  b.angles = layout.FirstBlock(ParameterKind::kSpotAngles, index);
+  b.camera_frame = emitter.frame == LightFrame::kCamera;
+  if (b.camera_frame) {
+    b.world_from_frame = camera.Pose().linear;
+  }
+  b.rotation_jacobian = RotationLeftJacobian(emitter.rotation);
+  b.moves = b.position >= 0 || b.rotation >= 0 || (b.camera_frame && camera_blocks.moves);
+  return b;
+}
+
+CameraBlocks BlocksOfCamera(const Scene& scene,
+                            const ParameterLayout& layout,
+                            const CameraModel& camera,
+                            int sensor) {
+  CameraBlocks b;
+  if (sensor < 0) {
+    return b;
+  }
+  b.exposure = layout.FirstBlock(ParameterKind::kExposure, sensor);
+  b.position = layout.FirstBlock(ParameterKind::kCameraPosition, sensor);
+  b.rotation = layout.FirstBlock(ParameterKind::kCameraRotation, sensor);
+  b.focal = layout.FirstBlock(ParameterKind::kFocal, sensor);
+  b.principal_point = layout.FirstBlock(ParameterKind::kPrincipalPoint, sensor);
+  b.radial = layout.FirstBlock(ParameterKind::kRadialDistortion, sensor);
+  b.tangential = layout.FirstBlock(ParameterKind::kTangentialDistortion, sensor);
+  b.rotation_jacobian = RotationLeftJacobian(camera.camera().rotation);
+  b.center = camera.Origin();
+  const Camera& full = scene.sensors[static_cast<std::size_t>(sensor)];
+  b.scale_x = camera.camera().fx / full.fx;
+  b.scale_y = camera.camera().fy / full.fy;
+  b.moves = b.position >= 0 || b.rotation >= 0;
+  b.intrinsics = b.focal >= 0 || b.principal_point >= 0 || b.radial >= 0 || b.tangential >= 0;
+  return b;
+}
+
+}  // namespace
 
 ActiveParameters ActiveParameters::Make(const Scene& scene,
                                         const ParameterLayout& layout,
+                                        const CameraModel& camera,
                                         int sensor) {
-  const auto blocks = [&](ParameterKind kind, std::size_t count) {
-    std::vector<std::int32_t> first(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      first[i] = layout.FirstBlock(kind, static_cast<int>(i));
-    }
-    return first;
-  };
-  const auto any = [](const std::vector<std::int32_t>& first) {
-    return std::any_of(first.begin(), first.end(), [](std::int32_t b) { return b >= 0; });
-  };
   ActiveParameters active;
-  active.positions = blocks(ParameterKind::kVertexPositions, scene.meshes.size());
-  active.colors = blocks(ParameterKind::kVertexColors, scene.meshes.size());
-  active.base_color = blocks(ParameterKind::kBaseColor, scene.materials.size());
-  active.roughness = blocks(ParameterKind::kRoughness, scene.materials.size());
-  active.metallic = blocks(ParameterKind::kMetallic, scene.materials.size());
-  active.intensity = blocks(ParameterKind::kLightIntensity, scene.emitters.size());
-  active.texels = blocks(ParameterKind::kEnvironmentTexels, scene.emitters.size());
-  active.exposure = sensor >= 0 ? layout.FirstBlock(ParameterKind::kExposure, sensor) : -1;
-  active.any_positions = any(active.positions);
-  active.any_material =
-      any(active.colors) || any(active.base_color) || any(active.roughness) || any(active.metallic);
+  active.camera = BlocksOfCamera(scene, layout, camera, sensor);
+  active.any_geometry = active.camera.Any();
+  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
+    active.textures.push_back(
+        layout.FirstBlock(ParameterKind::kTextureTexels, static_cast<int>(i)));
+  }
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    active.materials.push_back(
+        BlocksOfMaterial(layout, scene.materials[i], static_cast<int>(i), active.textures));
+  }
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    MeshBlocks b = BlocksOfMesh(layout, scene.meshes[i], static_cast<int>(i));
+    b.any_geometry = b.moves || b.normals >= 0 || b.uvs >= 0;
+    active.meshes.push_back(b);
+    active.any_mesh_moves = active.any_mesh_moves || b.moves;
+    active.any_geometry = active.any_geometry || b.any_geometry;
+    MaterialBlocks& material = active.materials[static_cast<std::size_t>(scene.meshes[i].material)];
+    material.any = material.any || b.colors >= 0 || b.uvs >= 0;
+  }
+  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
+    active.lights.push_back(
+        BlocksOfLight(layout, scene.emitters[i], static_cast<int>(i), camera, active.camera));
+    const LightBlocks& b = active.lights.back();
+    active.any_light_moves = active.any_light_moves || b.moves;
+    active.any_light = active.any_light || b.intensity >= 0 || b.texels >= 0 || b.angles >= 0;
+    active.any_geometry = active.any_geometry || b.moves;
+  }
+  active.any_light =
+      active.any_light ||
+      std::any_of(active.textures.begin(), active.textures.end(), [](auto t) { return t >= 0; });
+  active.any_material = std::any_of(
+      active.materials.begin(), active.materials.end(), [](const auto& m) { return m.any; });
   return active;
 }
 

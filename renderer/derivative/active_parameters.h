@@ -1,23 +1,67 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "renderer/scene/parameter_layout.h"
+#include "renderer/sensor/camera.h"
 
 namespace pathfit::renderer {
 
 /// First block of every parameter group by object, -1 where it is not active: what the estimators
-/// look up per sample.
+/// look up per sample, with the constants of the chain rule from blocks to the world.
 struct ActiveParameters {
-  std::vector<std::int32_t> positions, colors;                ///< by mesh
-  std::vector<std::int32_t> base_color, roughness, metallic;  ///< by material
-  std::vector<std::int32_t> intensity, texels;                ///< by emitter
-  std::int32_t exposure = -1;                                 ///< of the sensor being rendered
-  bool any_positions = false;
-  bool any_material = false;  ///< base colours, vertex colours, roughness or metallic
+  struct MeshBlocks {
+    std::int32_t positions = -1, normals = -1, uvs = -1, colors = -1;
+    std::int32_t translation = -1, rotation = -1, scale = -1;
+    bool moves = false;         ///< positions or pose
+    bool has_pose = false;      ///< translation, rotation or scale
+    bool any_geometry = false;  ///< moves, or normals or UVs are parameters
+    Mat3 world_from_object;     ///< scale * R
+    Mat3 rotation_matrix;       ///< R
+    Mat3 rotation_jacobian;     ///< LeftJacobian of the pose's rotation
+    Vec3 center;                ///< pivot + translation
+    double inverse_scale = 1.0;
+  };
+  struct MaterialBlocks {
+    std::int32_t base_color = -1, roughness = -1, metallic = -1, eta = -1, k = -1;
+    bool scalar_eta = false;
+    bool any = false;  ///< any of these or of its textures' texels, or colours of a mesh
+  };
+  struct LightBlocks {
+    std::int32_t intensity = -1, texels = -1, position = -1, rotation = -1, angles = -1;
+    bool camera_frame = false;
+    Mat3 world_from_frame;   ///< camera rotation for camera-frame lights
+    Mat3 rotation_jacobian;  ///< LeftJacobian of Emitter::rotation
+    bool moves = false;      ///< position, rotation, or carried by a moving camera
+  };
+  struct CameraBlocks {
+    std::int32_t exposure = -1, position = -1, rotation = -1, focal = -1, principal_point = -1,
+                 radial = -1, tangential = -1;
+    Mat3 rotation_jacobian;
+    Vec3 center;
+    double scale_x = 1.0, scale_y = 1.0;  ///< pixels of the rendered camera per sensor pixel
+    bool moves = false;                   ///< position or rotation
+    bool intrinsics = false;              ///< focal, principal point or distortion
+    [[nodiscard]] bool Any() const { return moves || intrinsics; }
+  };
+  std::vector<MeshBlocks> meshes;
+  std::vector<MaterialBlocks> materials;
+  std::vector<std::int32_t> textures;
+  std::vector<LightBlocks> lights;
+  CameraBlocks camera;
+  bool any_geometry = false;  ///< anything that moves a point, normal, UV or direction
+  bool any_mesh_moves = false;
+  bool any_light_moves = false;
+  bool any_light = false;  ///< intensities, texels, textures, angles
+  bool any_material = false;
 
-  static ActiveParameters Make(const Scene& scene, const ParameterLayout& layout, int sensor);
+  /// `sensor` is the index of the sensor that `camera` stands for, -1 for none.
+  static ActiveParameters Make(const Scene& scene,
+                               const ParameterLayout& layout,
+                               const CameraModel& camera,
+                               int sensor);
 };
 
 }  // namespace pathfit::renderer

@@ -1,278 +1,299 @@
 #include "renderer/derivative/path_adjoint.h"
 
+#include <algorithm>
+
+#include "renderer/derivative/geometry_scatter.h"
+
 namespace pathfit::renderer {
 namespace {
 
 using Vertex = PathRecorder::Vertex;
 
-void AddChannels(std::array<Rgba, 3>& entry, int channel, const Vec3& gradient) {
-  entry[0][channel] += gradient.x;
-  entry[1][channel] += gradient.y;
-  entry[2][channel] += gradient.z;
-}
-
-void AddDiagonal(std::array<Rgba, 3>& entry, const Rgb& d) {
-  entry[0].r += d.r;
-  entry[1].g += d.g;
-  entry[2].b += d.b;
-}
-
-void AddScalar(std::array<Rgba, 3>& entry, const Rgb& d) { entry[0] += Rgba(d, 0.0); }
-
-/// Moves the adjoint of a unit vector (b - a) / r to its end point b; the start point receives the
-/// negative.
-Vec3 EndPointAdjoint(const Vec3& unit, double r, const Vec3& adjoint) {
-  return (adjoint - unit * Dot(unit, adjoint)) / r;
-}
-
 class Sweep {
  public:
-  Sweep(const PathContext& context,
-        const ActiveParameters& active,
+  Sweep(const AdjointContext& context,
+        const PixelSample& pixel,
         PathRecorder& path,
         DerivativeAccumulator& sum)
-      : context_(context), active_(active), path_(path), sum_(sum) {}
+      : context_(context.path),
+        camera_(context.camera),
+        active_(context.active),
+        form_(context.form),
+        pixel_(pixel),
+        vertices_(path.vertices),
+        directs_(path.directs),
+        target_(sum),
+        motion_(*context.path.scene, *context.path.caster, camera_, active_, target_),
+        appearance_(context.path, active_, sum) {}
 
   void Run() {
-    Rgb throughput{1.0, 1.0, 1.0};
-    for (Vertex& v : path_.vertices) {
+    const std::size_t count = vertices_.size();
+    moving_ = IsMoving();
+    if (!moving_ && !active_.any_material && !active_.any_light) {
+      return;
+    }
+    Rgb throughput = Rgb::Constant(pixel_.weight);
+    bool seen_rough = false;
+    frozen_ = count;
+    for (std::size_t k = 0; k < count; ++k) {
+      Vertex& v = vertices_[k];
       v.throughput = throughput;
+      const bool delta = IsDelta(v.p.material->bsdf);
+      if (!delta && !seen_rough) {
+        seen_rough = true;
+        first_rough_ = k;
+      } else if (delta && seen_rough && frozen_ == count) {
+        frozen_ = k;
+      }
       if (v.continues) {
-        const BsdfCosines c{Dot(v.p.n, v.wi), Dot(v.p.n, v.p.wo), Dot(v.wi, v.p.wo)};
-        throughput *= EvalBsdf(v.p.material->bsdf, v.p.base_color, c) * v.factor;
+        throughput *= Weight(v) * v.on.factor;
       }
     }
+    if (!seen_rough) {
+      first_rough_ = count - 1;
+    }
     Rgb beyond;  // radiance leaving vertex k + 1 towards vertex k
-    for (std::size_t k = path_.vertices.size(); k-- > 0;) {
+    for (std::size_t k = count; k-- > 0;) {
       beyond = AdjointOfVertex(k, beyond);
     }
-    for (std::size_t k = 0; k < path_.vertices.size(); ++k) {
-      Scatter(path_.vertices[k], k == 0);
+    if (moving_) {
+      GeometryScatter(
+          {{context_, camera_, active_, form_}, pixel_, vertices_, motion_, appearance_})
+          .Run(beyond, first_rough_, std::min(count, frozen_));
+    }
+    if (active_.any_material) {
+      for (const Vertex& v : vertices_) {
+        appearance_.Material(v);
+      }
     }
   }
 
  private:
-  /// All that leaves vertex k; returns it and leaves its derivative by the vertices' positions,
-  /// normals and materials.
-  Rgb AdjointOfVertex(std::size_t k, const Rgb& beyond) {
-    Vertex& v = path_.vertices[k];
-    Rgb leaving;
-    for (std::size_t i = v.first_direct; i < v.end_direct; ++i) {
-      leaving += AdjointOfDirect(k, path_.directs[i]);
+  [[nodiscard]] static Rgb Weight(const Vertex& v) {
+    const BsdfCosines c = v.p.Cosines(v.on.wi);
+    return v.on.delta ? EvalDelta(v.p.material->bsdf, v.p.inputs, c.cos_o, v.on.transmit).value
+                      : EvalBsdf(v.p.material->bsdf, v.p.inputs, c);
+  }
+  [[nodiscard]] bool Moves(std::size_t k) const { return moving_ && k < frozen_; }
+
+  /// Whether anything that moves touches the path.
+  [[nodiscard]] bool IsMoving() const {
+    if (!active_.any_geometry || active_.camera.Any() || active_.any_light_moves) {
+      return active_.any_geometry;
     }
-    if (v.continues && k + 1 < path_.vertices.size()) {
-      leaving += AdjointOfSegment(k, beyond);
+    const auto touches = [&](TriangleId id) {
+      return active_.meshes[static_cast<std::size_t>(id.mesh)].any_geometry;
+    };
+    return std::any_of(vertices_.begin(),
+                       vertices_.end(),
+                       [&](const Vertex& v) { return touches(v.p.id); }) ||
+           std::any_of(directs_.begin(), directs_.end(), [&](const DirectContribution& d) {
+             return d.id.IsValid() && touches(d.id);
+           });
+  }
+
+  /// All that leaves vertex k, for throughput 1; leaves its derivative in the vertices.
+  Rgb AdjointOfVertex(std::size_t k, const Rgb& beyond) {
+    Vertex& v = vertices_[k];
+    Rgb leaving;
+    if (v.emission_weight > 0.0) {
+      const LightSet::AreaLight& light = *context_.lights.AreaLightOf(v.p.id.mesh);
+      v.emission = v.throughput * v.emission_weight;
+      appearance_.AreaEmission(light, v.p.id, v.p.b1, v.p.b2, v.p.side, v.emission);
+      leaving += AreaRadiance(light, v.p.id.triangle, v.p.b1, v.p.b2, v.p.side) * v.emission_weight;
+    }
+    for (std::size_t i = v.first_direct; i < v.end_direct; ++i) {
+      leaving += v.continues && v.on.delta ? AdjointOfEscape(k, directs_[i])
+                                           : AdjointOfDirect(k, directs_[i]);
+    }
+    if (v.continues && k + 1 < vertices_.size()) {
+      leaving += v.on.delta ? AdjointOfDelta(k, beyond) : AdjointOfSegment(k, beyond);
     }
     return leaving;
   }
 
   Rgb AdjointOfDirect(std::size_t k, const DirectContribution& direct) {
-    Vertex& v = path_.vertices[k];
+    Vertex& v = vertices_[k];
     const Rgb weight = v.throughput * direct.radiance * direct.factor;
-    ColorGradient d_wi{};
+    ColorGradient d_wi;
     const Rgb bsdf = AdjointOfBsdf(k, direct.wi, weight, d_wi);
-    if (active_.any_positions && direct.distance > 0.0) {
-      const Rgb value = weight * bsdf;
-      for (int c = 0; c < 3; ++c) {
-        Vec3& d_x = v.d_x[static_cast<std::size_t>(c)];
-        d_x -= EndPointAdjoint(direct.wi, direct.distance, d_wi[static_cast<std::size_t>(c)]);
-        d_x += direct.wi * (2.0 * value[c] / direct.distance);
+    const Rgb per_radiance = v.throughput * bsdf * direct.factor;
+    if (direct.id.IsValid()) {
+      AdjointOfAreaPoint(k, direct, d_wi, weight * bsdf, per_radiance);
+    } else if (direct.distance > 0.0) {
+      AdjointOfPointLight(k, direct, d_wi, weight * bsdf, per_radiance);
+    } else {
+      if (Moves(k) && motion_.LightMoves(direct.emitter)) {
+        motion_.LightSpin(direct.emitter, Cross(direct.wi, d_wi));
+      }
+      const auto& environment = context_.lights.environment;
+      if (environment && environment->emitter == direct.emitter) {
+        appearance_.Environment(*environment, direct.wi, per_radiance);
+      } else {
+        for (const auto& light : context_.lights.directionals) {
+          if (light.emitter == direct.emitter) {
+            appearance_.Irradiance(light, per_radiance);
+          }
+        }
       }
     }
-    AccumulateEmitter(direct, v.throughput * bsdf * direct.factor);
     return bsdf * direct.radiance * direct.factor;
+  }
+
+  /// Both ends are material points: G J attached.
+  void AdjointOfAreaPoint(std::size_t k,
+                          const DirectContribution& direct,
+                          ColorGradient d_wi,
+                          const Rgb& value,
+                          const Rgb& per_radiance) {
+    Vertex& v = vertices_[k];
+    const LightSet::AreaLight& light = *context_.lights.AreaLightOf(direct.id.mesh);
+    const TriangleGeometry& triangle = context_.caster->Geometry(direct.id);
+    const double cos_light = Dot(triangle.n, direct.wi);
+    appearance_.AreaEmission(
+        light, direct.id, direct.b1, direct.b2, cos_light < 0.0 ? 1.0 : -1.0, per_radiance);
+    if (!Moves(k)) {
+      return;
+    }
+    d_wi += Outer(triangle.n, value * (1.0 / cos_light));
+    const ColorGradient d_y = EndPointAdjoint(direct.wi, direct.distance, d_wi) -
+                              Outer(direct.wi, value * (2.0 / direct.distance));
+    v.d_x -= d_y;
+    motion_.MaterialPoint(
+        direct.id, direct.b1, direct.b2, d_y, Outer(direct.wi, value * (1.0 / cos_light)), value);
+  }
+
+  void AdjointOfPointLight(std::size_t k,
+                           const DirectContribution& direct,
+                           ColorGradient d_wi,
+                           const Rgb& value,
+                           const Rgb& per_radiance) {
+    Vertex& v = vertices_[k];
+    for (const auto& light : context_.lights.points) {
+      if (light.emitter != direct.emitter) {
+        continue;
+      }
+      const IntensityPartials partials = IntensityDerivative(light, -direct.wi);
+      appearance_.Intensity(light, partials, per_radiance);
+      if (!Moves(k)) {
+        return;
+      }
+      ColorGradient d_w;  // by the direction from the light
+      for (int c = 0; c < 3; ++c) {
+        d_w[c] = partials.d_w[static_cast<std::size_t>(c)] * per_radiance[c];
+      }
+      d_wi -= d_w;
+      const ColorGradient d_light = EndPointAdjoint(direct.wi, direct.distance, d_wi) -
+                                    Outer(direct.wi, value * (2.0 / direct.distance));
+      v.d_x -= d_light;
+      if (motion_.LightMoves(direct.emitter)) {
+        motion_.LightPosition(direct.emitter, light.position, d_light);
+        motion_.LightSpin(direct.emitter, Cross(direct.wi, d_w));
+      }
+    }
   }
 
   /// Segment x_k -> x_{k+1}: bsdf at k, geometry term of both ends, area ratio of the far one.
   Rgb AdjointOfSegment(std::size_t k, const Rgb& beyond) {
-    Vertex& v = path_.vertices[k];
-    Vertex& next = path_.vertices[k + 1];
-    const Rgb weight = v.throughput * beyond * v.factor;
-    ColorGradient d_wi{};
-    const Rgb bsdf = AdjointOfBsdf(k, v.wi, weight, d_wi);
-    if (active_.any_positions) {
+    Vertex& v = vertices_[k];
+    Vertex& next = vertices_[k + 1];
+    const Rgb weight = v.throughput * beyond * v.on.factor;
+    ColorGradient d_wi;
+    const Rgb bsdf = AdjointOfBsdf(k, v.on.wi, weight, d_wi);
+    if (Moves(k) && k + 1 < frozen_) {
       const Rgb value = weight * bsdf;
       const double r = Norm(next.p.x - v.p.x);
-      const double cos_next = Dot(next.p.n, v.wi);
-      for (int c = 0; c < 3; ++c) {
-        const auto i = static_cast<std::size_t>(c);
-        next.d_n[i] += v.wi * (value[c] / cos_next);
-        d_wi[i] += next.p.n * (value[c] / cos_next);
-        const Vec3 d_end = EndPointAdjoint(v.wi, r, d_wi[i]) - v.wi * (2.0 * value[c] / r);
-        next.d_x[i] += d_end;
-        v.d_x[i] -= d_end;
-      }
+      const Rgb per_cos = value * (1.0 / Dot(next.p.ng, v.on.wi));
+      next.d_ng += Outer(v.on.wi, per_cos);
+      d_wi += Outer(next.p.ng, per_cos);
+      const ColorGradient d_end =
+          EndPointAdjoint(v.on.wi, r, d_wi) - Outer(v.on.wi, value * (2.0 / r));
+      next.d_x += d_end;
+      v.d_x -= d_end;
       next.d_log_area += value;
     }
-    return bsdf * beyond * v.factor;
+    return bsdf * beyond * v.on.factor;
   }
 
   /// Adjoint of weight * bsdf * (cosine, which is inside weight) at vertex k for incident direction
   /// wi: fills the vertex' own adjoints, adds to d_wi, and returns the bsdf.
   Rgb AdjointOfBsdf(std::size_t k, const Vec3& wi, const Rgb& weight, ColorGradient& d_wi) {
-    Vertex& v = path_.vertices[k];
-    const BsdfCosines cosines{Dot(v.p.n, wi), Dot(v.p.n, v.p.wo), Dot(wi, v.p.wo)};
-    const BsdfPartials f = EvalBsdfPartials(v.p.material->bsdf, v.p.base_color, cosines);
+    Vertex& v = vertices_[k];
+    const BsdfCosines cosines = v.p.Cosines(wi);
+    const BsdfPartials f = EvalBsdfPartials(v.p.material->bsdf, v.p.inputs, cosines);
     v.d_base_color += weight * f.d_base_color;
     v.d_roughness += weight * f.d_roughness;
     v.d_metallic += weight * f.d_metallic;
-    if (!active_.any_positions) {
-      return f.value;
-    }
-    for (int c = 0; c < 3; ++c) {
-      const auto i = static_cast<std::size_t>(c);
-      const double by_cos_i = weight[c] * (f.d_cos_i[c] + f.value[c] / cosines.cos_i);
-      const double by_cos_o = weight[c] * f.d_cos_o[c];
-      const double by_dot = weight[c] * f.d_dot_io[c];
-      v.d_n[i] += wi * by_cos_i + v.p.wo * by_cos_o;
-      d_wi[i] += v.p.n * by_cos_i + v.p.wo * by_dot;
-      if (k > 0) {
-        // wo runs from this vertex to the previous one; at the camera vertex it is the fixed pixel
-        // ray.
-        Vertex& previous = path_.vertices[k - 1];
-        const Vec3 d_wo = v.p.n * by_cos_o + wi * by_dot;
-        const Vec3 d_end = EndPointAdjoint(v.p.wo, Norm(previous.p.x - v.p.x), d_wo);
-        previous.d_x[i] += d_end;
-        v.d_x[i] -= d_end;
-      }
+    v.d_eta += weight * f.d_eta;
+    v.d_k += weight * f.d_k;
+    if (Moves(k)) {
+      const Rgb by_cos_i = weight * (f.d_cos_i + f.value * (1.0 / cosines.cos_i));
+      const Rgb by_cos_o = weight * f.d_cos_o;
+      const Rgb by_dot = weight * f.d_dot_io;
+      v.d_n += Outer(wi, by_cos_i) + Outer(v.p.wo, by_cos_o);
+      v.d_wo += Outer(v.p.n, by_cos_o) + Outer(wi, by_dot);
+      d_wi += Outer(v.p.n, by_cos_i) + Outer(v.p.wo, by_dot);
     }
     return f.value;
   }
 
-  void AccumulateEmitter(const DirectContribution& direct, const Rgb& weight) {
-    const auto index = static_cast<std::size_t>(direct.emitter);
-    if (context_.lights.environment && context_.lights.environment->emitter == direct.emitter) {
-      AccumulateEnvironmentAdjoint(*context_.lights.environment, direct.wi, weight, active_, sum_);
-    } else if (active_.intensity[index] >= 0) {
-      AddDiagonal(sum_.Entry(active_.intensity[index]), weight);
+  /// Weight of a mirror or glass vertex; returns it.
+  Rgb AdjointOfDeltaWeight(std::size_t k, const Rgb& weight) {
+    Vertex& v = vertices_[k];
+    const DeltaPartials f =
+        EvalDelta(v.p.material->bsdf, v.p.inputs, Dot(v.p.n, v.p.wo), v.on.transmit);
+    v.d_base_color += weight * f.d_base_color;
+    v.d_eta += weight * f.d_eta;
+    v.d_k += weight * f.d_k;
+    if (Moves(k)) {
+      v.d_n += Outer(v.p.wo, weight * f.d_cos_o);
+      v.d_wo += Outer(v.p.n, weight * f.d_cos_o);
     }
+    return f.value;
   }
 
-  void Scatter(const Vertex& v, bool is_camera_vertex) {
-    const auto mesh_index = static_cast<std::size_t>(v.p.id.mesh);
-    const SceneMesh& mesh = context_.scene->meshes[mesh_index];
-    const auto material = static_cast<std::size_t>(mesh.material);
-    if (active_.any_material) {
-      ScatterMaterial(v, mesh, mesh_index, material);
-    }
-    if (active_.positions[mesh_index] >= 0) {
-      ScatterPositions(v, mesh, active_.positions[mesh_index], is_camera_vertex);
-    }
+  Rgb AdjointOfDelta(std::size_t k, const Rgb& beyond) {
+    const Vertex& v = vertices_[k];
+    return AdjointOfDeltaWeight(k, v.throughput * beyond * v.on.factor) * beyond * v.on.factor;
   }
 
-  void ScatterMaterial(const Vertex& v,
-                       const SceneMesh& mesh,
-                       std::size_t mesh_index,
-                       std::size_t material) {
-    if (v.p.material->vertex_colors) {
-      if (const std::int32_t first = active_.colors[mesh_index]; first >= 0) {
-        const Triangle& t = mesh.mesh.color_triangles[static_cast<std::size_t>(v.p.id.triangle)];
-        AddDiagonal(sum_.Entry(first + t[0]), v.d_base_color * (1.0 - v.p.b1 - v.p.b2));
-        AddDiagonal(sum_.Entry(first + t[1]), v.d_base_color * v.p.b1);
-        AddDiagonal(sum_.Entry(first + t[2]), v.d_base_color * v.p.b2);
-      }
-    } else if (active_.base_color[material] >= 0) {
-      AddDiagonal(sum_.Entry(active_.base_color[material]), v.d_base_color);
+  /// The environment behind a mirror or glass.
+  Rgb AdjointOfEscape(std::size_t k, const DirectContribution& direct) {
+    Vertex& v = vertices_[k];
+    const LightSet::Environment& environment = *context_.lights.environment;
+    const Rgb value = AdjointOfDeltaWeight(k, v.throughput * direct.radiance * direct.factor);
+    const Rgb per_radiance = v.throughput * value * direct.factor;
+    appearance_.Environment(environment, direct.wi, per_radiance);
+    if (Moves(k)) {
+      const ColorGradient d_wi = SkyGradient(environment, direct.wi, per_radiance);
+      v.d_wi += d_wi;
+      motion_.LightSpin(direct.emitter, -Cross(direct.wi, d_wi));
     }
-    if (active_.roughness[material] >= 0) {
-      AddScalar(sum_.Entry(active_.roughness[material]), v.d_roughness);
-    }
-    if (active_.metallic[material] >= 0) {
-      AddScalar(sum_.Entry(active_.metallic[material]), v.d_metallic);
-    }
-  }
-
-  void ScatterPositions(const Vertex& v,
-                        const SceneMesh& mesh,
-                        std::int32_t first,
-                        bool is_camera_vertex) {
-    const TriangleGeometry& geometry = context_.caster->Geometry(v.p.id);
-    const std::array<Vec3, 3> gradients = BarycentricGradients(geometry);
-    const std::array<double, 3> b = {1.0 - v.p.b1 - v.p.b2, v.p.b1, v.p.b2};
-    std::array<ColorGradient, 3> d_corner;  // [corner][channel]
-    for (int c = 0; c < 3; ++c) {
-      const auto i = static_cast<std::size_t>(c);
-      Vec3 d_material = v.d_x[i];  // by the velocity of the material point
-      if (is_camera_vertex) {
-        const Vec3 texture = ColorGradientInPlane(v, mesh, gradients, c);
-        const Vec3 d_point = v.d_x[i] + texture;
-        d_material = v.p.n * (Dot(d_point, v.p.wo) / Dot(v.p.n, v.p.wo)) - texture;
-      }
-      const std::array<Vec3, 3> by_normal = NormalAdjoint(geometry, v.d_n[i] * v.p.side);
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        d_corner[corner][i] =
-            by_normal[corner] + d_material * b[corner] + gradients[corner] * v.d_log_area[c];
-      }
-    }
-    const Triangle& t = mesh.mesh.triangles[static_cast<std::size_t>(v.p.id.triangle)];
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      std::array<Rgba, 3>& entry = sum_.Entry(first + t[corner]);
-      for (int c = 0; c < 3; ++c) {
-        AddChannels(entry, c, d_corner[corner][static_cast<std::size_t>(c)]);
-      }
-    }
-  }
-
-  /// Gradient of a channel by moving over the material: vertex colours change with the
-  /// barycentrics.
-  static Vec3 ColorGradientInPlane(const Vertex& v,
-                                   const SceneMesh& mesh,
-                                   const std::array<Vec3, 3>& gradients,
-                                   int channel) {
-    Vec3 sum;
-    if (v.p.material->vertex_colors) {
-      const Triangle& t = mesh.mesh.color_triangles[static_cast<std::size_t>(v.p.id.triangle)];
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const Rgb& color = mesh.mesh.colors[static_cast<std::size_t>(t[corner])];
-        sum += gradients[corner] * (v.d_base_color[channel] * color[channel]);
-      }
-    }
-    return sum;
+    return value * direct.radiance * direct.factor;
   }
 
   const PathContext& context_;
+  const CameraModel& camera_;
   const ActiveParameters& active_;
-  PathRecorder& path_;
-  DerivativeAccumulator& sum_;
+  DerivativeForm form_;
+  const PixelSample& pixel_;
+  std::vector<Vertex>& vertices_;
+  const std::vector<DirectContribution>& directs_;
+  AccumulatorTarget target_;
+  MotionAdjoint<ColorGradient, AccumulatorTarget> motion_;
+  AppearanceAdjoint appearance_;
+  bool moving_ = false;
+  std::size_t first_rough_ = 0;  // the first vertex that is no mirror or glass
+  std::size_t frozen_ = 0;       // from here on directions are kept fixed
 };
 
 }  // namespace
 
-void AccumulatePathAdjoint(const PathContext& context,
-                           const ActiveParameters& active,
+void AccumulatePathAdjoint(const AdjointContext& context,
+                           const PixelSample& pixel,
                            PathRecorder& path,
                            DerivativeAccumulator& sum) {
-  Sweep(context, active, path, sum).Run();
-}
-
-void AccumulateEnvironmentAdjoint(const LightSet::Environment& environment,
-                                  const Vec3& direction,
-                                  const Rgb& weight,
-                                  const ActiveParameters& active,
-                                  DerivativeAccumulator& sum) {
-  const auto index = static_cast<std::size_t>(environment.emitter);
-  const std::int32_t texels = active.texels[index];
-  const std::int32_t intensity = active.intensity[index];
-  if (texels < 0 && intensity < 0) {
-    return;
-  }
-  const TexelWeights lookup = EnvironmentTexelWeights(
-      *environment.light, EnvironmentUv(environment.light_from_world * direction));
-  Rgb texel_mean;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (lookup.weight[i] == 0.0) {
-      continue;
-    }
-    texel_mean +=
-        environment.light->texels[static_cast<std::size_t>(lookup.texel[i])] * lookup.weight[i];
-    if (texels >= 0) {
-      AddDiagonal(sum.Entry(texels + lookup.texel[i]),
-                  weight * environment.light->intensity * lookup.weight[i]);
-    }
-  }
-  if (intensity >= 0) {
-    AddDiagonal(sum.Entry(intensity), weight * texel_mean);
-  }
+  Sweep(context, pixel, path, sum).Run();
 }
 
 }  // namespace pathfit::renderer

@@ -1,47 +1,84 @@
 #include "renderer/derivative/pixel_estimator.h"
 
+#include "renderer/sensor/pixel_filter.h"
+
 namespace pathfit::renderer {
 namespace {
 
 constexpr std::uint64_t kShiftDomain = 1;
 constexpr std::uint64_t kInteriorDomain = 2;
+constexpr int kMirrorGroup = 4;
 
-/// One camera path. `on_miss(direction)` and `on_path()` are called after the path, if its radiance
-/// is finite.
+/// One camera path. `on_miss(pixel)` and `on_path(pixel)` are called after the path, if its
+/// radiance is finite.
 template <class Recorder, class OnMiss, class OnPath>
 Rgba SamplePixel(const PathContext& context,
-                 const CameraModel& camera,
-                 int x,
-                 int y,
+                 const PixelSample& pixel,
+                 bool mirrored,
                  LatticeSampler& sampler,
                  Recorder& recorder,
                  OnMiss on_miss,
                  OnPath on_path) {
-  const double u = x + sampler.Next();
-  const double v = y + sampler.Next();
-  const Ray ray = camera.RayThrough(u, v);
-  const std::optional<Hit> hit = context.caster->Intersect(ray);
+  const std::optional<Hit> hit = context.caster->Intersect(pixel.ray);
   if (!hit) {
     if (!context.lights.environment || !context.lights.environment_visible) {
       return {};
     }
-    on_miss(ray.direction);
-    return {EnvironmentRadianceInWorld(*context.lights.environment, ray.direction), 0.0};
+    on_miss();
+    return {EnvironmentRadianceInWorld(*context.lights.environment, pixel.ray.direction), 0.0};
   }
-  const SurfacePoint p = MakeSurfacePoint(*context.scene, *context.caster, *hit, ray);
-  const Rgb radiance = TraceRadiance(context, p, sampler, recorder);
+  const SurfacePoint p = MakeSurfacePoint(*context.scene, *context.caster, *hit, pixel.ray);
+  const Rgb radiance =
+      TraceRadiance(context, p, sampler, recorder, {context.max_bounces, true, mirrored});
   if (IsFinite(radiance)) {
     on_path();
   }
   return {radiance, 1.0};
 }
 
+/// Pixel sample that follows the filter.
+PixelSample FollowFilter(const CameraModel& camera, int x, int y, LatticeSampler& sampler) {
+  const PixelFilter& filter = camera.camera().filter;
+  PixelSample pixel;
+  pixel.u = x + 0.5 + SampleFilter(filter, sampler.Next());
+  pixel.v = y + 0.5 + SampleFilter(filter, sampler.Next());
+  pixel.ray = camera.RayThrough(pixel.u, pixel.v);
+  return pixel;
+}
+
+/// Pixel sample spread evenly over the filter's support, with weight and slope; `mirror` 0..3
+/// reflects it about the pixel's axes.
+PixelSample CoverSupport(
+    const CameraModel& camera, int x, int y, int mirror, LatticeSampler& sampler) {
+  const PixelFilter& filter = camera.camera().filter;
+  const auto offset = [&](bool reflect) {
+    const double d = filter.radius * (2.0 * sampler.Next() - 1.0);
+    return reflect ? -d : d;
+  };
+  const double du = offset((mirror & 1) != 0);
+  const double dv = offset((mirror & 2) != 0);
+  const double inverse_pdf = 4.0 * filter.radius * filter.radius;
+  const double h_u = FilterProfile(filter, du);
+  const double h_v = FilterProfile(filter, dv);
+  PixelSample pixel;
+  pixel.u = x + 0.5 + du;
+  pixel.v = y + 0.5 + dv;
+  pixel.ray = camera.RayThrough(pixel.u, pixel.v);
+  pixel.weight = h_u * h_v * inverse_pdf;
+  pixel.slope_u = FilterSlope(filter, du) * h_v * inverse_pdf;
+  pixel.slope_v = h_u * FilterSlope(filter, dv) * inverse_pdf;
+  return pixel;
+}
+
+/// sample(sampler, index) returns the weighted value of one sample. `group` samples in a row share
+/// their numbers.
 template <class Sample>
 Rgba MeanOfSamples(const PathContext& context,
                    const CameraModel& camera,
                    const RenderOptions& options,
                    int x,
                    int y,
+                   int group,
                    RenderStats& stats,
                    Sample sample) {
   const bool background_is_black =
@@ -55,10 +92,10 @@ Rgba MeanOfSamples(const PathContext& context,
   const CounterRng shift(options.seed, kShiftDomain, options.view, pixel, 0);
   Rgba sum;
   for (int s = 0; s < options.spp; ++s) {
-    const auto index = static_cast<std::uint64_t>(s);
+    const auto index = static_cast<std::uint64_t>(s / group);
     LatticeSampler sampler(
         shift, CounterRng(options.seed, kInteriorDomain, options.view, pixel, index), index);
-    const Rgba value = sample(sampler);
+    const Rgba value = sample(sampler, s);
     if (IsFinite(value.Color())) {
       sum += value;
     } else {
@@ -78,36 +115,49 @@ Rgba EstimatePixel(const PathContext& context,
                    int y,
                    RenderStats& stats) {
   NullPathRecorder recorder;
-  return MeanOfSamples(context, camera, options, x, y, stats, [&](LatticeSampler& sampler) {
-    return SamplePixel(
-        context, camera, x, y, sampler, recorder, [](const Vec3&) {}, [] {});
-  });
+  const int pair = context.antithetic ? 2 : 1;
+  return MeanOfSamples(
+      context, camera, options, x, y, pair, stats, [&](LatticeSampler& sampler, int s) {
+        const PixelSample pixel = FollowFilter(camera, x, y, sampler);
+        return SamplePixel(
+            context, pixel, s % pair == 1, sampler, recorder, [] {}, [] {});
+      });
 }
 
-Rgba EstimatePixelWithDerivative(const PathContext& context,
-                                 const CameraModel& camera,
+Rgba EstimatePixelWithDerivative(const AdjointContext& context,
                                  const RenderOptions& options,
-                                 const ActiveParameters& active,
                                  int x,
                                  int y,
                                  PathRecorder& recorder,
                                  DerivativeAccumulator& sum,
                                  RenderStats& stats) {
-  return MeanOfSamples(context, camera, options, x, y, stats, [&](LatticeSampler& sampler) {
-    recorder.Clear();
-    return SamplePixel(
-        context,
-        camera,
-        x,
-        y,
-        sampler,
-        recorder,
-        [&](const Vec3& direction) {
-          AccumulateEnvironmentAdjoint(
-              *context.lights.environment, direction, Rgb::Constant(1.0), active, sum);
-        },
-        [&] { AccumulatePathAdjoint(context, active, recorder, sum); });
-  });
+  const CameraModel& camera = context.camera;
+  const bool spread = context.form == DerivativeForm::kMaterial &&
+                      camera.camera().filter.shape != PixelFilter::Shape::kBox;
+  const int pair = context.path.antithetic ? 2 : 1;
+  const int points = spread ? kMirrorGroup : 1;
+  return MeanOfSamples(context.path,
+                       camera,
+                       options,
+                       x,
+                       y,
+                       pair * points,
+                       stats,
+                       [&](LatticeSampler& sampler, int s) {
+                         const PixelSample pixel =
+                             spread ? CoverSupport(camera, x, y, s / pair % points, sampler)
+                                    : FollowFilter(camera, x, y, sampler);
+                         recorder.Clear();
+                         const Rgba value = SamplePixel(
+                             context.path,
+                             pixel,
+                             s % pair == 1,
+                             sampler,
+                             recorder,
+                             [&] { AccumulateMissAdjoint(context, pixel, sum); },
+                             [&] { AccumulatePathAdjoint(context, pixel, recorder, sum); });
+                         return value * pixel.weight;
+                       });
 }
 
 }  // namespace pathfit::renderer

@@ -1,13 +1,12 @@
 #pragma once
 
 #include "renderer/derivative/path_adjoint.h"
-#include "renderer/render_options.h"
 #include "renderer/render_stats.h"
 #include "renderer/sampler/lattice_sampler.h"
 
 namespace pathfit::renderer {
 
-/// Mean radiance and coverage of one pixel under the box filter, before the sensor's gain. The
+/// Mean radiance and coverage of one pixel under its filter, before the sensor's gain. The
 /// numbers of a pixel are a function of (seed, view, pixel, sample) only. `context` must have
 /// been made for the same camera.
 Rgba EstimatePixel(const PathContext& context,
@@ -17,12 +16,13 @@ Rgba EstimatePixel(const PathContext& context,
                    int y,
                    RenderStats& stats);
 
-/// The same number, bit for bit, and the sum over its samples of the interior derivative (image
-/// form) in `sum`, not yet divided by the sample count. `recorder` is scratch space.
-Rgba EstimatePixelWithDerivative(const PathContext& context,
-                                 const CameraModel& camera,
+/// The same number (in image form, bit for bit), and the sum over its samples of the interior
+/// derivative in `sum`, not yet divided by the sample count. `recorder` is scratch space.
+/// In material form under a smooth filter, samples cover the filter's support evenly in groups of
+/// four mirrored points that share all further numbers: the slope of the filter is odd, and grows
+/// beyond bounds relative to the filter. [path_space 1.9]
+Rgba EstimatePixelWithDerivative(const AdjointContext& context,
                                  const RenderOptions& options,
-                                 const ActiveParameters& active,
                                  int x,
                                  int y,
                                  PathRecorder& recorder,

@@ -7,6 +7,9 @@
 namespace pathfit::renderer {
 namespace {
 
+// Distance from the poles' axis, of a unit direction, below which slopes along u fade out.
+constexpr double kPoleDistance = 1e-6;
+
 template <class E>
 auto& Intensity(E& emitter) {
   return *std::visit(
@@ -18,6 +21,26 @@ auto& Intensity(E& emitter) {
         }
       },
       emitter.light);
+}
+
+// The square of texel centres around a point of the map, and where the point lies in it.
+struct TexelSquare {
+  std::array<int, 4> texel{};  // (x0, y0), (x1, y0), (x0, y1), (x1, y1)
+  double fx = 0.0, fy = 0.0;
+  bool beyond_rows = false;  // between a pole and the outermost texel centres: constant along v
+};
+TexelSquare SquareAround(const EnvironmentEmitter& environment, const Vec2& uv) {
+  const int w = environment.width;
+  const int h = environment.height;
+  const double x = uv.x * w - 0.5;
+  const double row = uv.y * h - 0.5;
+  const double y = std::clamp(row, 0.0, static_cast<double>(h - 1));
+  const double floor_x = std::floor(x);
+  const int x0 = (static_cast<int>(floor_x) + w) % w;
+  const int x1 = (x0 + 1) % w;
+  const int y0 = std::min(static_cast<int>(y), h - 1);
+  const int y1 = std::min(y0 + 1, h - 1);
+  return {{y0 * w + x0, y0 * w + x1, y1 * w + x0, y1 * w + x1}, x - floor_x, y - y0, row != y};
 }
 
 }  // namespace
@@ -38,22 +61,11 @@ Vec3 EnvironmentDirection(const Vec2& uv) {
 }
 
 TexelWeights EnvironmentTexelWeights(const EnvironmentEmitter& environment, const Vec2& uv) {
-  const int w = environment.width;
-  const int h = environment.height;
-  if (w == 1 && h == 1) {
+  if (environment.width == 1 && environment.height == 1) {
     return {{0, 0, 0, 0}, {1.0, 0.0, 0.0, 0.0}};
   }
-  const double x = uv.x * w - 0.5;
-  const double y = std::clamp(uv.y * h - 0.5, 0.0, static_cast<double>(h - 1));
-  const double floor_x = std::floor(x);
-  const int x0 = (static_cast<int>(floor_x) + w) % w;
-  const int x1 = (x0 + 1) % w;
-  const int y0 = std::min(static_cast<int>(y), h - 1);
-  const int y1 = std::min(y0 + 1, h - 1);
-  const double fx = x - floor_x;
-  const double fy = y - y0;
-  return {{y0 * w + x0, y0 * w + x1, y1 * w + x0, y1 * w + x1},
-          {(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy}};
+  const auto [texel, fx, fy, beyond_rows] = SquareAround(environment, uv);
+  return {texel, {(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy}};
 }
 
 Rgb EnvironmentRadianceAt(const EnvironmentEmitter& environment, const Vec2& uv) {
@@ -66,6 +78,32 @@ Rgb EnvironmentRadianceAt(const EnvironmentEmitter& environment, const Vec2& uv)
     sum += environment.texels[static_cast<std::size_t>(lookup.texel[i])] * lookup.weight[i];
   }
   return environment.intensity * sum;
+}
+
+std::array<Vec3, 3> EnvironmentGradient(const EnvironmentEmitter& environment, const Vec3& d) {
+  if (environment.width == 1 && environment.height == 1) {
+    return {};
+  }
+  const TexelSquare square = SquareAround(environment, EnvironmentUv(d));
+  const auto texel = [&](std::size_t i) {
+    return environment.texels[static_cast<std::size_t>(square.texel[i])];
+  };
+  const Rgb by_x = (texel(1) - texel(0)) * (1.0 - square.fy) + (texel(3) - texel(2)) * square.fy;
+  const Rgb by_y = (texel(2) - texel(0)) * (1.0 - square.fx) + (texel(3) - texel(1)) * square.fx;
+  const Rgb by_phi =
+      environment.intensity * by_x * (0.5 * environment.width * std::numbers::inv_pi);
+  const Rgb by_theta = square.beyond_rows ? Rgb{}
+                                          : environment.intensity * by_y *
+                                                (environment.height * std::numbers::inv_pi);
+  // phi = atan2(x, -z) and theta = acos(y) by the direction; both slopes are tangential.
+  const double rho = std::max(std::hypot(d.x, d.z), kPoleDistance);
+  const Vec3 phi_by_d = Vec3{-d.z, 0.0, d.x} / (rho * rho);
+  const Vec3 theta_by_d{d.x * d.y / rho, -rho, d.z * d.y / rho};
+  std::array<Vec3, 3> gradient;
+  for (int c = 0; c < 3; ++c) {
+    gradient[static_cast<std::size_t>(c)] = phi_by_d * by_phi[c] + theta_by_d * by_theta[c];
+  }
+  return gradient;
 }
 
 }  // namespace pathfit::renderer

@@ -4,20 +4,16 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <sstream>
 #include <unordered_map>
 #include <utility>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_checks.h"
 
 namespace pathfit::renderer {
 namespace {
 
-/// Twice the area over the squared longest edge below which a triangle's normal is rounding noise.
-constexpr double kMinRelativeArea = 1e-14;
 constexpr int kMaxSubdivisions = 9;
-
-std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 std::uint64_t MixBits(std::uint64_t x) {
   x ^= x >> 30;
@@ -38,147 +34,9 @@ struct PositionKeyHash {
   }
 };
 
-/// Undirected edge as one integer: the smaller index in the high half.
-std::uint64_t EdgeKey(std::int32_t a, std::int32_t b) {
-  const auto [low, high] = std::minmax(a, b);
-  return (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint64_t>(high);
-}
-
-bool IsInRange(const Triangle& triangle, std::size_t count) {
-  return std::all_of(triangle.begin(), triangle.end(), [count](std::int32_t i) {
-    return i >= 0 && Index(i) < count;
-  });
-}
-
-std::string TextOf(const Vec3& p) {
-  std::ostringstream text;
-  text.precision(6);
-  text << "(" << p.x << ", " << p.y << ", " << p.z << ")";
-  return text.str();
-}
-
 std::string TextOf(const Triangle& t) {
   return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) +
          ")";
-}
-
-/// Checks of one mesh; each Check function throws at its first offending element.
-class Validator {
- public:
-  Validator(const Mesh& mesh, const std::string& name) : mesh_(mesh), name_(name) {}
-
-  void CheckAll() const {
-    if (mesh_.triangles.empty()) Fail("it has no triangle");
-    CheckNumbers();
-    CheckIndices(mesh_.triangles, mesh_.positions.size(), "position");
-    CheckAttribute(mesh_.normal_triangles, mesh_.normals.size(), "normal");
-    CheckAttribute(mesh_.uv_triangles, mesh_.uvs.size(), "uv");
-    CheckAttribute(mesh_.color_triangles, mesh_.colors.size(), "color");
-    CheckShapes();
-    CheckEdges();
-  }
-
- private:
-  [[noreturn]] void Fail(const std::string& what) const {
-    throw SceneError("mesh '" + name_ + "': " + what);
-  }
-
-  void CheckNumbers() const {
-    for (std::size_t i = 0; i < mesh_.positions.size(); ++i) {
-      if (!IsFinite(mesh_.positions[i])) {
-        Fail("position " + std::to_string(i) + " is not finite: " + TextOf(mesh_.positions[i]));
-      }
-    }
-    for (std::size_t i = 0; i < mesh_.normals.size(); ++i) {
-      if (!IsFinite(mesh_.normals[i])) Fail("normal " + std::to_string(i) + " is not finite");
-    }
-    for (std::size_t i = 0; i < mesh_.uvs.size(); ++i) {
-      if (!std::isfinite(mesh_.uvs[i].x) || !std::isfinite(mesh_.uvs[i].y)) {
-        Fail("uv " + std::to_string(i) + " is not finite");
-      }
-    }
-    for (std::size_t i = 0; i < mesh_.colors.size(); ++i) {
-      if (!IsFinite(mesh_.colors[i])) Fail("color " + std::to_string(i) + " is not finite");
-    }
-  }
-
-  void CheckIndices(const std::vector<Triangle>& triangles,
-                    std::size_t count,
-                    const char* kind) const {
-    for (std::size_t f = 0; f < triangles.size(); ++f) {
-      if (!IsInRange(triangles[f], count)) {
-        Fail("triangle " + std::to_string(f) + " has " + kind + " indices " + TextOf(triangles[f]) +
-             ", allowed are 0 to below " + std::to_string(count));
-      }
-    }
-  }
-
-  void CheckAttribute(const std::vector<Triangle>& triangles,
-                      std::size_t count,
-                      const char* kind) const {
-    if (!triangles.empty() && triangles.size() != mesh_.triangles.size()) {
-      Fail(std::string("it has ") + std::to_string(triangles.size()) + " " + kind +
-           " triangles for " + std::to_string(mesh_.triangles.size()) +
-           " triangles; allowed are none or one for each");
-    }
-    CheckIndices(triangles, count, kind);
-  }
-
-  void CheckShapes() const {
-    for (std::size_t f = 0; f < mesh_.triangles.size(); ++f) {
-      const Triangle& t = mesh_.triangles[f];
-      const Vec3& a = mesh_.positions[Index(t[0])];
-      const Vec3& b = mesh_.positions[Index(t[1])];
-      const Vec3& c = mesh_.positions[Index(t[2])];
-      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
-        Fail("triangle " + std::to_string(f) + " repeats a vertex: " + TextOf(t) + ", at " +
-             TextOf(a));
-      }
-      const double longest = std::max({SquaredNorm(b - a), SquaredNorm(c - b), SquaredNorm(a - c)});
-      const double twice_area = Norm(Cross(b - a, c - a));
-      if (!std::isfinite(twice_area) || !std::isfinite(longest)) {
-        Fail("triangle " + std::to_string(f) + " is too large to compute its area, at " +
-             TextOf(a));
-      }
-      if (!(twice_area > kMinRelativeArea * longest)) {
-        Fail("triangle " + std::to_string(f) + " has zero area: " + TextOf(a) + ", " + TextOf(b) +
-             ", " + TextOf(c));
-      }
-    }
-  }
-
-  void CheckEdges() const {
-    struct EdgeUse {
-      std::int32_t from = 0;  ///< first vertex in the winding of the first triangle
-      int count = 0;
-    };
-    std::unordered_map<std::uint64_t, EdgeUse> uses;
-    uses.reserve(mesh_.triangles.size() * 2);
-    for (std::size_t f = 0; f < mesh_.triangles.size(); ++f) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::int32_t from = mesh_.triangles[f][k];
-        const std::int32_t to = mesh_.triangles[f][(k + 1) % 3];
-        EdgeUse& use = uses[EdgeKey(from, to)];
-        if (++use.count == 1) {
-          use.from = from;
-          continue;
-        }
-        const std::string edge = "edge (" + std::to_string(from) + ", " + std::to_string(to) +
-                                 ") of triangle " + std::to_string(f) + ", from " +
-                                 TextOf(mesh_.positions[Index(from)]) + " to " +
-                                 TextOf(mesh_.positions[Index(to)]);
-        if (use.count > 2) Fail(edge + ", has more than two triangles");
-        if (use.from == from) Fail(edge + ", has two triangles of inconsistent winding");
-      }
-    }
-  }
-
-  const Mesh& mesh_;
-  const std::string& name_;
-};
-
-void SwapWinding(std::vector<Triangle>& triangles) {
-  for (Triangle& triangle : triangles) std::swap(triangle[1], triangle[2]);
 }
 
 Mesh MakeIcosahedron() {
@@ -265,8 +123,6 @@ void WeldPositions(Mesh& mesh) {
   mesh.positions = std::move(positions);
 }
 
-void ValidateMesh(const Mesh& mesh, const std::string& name) { Validator(mesh, name).CheckAll(); }
-
 void ApplyTransform(const Transform& world_from_object, Mesh& mesh) {
   const Mat3& m = world_from_object.linear;
   const double determinant = Determinant(m);
@@ -285,10 +141,9 @@ void ApplyTransform(const Transform& world_from_object, Mesh& mesh) {
   }
   if (determinant > 0.0) return;
   // A reflection turns triangles inside out.
-  SwapWinding(mesh.triangles);
-  SwapWinding(mesh.normal_triangles);
-  SwapWinding(mesh.uv_triangles);
-  SwapWinding(mesh.color_triangles);
+  ForEachTriangleList(mesh, [](std::vector<Triangle>& triangles) {
+    for (Triangle& triangle : triangles) std::swap(triangle[1], triangle[2]);
+  });
 }
 
 Mesh MakeIcosphere(int subdivisions, double radius) {

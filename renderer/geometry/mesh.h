@@ -18,7 +18,7 @@ using Triangle = std::array<std::int32_t, 3>;
 /// WeldPositions.
 struct Mesh {
   std::vector<Vec3> positions;  ///< metres of the world
-  std::vector<Vec3> normals;    ///< unit; may be empty
+  std::vector<Vec3> normals;    ///< shading normals, not zero, of any length; may be empty
   std::vector<Vec2> uvs;        ///< may be empty
   std::vector<Rgb> colors;      ///< linear base colour; may be empty
 
@@ -34,11 +34,15 @@ struct Mesh {
 /// ones.
 void WeldPositions(Mesh& mesh);
 
-/// Throws SceneError naming `name` and the first offending element: no triangle, index out of
-/// range, repeated index in a triangle, non-finite number, zero area, edge with more than two
-/// triangles, inconsistent winding.
+/// Throws SceneError naming `name` and the first offending element: no triangle, non-finite number,
+/// index out of range, a normal of length zero, position without triangle, repeated index in a
+/// triangle, zero area, two triangles with the same corners, edge with more than two triangles,
+/// inconsistent winding. RepairMesh (mesh_repair.h) mends what can be mended.
 void ValidateMesh(const Mesh& mesh, const std::string& name);
 
+/// Normals turn with the inverse transpose and become unit again; a reflection reverses the winding
+/// of all triangles, so that a closed mesh keeps its inside. Fails: SceneError unless the transform
+/// is finite and invertible.
 void ApplyTransform(const Transform& world_from_object, Mesh& mesh);
 
 /// Sphere of given radius about the origin from an icosahedron, `subdivisions` times split in four.

@@ -5,20 +5,9 @@
 #include <unordered_map>
 
 #include "renderer/core/check.h"
+#include "renderer/geometry/mesh_checks.h"
 
 namespace pathfit::renderer {
-namespace {
-
-std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-/// Undirected edge as one integer: the smaller index in the high half.
-std::uint64_t EdgeKey(std::int32_t a, std::int32_t b) {
-  const auto [low, high] = std::minmax(a, b);
-  return (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint64_t>(high);
-}
-
-}  // namespace
-
 MeshTopology MeshTopology::Build(const Mesh& mesh) {
   MeshTopology topology;
   std::unordered_map<std::uint64_t, std::size_t> edge_of;

@@ -61,5 +61,7 @@ std::string EmbreeVersion();
 /// Offset of secondary rays relative to the scene's extent: well above float rounding (6e-8) of
 /// Embree's geometry.
 inline constexpr double kRayOffset = 4e-6;
+/// A shadow ray ends this share of its length before its end point.
+inline constexpr double kShadowShortening = 1e-5;
 
 }  // namespace pathfit::renderer

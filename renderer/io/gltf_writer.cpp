@@ -12,7 +12,10 @@
 #include <tiny_gltf.h>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_normals.h"
+#include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/image_file.h"
 #include "renderer/io/split_vertices.h"
 
 namespace pathfit::renderer {
@@ -20,55 +23,36 @@ namespace {
 
 std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-/// Unit sums of the face normals weighted by area, one per position.
-std::vector<Vec3> SmoothNormals(const Mesh& mesh) {
-  std::vector<Vec3> normals(mesh.positions.size());
-  std::vector<Vec3> any_face(mesh.positions.size(), Vec3{0.0, 0.0, 1.0});
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3& origin = mesh.positions[Index(a)];
-    const Vec3 area = Cross(mesh.positions[Index(b)] - origin, mesh.positions[Index(c)] - origin);
-    const double length = Norm(area);
-    for (const std::int32_t i : {a, b, c}) {
-      normals[Index(i)] += area;
-      if (length > 0.0) any_face[Index(i)] = area / length;
-    }
-  }
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    const double length = Norm(normals[i]);
-    // Opposite faces can cancel; the format demands a unit normal all the same.
-    normals[i] = length > 0.0 ? normals[i] / length : any_face[i];
-  }
-  return normals;
-}
-
-/// Collects vertex data in one buffer; all parts are of 4-byte numbers, so that every offset is
+/// Collects vertex data in one buffer; all parts fill whole 4-byte words, so that every offset is
 /// aligned.
 class BufferBuilder {
  public:
   explicit BufferBuilder(tinygltf::Model& model) : model_(model) { model_.buffers.resize(1); }
 
-  /// Index of a new accessor over `values`, three to an element.
-  int AddVec3(const std::vector<float>& values, bool with_bounds) {
+  /// Index of a new accessor over `values`, `components` (2 or 3) to an element.
+  int AddVectors(const std::vector<float>& values, std::size_t components) {
     tinygltf::Accessor accessor;
     accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
-    accessor.type = TINYGLTF_TYPE_VEC3;
-    accessor.count = values.size() / 3;
-    if (with_bounds) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        float low = values[c];
-        float high = values[c];
-        for (std::size_t i = c; i < values.size(); i += 3) {
-          low = std::min(low, values[i]);
-          high = std::max(high, values[i]);
-        }
-        accessor.minValues.push_back(static_cast<double>(low));
-        accessor.maxValues.push_back(static_cast<double>(high));
+    accessor.type = components == 3 ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_VEC2;
+    accessor.count = values.size() / components;
+    return Add(Words(values), TINYGLTF_TARGET_ARRAY_BUFFER, std::move(accessor));
+  }
+
+  /// The format wants bounds of positions.
+  int AddPositions(const std::vector<float>& values) {
+    const int index = AddVectors(values, 3);
+    tinygltf::Accessor& accessor = model_.accessors.back();
+    for (std::size_t c = 0; c < 3; ++c) {
+      float low = values[c];
+      float high = values[c];
+      for (std::size_t i = c; i < values.size(); i += 3) {
+        low = std::min(low, values[i]);
+        high = std::max(high, values[i]);
       }
+      accessor.minValues.push_back(static_cast<double>(low));
+      accessor.maxValues.push_back(static_cast<double>(high));
     }
-    std::vector<std::uint32_t> words;
-    words.reserve(values.size());
-    for (const float value : values) words.push_back(std::bit_cast<std::uint32_t>(value));
-    return Add(words, TINYGLTF_TARGET_ARRAY_BUFFER, std::move(accessor));
+    return index;
   }
 
   int AddIndices(const std::vector<Triangle>& triangles) {
@@ -84,21 +68,37 @@ class BufferBuilder {
     return Add(words, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, std::move(accessor));
   }
 
- private:
-  int Add(const std::vector<std::uint32_t>& words, int target, tinygltf::Accessor accessor) {
+  /// Index of a new view of bytes that no accessor describes.
+  int AddBytes(const std::vector<unsigned char>& added) {
     std::vector<unsigned char>& bytes = model_.buffers[0].data;
     tinygltf::BufferView view;
     view.buffer = 0;
     view.byteOffset = bytes.size();
-    view.byteLength = words.size() * 4;
-    view.target = target;
+    view.byteLength = added.size();
+    bytes.insert(bytes.end(), added.begin(), added.end());
+    bytes.resize((bytes.size() + 3) / 4 * 4);
+    model_.bufferViews.push_back(std::move(view));
+    return static_cast<int>(model_.bufferViews.size()) - 1;
+  }
+
+ private:
+  static std::vector<std::uint32_t> Words(const std::vector<float>& values) {
+    std::vector<std::uint32_t> words;
+    words.reserve(values.size());
+    for (const float value : values) words.push_back(std::bit_cast<std::uint32_t>(value));
+    return words;
+  }
+
+  int Add(const std::vector<std::uint32_t>& words, int target, tinygltf::Accessor accessor) {
+    std::vector<unsigned char> bytes;
+    bytes.reserve(words.size() * 4);
     for (const std::uint32_t word : words) {
       for (int shift = 0; shift < 32; shift += 8) {
         bytes.push_back(static_cast<unsigned char>((word >> shift) & 0xffU));
       }
     }
-    accessor.bufferView = static_cast<int>(model_.bufferViews.size());
-    model_.bufferViews.push_back(std::move(view));
+    accessor.bufferView = AddBytes(bytes);
+    model_.bufferViews.back().target = target;
     model_.accessors.push_back(std::move(accessor));
     return static_cast<int>(model_.accessors.size()) - 1;
   }
@@ -122,32 +122,90 @@ tinygltf::Material MakeMaterial(const GlbMaterial& material, const std::filesyst
   return result;
 }
 
+std::vector<unsigned char> EncodeTexture(const Texture& texture,
+                                         const std::filesystem::path& path) {
+  if (texture.width <= 0 || texture.height <= 0 ||
+      texture.texels.size() !=
+          static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height)) {
+    throw SceneError(path.string() + ": texture '" + texture.name +
+                     "' to be written has texels that do not match its size");
+  }
+  Image image(texture.width, texture.height, 3);
+  for (std::size_t i = 0; i < texture.texels.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const double linear = static_cast<double>(StoredFloat(texture.texels[i][c], path));
+      image.data[3 * i + static_cast<std::size_t>(c)] =
+          static_cast<float>(SrgbFromLinear(std::clamp(linear, 0.0, 1.0)));
+    }
+  }
+  return EncodePng(image);
+}
+
+/// Index of the new texture.
+int AddTexture(const Texture& texture,
+               const std::filesystem::path& path,
+               BufferBuilder& buffer,
+               tinygltf::Model& model) {
+  tinygltf::Image image;
+  image.name = texture.name;
+  image.mimeType = "image/png";
+  image.bufferView = buffer.AddBytes(EncodeTexture(texture, path));
+  model.images.push_back(std::move(image));
+  tinygltf::Sampler sampler;
+  sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+  sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+  sampler.wrapS = sampler.wrapT = texture.wrap == TextureWrap::kRepeat
+                                      ? TINYGLTF_TEXTURE_WRAP_REPEAT
+                                      : TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+  model.samplers.push_back(std::move(sampler));
+  tinygltf::Texture result;
+  result.source = 0;
+  result.sampler = 0;
+  model.textures.push_back(std::move(result));
+  return 0;
+}
+
 tinygltf::Primitive AddPrimitive(const Mesh& mesh,
                                  const std::filesystem::path& path,
-                                 tinygltf::Model& model) {
-  const SplitMesh split = SplitVertices(mesh, {.colors = true});
-  const std::vector<Vec3> smooth = SmoothNormals(mesh);
+                                 BufferBuilder& buffer) {
+  const SplitMesh split = SplitVertices(mesh, {.normals = true, .uvs = true, .colors = true});
   std::vector<float> positions;
   std::vector<float> normals;
+  std::vector<float> uvs;
   std::vector<float> colors;
   for (const SplitVertex& vertex : split.vertices) {
+    if (vertex.uv >= 0) {
+      const Vec2& uv = mesh.uvs[Index(vertex.uv)];
+      uvs.push_back(StoredFloat(uv.x, path));
+      uvs.push_back(StoredFloat(1.0 - uv.y, path));
+    }
     for (int c = 0; c < 3; ++c) {
       positions.push_back(StoredFloat(mesh.positions[Index(vertex.position)][c], path));
-      normals.push_back(StoredFloat(smooth[Index(vertex.position)][c], path));
+      normals.push_back(StoredFloat(mesh.normals[Index(vertex.normal)][c], path));
       if (vertex.color < 0) continue;
       colors.push_back(
           std::clamp(StoredFloat(mesh.colors[Index(vertex.color)][c], path), 0.0F, 1.0F));
     }
   }
-  BufferBuilder buffer(model);
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.material = 0;
-  primitive.attributes["POSITION"] = buffer.AddVec3(positions, true);
-  primitive.attributes["NORMAL"] = buffer.AddVec3(normals, false);
-  if (!colors.empty()) primitive.attributes["COLOR_0"] = buffer.AddVec3(colors, false);
+  primitive.attributes["POSITION"] = buffer.AddPositions(positions);
+  primitive.attributes["NORMAL"] = buffer.AddVectors(normals, 3);
+  if (!uvs.empty()) primitive.attributes["TEXCOORD_0"] = buffer.AddVectors(uvs, 2);
+  if (!colors.empty()) primitive.attributes["COLOR_0"] = buffer.AddVectors(colors, 3);
   primitive.indices = buffer.AddIndices(split.triangles);
   return primitive;
+}
+
+/// The format demands unit normals.
+Mesh WithUnitNormals(Mesh mesh) {
+  if (mesh.normal_triangles.empty()) {
+    ComputeVertexNormals(mesh);
+  } else {
+    NormalizeVertexNormals(mesh);
+  }
+  return mesh;
 }
 
 }  // namespace
@@ -159,8 +217,16 @@ void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMate
   model.asset.version = "2.0";
   model.asset.generator = "pathfit";
   model.materials.push_back(MakeMaterial(material, path));
+  BufferBuilder buffer(model);
   tinygltf::Mesh gltf_mesh;
-  gltf_mesh.primitives.push_back(AddPrimitive(mesh, path, model));
+  gltf_mesh.primitives.push_back(AddPrimitive(WithUnitNormals(mesh), path, buffer));
+  if (material.base_color_texture) {
+    if (mesh.uv_triangles.empty()) {
+      throw SceneError(path.string() + ": a mesh to be written with a texture has no UVs");
+    }
+    model.materials[0].pbrMetallicRoughness.baseColorTexture.index =
+        AddTexture(*material.base_color_texture, path, buffer, model);
+  }
   model.meshes.push_back(std::move(gltf_mesh));
   tinygltf::Node node;
   node.mesh = 0;

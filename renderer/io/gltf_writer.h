@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "renderer/geometry/mesh.h"
+#include "renderer/texture/texture.h"
 
 namespace pathfit::renderer {
 
@@ -15,12 +17,16 @@ struct GlbMaterial {
   double roughness = 1.0;
   double metallic = 0.0;
   bool double_sided = false;
+  /// Multiplies the factor; embedded as an 8-bit sRGB PNG, clamped to 0..1. Needs UVs.
+  std::optional<Texture> base_color_texture = std::nullopt;
 };
 
-/// One mesh with one material as binary glTF (y up, metres): float POSITION, area-weighted smooth
-/// NORMAL, linear float COLOR_0 (clamped to 0..1) when the mesh has colours, uint32 indices. A
-/// position with several colours is repeated. Written through a temporary file. Fails: IoError (not
-/// writable, a number beyond float), SceneError (wrong indices, no triangle).
+/// One mesh with one material as binary glTF (y up, metres): float POSITION, unit NORMAL (the
+/// mesh's own, otherwise smooth ones), TEXCOORD_0 (v down, as the format demands) when the mesh has
+/// UVs, linear float COLOR_0 (clamped to 0..1) when it has colours, uint32 indices. A position with
+/// several normals, UVs or colours is repeated. Written through a temporary file. Fails: IoError
+/// (not writable, a number beyond float), SceneError (wrong indices, no triangle, a texture without
+/// UVs or whose texels do not match its size).
 void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& material);
 
 }  // namespace pathfit::renderer

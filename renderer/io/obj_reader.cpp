@@ -7,10 +7,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_normals.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/polygon_fan.h"
 #include "renderer/io/text_scanner.h"
@@ -42,12 +44,54 @@ constexpr std::array<std::string_view, 17> kIgnoredStatements = {"o",
 /// Position, uv and normal of a face corner, from 0 or kAbsent.
 using Corner = std::array<std::int32_t, 3>;
 
+std::string_view KeywordOf(ObjGrouping grouping) {
+  switch (grouping) {
+    case ObjGrouping::kObject:
+      return "o";
+    case ObjGrouping::kGroup:
+      return "g";
+    case ObjGrouping::kMaterial:
+      return "usemtl";
+  }
+  return {};
+}
+
+/// Text without the blanks around it.
+std::string Trimmed(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r\n\v\f";
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(kBlanks) - first + 1));
+}
+
+/// Copies the values that the triangles use, in their old order, and renumbers the triangles.
+template <class T>
+std::vector<T> TakeUsed(const std::vector<T>& values, std::vector<Triangle>& triangles) {
+  std::vector<std::int32_t> used;
+  used.reserve(triangles.size() * 3);
+  for (const Triangle& t : triangles) used.insert(used.end(), t.begin(), t.end());
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  for (Triangle& t : triangles) {
+    for (std::int32_t& i : t) {
+      i = static_cast<std::int32_t>(std::lower_bound(used.begin(), used.end(), i) - used.begin());
+    }
+  }
+  std::vector<T> taken;
+  taken.reserve(used.size());
+  for (const std::int32_t i : used) taken.push_back(values[static_cast<std::size_t>(i)]);
+  return taken;
+}
+
 class ObjParser {
  public:
-  ObjParser(const std::filesystem::path& path, std::string_view text)
-      : path_(path), reader_(text) {}
+  /// Statements `group_keyword` begin a part; none if it is empty.
+  ObjParser(const std::filesystem::path& path,
+            std::string_view text,
+            std::string_view group_keyword)
+      : path_(path), reader_(text), group_keyword_(group_keyword) {}
 
-  Mesh Parse() {
+  std::vector<ObjGroup> Parse() {
     std::string_view line;
     while (reader_.Next(line)) {
       line_ = reader_.LineNumber();
@@ -76,16 +120,16 @@ class ObjParser {
     statement = statement.substr(0, statement.find('#'));
     const std::string_view keyword = NextToken(statement);
     if (keyword.empty()) return;
-    if (keyword == "v") {
+    if (keyword == group_keyword_) {
+      BeginGroup(statement);
+    } else if (keyword == "v") {
       ParseVertex(statement);
     } else if (keyword == "vt") {
       const std::vector<double> numbers = ParseNumbers(statement, keyword, 1, 3);
       mesh_.uvs.push_back({numbers[0], numbers.size() > 1 ? numbers[1] : 0.0});
     } else if (keyword == "vn") {
       const std::vector<double> numbers = ParseNumbers(statement, keyword, 3, 3);
-      const Vec3 normal = {numbers[0], numbers[1], numbers[2]};
-      const double length = Norm(normal);
-      mesh_.normals.push_back(length > 0.0 && std::isfinite(length) ? normal / length : normal);
+      mesh_.normals.push_back({numbers[0], numbers[1], numbers[2]});
     } else if (keyword == "f") {
       ParseFace(statement);
     } else if (std::find(kIgnoredStatements.begin(), kIgnoredStatements.end(), keyword) ==
@@ -94,6 +138,12 @@ class ObjParser {
                "'; read are v vt vn f, ignored are o g s usemtl mtllib l p",
            line_);
     }
+  }
+
+  void BeginGroup(std::string_view statement) {
+    const auto [entry, is_new] = group_of_name_.try_emplace(Trimmed(statement), groups_.size());
+    if (is_new) groups_.push_back({entry->first, {}});
+    group_ = entry->second;
   }
 
   std::vector<double> ParseNumbers(std::string_view text,
@@ -139,6 +189,7 @@ class ObjParser {
     }
     if (corners_.size() < begin + 3) Fail("a face needs at least 3 corners", line_);
     if (corners_.size() > kMaxCount) Fail("too many face corners", line_);
+    groups_[group_].faces.push_back(faces_.size());
     faces_.push_back({begin, line_});
   }
 
@@ -178,13 +229,25 @@ class ObjParser {
     return static_cast<std::int32_t>(*index > 0 ? *index - 1 : num_defined + *index);
   }
 
-  Mesh Finish() {
+  std::vector<ObjGroup> Finish() {
     if (faces_.empty()) throw IoError(path_.string() + ": has no face");
-    const bool all_uvs = AllFacesHave(1);
-    const bool all_normals = AllFacesHave(2);
-    const bool has_colors = !mesh_.colors.empty();
+    // Groups in the order of their first faces.
+    std::sort(groups_.begin(), groups_.end(), [](const Part& a, const Part& b) {
+      return !a.faces.empty() && (b.faces.empty() || a.faces.front() < b.faces.front());
+    });
+    std::vector<ObjGroup> result;
+    for (Part& part : groups_) {
+      if (!part.faces.empty()) result.push_back({std::move(part.name), BuildMesh(part.faces)});
+    }
+    return result;
+  }
+
+  [[nodiscard]] Mesh BuildMesh(const std::vector<std::size_t>& faces) const {
+    const bool all_uvs = AllHave(faces, 1);
+    const bool all_normals = AllHave(faces, 2);
+    Mesh mesh;
     std::vector<Vec3> polygon;
-    for (std::size_t i = 0; i < faces_.size(); ++i) {
+    for (const std::size_t i : faces) {
       const auto [begin, line] = faces_[i];
       const std::size_t end = i + 1 < faces_.size() ? faces_[i + 1].first : corners_.size();
       polygon.clear();
@@ -197,22 +260,27 @@ class ObjParser {
       for (const auto& [a, b, c] : *fan) {
         const std::array<Corner, 3> t = {
             corners_[begin + a], corners_[begin + b], corners_[begin + c]};
-        mesh_.triangles.push_back({t[0][0], t[1][0], t[2][0]});
-        if (all_uvs) mesh_.uv_triangles.push_back({t[0][1], t[1][1], t[2][1]});
-        if (all_normals) mesh_.normal_triangles.push_back({t[0][2], t[1][2], t[2][2]});
+        mesh.triangles.push_back({t[0][0], t[1][0], t[2][0]});
+        if (all_uvs) mesh.uv_triangles.push_back({t[0][1], t[1][1], t[2][1]});
+        if (all_normals) mesh.normal_triangles.push_back({t[0][2], t[1][2], t[2][2]});
       }
     }
-    if (has_colors) mesh_.color_triangles = mesh_.triangles;
-    if (!all_uvs) mesh_.uvs.clear();
-    if (!all_normals) mesh_.normals.clear();
-    WeldPositions(mesh_);
-    WeldColors(mesh_);
-    return std::move(mesh_);
+    if (!mesh_.colors.empty()) {
+      mesh.color_triangles = mesh.triangles;
+      mesh.colors = TakeUsed(mesh_.colors, mesh.color_triangles);
+    }
+    mesh.positions = TakeUsed(mesh_.positions, mesh.triangles);
+    mesh.uvs = TakeUsed(mesh_.uvs, mesh.uv_triangles);
+    mesh.normals = TakeUsed(mesh_.normals, mesh.normal_triangles);
+    WeldPositions(mesh);
+    WeldColors(mesh);
+    NormalizeVertexNormals(mesh);
+    return mesh;
   }
 
-  [[nodiscard]] bool AllFacesHave(std::size_t kind) const {
-    return std::all_of(faces_.begin(), faces_.end(), [&](const auto& face) {
-      return corners_[face.first][kind] != kAbsent;
+  [[nodiscard]] bool AllHave(const std::vector<std::size_t>& faces, std::size_t kind) const {
+    return std::all_of(faces.begin(), faces.end(), [&](std::size_t face) {
+      return corners_[faces_[face].first][kind] != kAbsent;
     });
   }
 
@@ -232,19 +300,33 @@ class ObjParser {
 
   static constexpr std::size_t kMaxCount = std::numeric_limits<std::int32_t>::max();
 
+  struct Part {
+    std::string name;
+    std::vector<std::size_t> faces;
+  };
+
   const std::filesystem::path& path_;
   LineReader reader_;
+  std::string_view group_keyword_;
   std::int64_t line_ = 0;  ///< where the current statement begins
-  Mesh mesh_;
+  Mesh mesh_;              ///< values only
   std::vector<Corner> corners_;
   std::vector<std::pair<std::size_t, std::int64_t>> faces_;  ///< first corner and line
+  std::vector<Part> groups_ = {Part{}};                      ///< the first has no name
+  std::unordered_map<std::string, std::size_t> group_of_name_ = {{"", 0}};
+  std::size_t group_ = 0;  ///< of the next face
 };
 
 }  // namespace
 
 Mesh ReadObj(const std::filesystem::path& path) {
   const std::string text = ReadWholeFile(path);
-  return ObjParser(path, text).Parse();
+  return std::move(ObjParser(path, text, {}).Parse().front().mesh);
+}
+
+std::vector<ObjGroup> ReadObjGroups(const std::filesystem::path& path, ObjGrouping grouping) {
+  const std::string text = ReadWholeFile(path);
+  return ObjParser(path, text, KeywordOf(grouping)).Parse();
 }
 
 }  // namespace pathfit::renderer

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_normals.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/ply_header.h"
@@ -202,6 +203,7 @@ class PlyParser {
     Triangulate();
     WeldPositions(mesh_);
     WeldColors(mesh_);
+    NormalizeVertexNormals(mesh_);
     return std::move(mesh_);
   }
 
@@ -262,11 +264,7 @@ class PlyParser {
 
   void AppendVertex(const std::array<double, kNumSlots>& row) {
     mesh_.positions.push_back({row[kX], row[kY], row[kZ]});
-    if (has_normals_) {
-      const Vec3 normal = {row[kNx], row[kNy], row[kNz]};
-      const double length = Norm(normal);
-      mesh_.normals.push_back(length > 0.0 && std::isfinite(length) ? normal / length : normal);
-    }
+    if (has_normals_) mesh_.normals.push_back({row[kNx], row[kNy], row[kNz]});
     if (has_uvs_) mesh_.uvs.push_back({row[kU], row[kV]});
     if (!has_colors_) return;
     Rgb color;

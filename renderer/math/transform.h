@@ -39,6 +39,12 @@ inline Transform RigidInverse(const Transform& t) {
 /// Rotation about a unit axis, right-handed, in radians.
 Mat3 RotationAboutAxis(const Vec3& unit_axis, double angle);
 
+/// Rotation matrix of a rotation vector (axis times radians), to rounding for any length.
+Mat3 RotationFromVector(const Vec3& rotation);
+/// Left Jacobian of the rotation group: a change dr of the rotation vector turns the rotated frame
+/// by the small rotation vector RotationLeftJacobian(r) dr.
+Mat3 RotationLeftJacobian(const Vec3& rotation);
+
 /// Camera (x right, y up, looking along -z) at `origin` towards `target`. Units: metres of the
 /// world. Fails: std::invalid_argument when the direction is zero or parallel to `up`.
 Transform LookAt(const Vec3& origin, const Vec3& target, const Vec3& up);

@@ -11,4 +11,7 @@ double CosineHemispherePdf(double cos_theta);
 Vec3 SampleUniformHemisphere(double u0, double u1);
 double UniformHemispherePdf();
 
+/// Density 1 / (4 pi).
+Vec3 SampleUniformSphere(double u0, double u1);
+
 }  // namespace pathfit::renderer

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "renderer/path/surface_point.h"
+#include "renderer/sampler/counter_rng.h"
 #include "renderer/scene/light_set.h"
 #include "renderer/scene/view_bounds.h"
 
@@ -11,31 +12,63 @@ namespace pathfit::renderer {
 
 /// Everything a path needs, prepared once per view.
 struct PathContext {
-  const Scene* scene = nullptr;
+  const Scene* scene = nullptr;  ///< placed: meshes in the world frame
   const RayCaster* caster = nullptr;
   LightSet lights;
   PixelBounds bounds;  ///< rays of pixels outside meet nothing
   int max_bounces = 1;
   int rr_depth = 5;
+  bool antithetic = false;  ///< paths come in pairs, the second with mirrored BSDF samples
+
+  [[nodiscard]] bool HasExtendedLights() const {
+    return lights.environment.has_value() || !lights.areas.empty();
+  }
 };
 
-/// Light that reaches a vertex directly from an emitter, as the path tracer meets it.
-/// The contribution to the radiance leaving the vertex is bsdf(wi, wo) * factor * radiance.
+/// Light that reaches a vertex directly from an emitter, as light sampling (or, for the
+/// environment, a BSDF sample that escapes) meets it. Adds bsdf(wi, wo) * factor * radiance to what
+/// leaves the vertex; at a delta vertex the delta weight stands for bsdf.
 struct DirectContribution {
   int emitter = -1;
   Vec3 wi;                ///< unit, towards the light
-  double distance = 0.0;  ///< of a point light; 0 at infinity
+  double distance = 0.0;  ///< of a point or area light; 0 at infinity
   double factor = 0.0;    ///< cosine * MIS weight / density (and 1/r^2 for points)
   Rgb radiance;           ///< radiance, intensity or irradiance
+  TriangleId id;          ///< area lights: the point that shines
+  double b1 = 0.0, b2 = 0.0;
+};
+
+/// How a path goes on: radiance beyond is weighted with bsdf(wi, wo) * factor, or with the delta
+/// weight * factor.
+struct Continuation {
+  Vec3 wi;
+  double factor = 0.0;
+  bool delta = false;
+  bool transmit = false;  ///< delta only
 };
 
 /// Listens to one path; vertices come in order from the sensor. The primal listens with
 /// NullPathRecorder, at no cost.
 struct NullPathRecorder {
+  /// Whether contributions of value zero are wanted, too: their derivative may not vanish.
+  static constexpr bool kDifferentiates = false;
   void OnVertex(const SurfacePoint&) {}
+  /// The last vertex shines towards its viewer; `weight` is the MIS weight.
+  void OnEmission(const LightSet::AreaLight&, double /*weight*/) {}
   void OnDirect(const DirectContribution&) {}
-  /// The path goes on in direction `wi`: radiance beyond is weighted with bsdf(wi, wo) * factor.
-  void OnContinue(const Vec3& /*wi*/, const Rgb& /*bsdf*/, double /*factor*/) {}
+  void OnContinue(const Continuation&) {}
+  /// `radiance` was added that was reflected `bounces` times.
+  void OnRadiance(int /*bounces*/, const Rgb& /*radiance*/) {}
+};
+
+/// Uniform numbers without lattice.
+class IndependentSampler {
+ public:
+  explicit IndependentSampler(CounterRng rng) : rng_(rng) {}
+  double Next() { return rng_.Next(); }
+
+ private:
+  CounterRng rng_;
 };
 
 inline Rgb EnvironmentRadianceInWorld(const LightSet::Environment& environment,
@@ -49,60 +82,119 @@ inline double SurvivalProbability(const Rgb& throughput) {
   return std::min(0.95, std::max(0.05, MaxChannel(throughput)));
 }
 
-/// Light sampling at a vertex: one sample of the environment (MIS with the BSDF, balance
-/// heuristic), all delta lights.
+/// A shadow ray's length to a point: short of it by the offset at both ends.
+inline double ShadowDistance(const RayCaster& caster, double distance) {
+  return distance * (1.0 - kShadowShortening) - 2.0 * kRayOffset * caster.Extent();
+}
+
+/// Density of BSDF sampling as MIS sees it.
+inline double ScatterPdf(const PathContext& context,
+                         const SurfacePoint& p,
+                         const BsdfCosines& cosines) {
+  return context.antithetic ? MirroredPairPdf(p.material->bsdf, p.inputs, cosines)
+                            : BsdfPdf(p.material->bsdf, p.inputs, cosines);
+}
+
+/// How far a path goes and what it counts.
+struct PathRange {
+  int max_bounces = 1;        ///< light that was reflected up to so many times
+  bool with_emission = true;  ///< the first vertex' own emission
+  bool mirrored = false;      ///< the second path of an antithetic pair
+};
+
+/// Light sampling at a non-delta vertex: one sample of the environment and one of the area lights
+/// (MIS with the BSDF, balance heuristic), all point and directional lights.
 template <class Sampler, class Recorder>
 Rgb SampleLights(const PathContext& context,
                  const SurfacePoint& p,
                  Sampler& sampler,
                  Recorder& recorder) {
   const RayCaster& caster = *context.caster;
-  const Vec3 origin = caster.OffsetPoint(p.x, p.n);
-  const double cos_o = Dot(p.n, p.wo);
+  const LightSet& lights = context.lights;
   Rgb sum;
   const auto add = [&](const DirectContribution& direct, const Rgb& bsdf, double max_distance) {
+    if (!Recorder::kDifferentiates && IsBlack(bsdf * direct.radiance)) {
+      return;
+    }
+    const Vec3 origin = caster.OffsetPoint(p.x, Dot(p.ng, direct.wi) > 0.0 ? p.ng : -p.ng);
     if (!caster.Occluded({origin, direct.wi}, max_distance)) {
       recorder.OnDirect(direct);
       sum += bsdf * direct.radiance * direct.factor;
     }
   };
-  if (context.lights.environment) {
-    const auto& environment = *context.lights.environment;
+  if (lights.environment) {
+    const auto& environment = *lights.environment;
     const double u0 = sampler.Next();
     const double u1 = sampler.Next();
     const DirectionSample sample =
         environment.sampler->Sample(environment.light_from_world * p.n, u0, u1);
     const Vec3 wi = environment.world_from_light * sample.direction;
-    const BsdfCosines cosines{Dot(p.n, wi), cos_o, Dot(wi, p.wo)};
-    if (cosines.cos_i > 0.0 && sample.pdf > 0.0) {
-      const double other = BsdfPdf(p.material->bsdf, p.base_color, cosines);
-      const double factor = cosines.cos_i / (sample.pdf + other);
+    if (sample.pdf > 0.0 && p.Accepts(wi)) {
+      const BsdfCosines cosines = p.Cosines(wi);
+      const double other = ScatterPdf(context, p, cosines);
       add({environment.emitter,
            wi,
            0.0,
-           factor,
-           EnvironmentRadianceAt(*environment.light, sample.uv)},
-          EvalBsdf(p.material->bsdf, p.base_color, cosines),
+           std::abs(cosines.cos_i) / (sample.pdf + other),
+           EnvironmentRadianceAt(*environment.light, sample.uv),
+           {}},
+          EvalBsdf(p.material->bsdf, p.inputs, cosines),
           std::numeric_limits<double>::infinity());
     }
   }
-  for (const auto& light : context.lights.points) {
+  if (!lights.areas.empty()) {
+    const double u0 = sampler.Next();
+    const double u1 = sampler.Next();
+    const AreaSample sample = lights.area_sampler->Sample(u0, u1);
+    const TriangleGeometry& triangle = caster.Geometry(sample.id);
+    const Vec3 to_light = triangle.Point(sample.b1, sample.b2) - p.x;
+    const double distance2 = SquaredNorm(to_light);
+    const double distance = std::sqrt(distance2);
+    const Vec3 wi = to_light * (1.0 / distance);
+    const double cos_light = -Dot(triangle.n, wi);
+    if (distance2 > 0.0 && cos_light != 0.0 && p.Accepts(wi)) {
+      const LightSet::AreaLight& light = *lights.AreaLightOf(sample.id.mesh);
+      const double side = cos_light > 0.0 ? 1.0 : -1.0;
+      if (side > 0.0 || light.light->two_sided) {
+        const Rgb radiance = AreaRadiance(light, sample.id.triangle, sample.b1, sample.b2, side);
+        const BsdfCosines cosines = p.Cosines(wi);
+        const double pdf = sample.pdf * distance2 / std::abs(cos_light);
+        const double other = ScatterPdf(context, p, cosines);
+        add({light.emitter,
+             wi,
+             distance,
+             std::abs(cosines.cos_i) / (pdf + other),
+             radiance,
+             sample.id,
+             sample.b1,
+             sample.b2},
+            EvalBsdf(p.material->bsdf, p.inputs, cosines),
+            ShadowDistance(caster, distance));
+      }
+    }
+  }
+  for (const auto& light : lights.points) {
     const Vec3 to_light = light.position - p.x;
     const double distance2 = SquaredNorm(to_light);
     const double distance = std::sqrt(distance2);
-    const Vec3 wi = to_light / distance;
-    const BsdfCosines cosines{Dot(p.n, wi), cos_o, Dot(wi, p.wo)};
-    if (distance2 > 0.0 && cosines.cos_i > 0.0) {
-      add({light.emitter, wi, distance, cosines.cos_i / distance2, light.intensity},
-          EvalBsdf(p.material->bsdf, p.base_color, cosines),
-          distance);
+    const Vec3 wi = to_light * (1.0 / distance);
+    if (distance2 > 0.0 && p.Accepts(wi)) {
+      const BsdfCosines cosines = p.Cosines(wi);
+      add({light.emitter,
+           wi,
+           distance,
+           std::abs(cosines.cos_i) / distance2,
+           IntensityTowards(light, -wi),
+           {}},
+          EvalBsdf(p.material->bsdf, p.inputs, cosines),
+          ShadowDistance(caster, distance));
     }
   }
-  for (const auto& light : context.lights.directionals) {
-    const BsdfCosines cosines{Dot(p.n, light.to_light), cos_o, Dot(light.to_light, p.wo)};
-    if (cosines.cos_i > 0.0) {
-      add({light.emitter, light.to_light, 0.0, cosines.cos_i, light.irradiance},
-          EvalBsdf(p.material->bsdf, p.base_color, cosines),
+  for (const auto& light : lights.directionals) {
+    if (p.Accepts(light.to_light)) {
+      const BsdfCosines cosines = p.Cosines(light.to_light);
+      add({light.emitter, light.to_light, 0.0, std::abs(cosines.cos_i), light.irradiance, {}},
+          EvalBsdf(p.material->bsdf, p.inputs, cosines),
           std::numeric_limits<double>::infinity());
     }
   }
@@ -110,36 +202,57 @@ Rgb SampleLights(const PathContext& context,
 }
 
 /// Radiance leaving a surface point towards where it is seen from: unidirectional path tracing with
-/// light sampling and MIS at every vertex. `p` is vertex 1, so light after b bounces is counted for
-/// b <= max_bounces.
+/// light sampling and MIS at every vertex.
 template <class Sampler, class Recorder>
 Rgb TraceRadiance(const PathContext& context,
                   SurfacePoint p,
                   Sampler& sampler,
-                  Recorder& recorder) {
+                  Recorder& recorder,
+                  const PathRange& range) {
   Rgb radiance;
   Rgb throughput{1.0, 1.0, 1.0};
-  for (int bounce = 1; bounce <= context.max_bounces && p.Reflects(); ++bounce) {
+  double emission_weight = range.with_emission ? 1.0 : 0.0;
+  const auto add = [&](int bounces, const Rgb& value) {
+    radiance += value;
+    recorder.OnRadiance(bounces, value);
+  };
+  for (int bounce = 1;; ++bounce) {
     recorder.OnVertex(p);
-    radiance += throughput * SampleLights(context, p, sampler, recorder);
-
-    const bool last = bounce == context.max_bounces;
-    if (last && !context.lights.environment) {
+    if (const auto* light = context.lights.AreaLightOf(p.id.mesh);
+        light != nullptr && emission_weight > 0.0) {
+      recorder.OnEmission(*light, emission_weight);
+      add(bounce - 1,
+          throughput * AreaRadiance(*light, p.id.triangle, p.b1, p.b2, p.side) * emission_weight);
+    }
+    if (bounce > range.max_bounces || !p.Reflects()) {
       break;
+    }
+    const bool delta = IsDelta(p.material->bsdf);
+    if (!delta) {
+      add(bounce, throughput * SampleLights(context, p, sampler, recorder));
+      if (bounce == range.max_bounces && !context.HasExtendedLights()) {
+        break;
+      }
     }
     const double u0 = sampler.Next();
     const double u1 = sampler.Next();
     const double u2 = sampler.Next();
-    const auto sample = SampleBsdf(p.material->bsdf, p.base_color, p.n, p.wo, u0, u1, u2);
-    if (!sample || !(sample->pdf > 0.0)) {
+    const auto sample =
+        SampleBsdf(p.material->bsdf, p.inputs, p.n, p.wo, u0, u1, u2, range.mirrored);
+    if (!sample || !(sample->pdf > 0.0) || !p.Accepts(sample->wi)) {
       break;
     }
-    const BsdfCosines cosines{Dot(p.n, sample->wi), Dot(p.n, p.wo), Dot(sample->wi, p.wo)};
-    const Rgb bsdf = EvalBsdf(p.material->bsdf, p.base_color, cosines);
-    const Ray ray{context.caster->OffsetPoint(p.x, p.n), sample->wi};
+    const BsdfCosines cosines = p.Cosines(sample->wi);
+    const double pdf = context.antithetic && !delta ? ScatterPdf(context, p, cosines) : sample->pdf;
+    const Continuation on{
+        sample->wi, delta ? 1.0 / pdf : std::abs(cosines.cos_i) / pdf, delta, cosines.cos_i < 0.0};
+    const Rgb bsdf = delta ? EvalDelta(p.material->bsdf, p.inputs, cosines.cos_o, on.transmit).value
+                           : EvalBsdf(p.material->bsdf, p.inputs, cosines);
+    const Ray ray{context.caster->OffsetPoint(p.x, Dot(p.ng, sample->wi) > 0.0 ? p.ng : -p.ng),
+                  sample->wi};
     std::optional<Hit> hit;
     bool escaped = false;
-    if (last) {
+    if (bounce == range.max_bounces && context.lights.areas.empty() && !delta) {
       escaped = !context.caster->Occluded(ray, std::numeric_limits<double>::infinity());
     } else {
       hit = context.caster->Intersect(ray);
@@ -148,30 +261,43 @@ Rgb TraceRadiance(const PathContext& context,
     if (escaped && context.lights.environment) {
       const auto& environment = *context.lights.environment;
       const Vec2 uv = EnvironmentUv(environment.light_from_world * sample->wi);
-      const double other = environment.sampler->Pdf(uv);
+      const double other = delta ? 0.0 : environment.sampler->Pdf(uv);
       const DirectContribution direct{environment.emitter,
                                       sample->wi,
                                       0.0,
-                                      cosines.cos_i / (sample->pdf + other),
-                                      EnvironmentRadianceAt(*environment.light, uv)};
+                                      on.factor * pdf / (pdf + other),
+                                      EnvironmentRadianceAt(*environment.light, uv),
+                                      {}};
+      if (delta) {
+        recorder.OnContinue(on);
+      }
       recorder.OnDirect(direct);
-      radiance += throughput * bsdf * direct.radiance * direct.factor;
+      add(bounce, throughput * bsdf * direct.radiance * direct.factor);
     }
-    if (!hit) {
+    const bool can_go_on =
+        hit && (bounce < range.max_bounces ||
+                context.lights.area_of_mesh[static_cast<std::size_t>(hit->id.mesh)] >= 0);
+    if (!can_go_on) {
       break;
     }
-    double factor = cosines.cos_i / sample->pdf;
-    throughput *= bsdf * factor;
+    Continuation next = on;
+    throughput *= bsdf * on.factor;
     if (bounce >= context.rr_depth) {
       const double survival = SurvivalProbability(throughput);
       if (sampler.Next() >= survival) {
         break;
       }
-      factor /= survival;
+      next.factor /= survival;
       throughput *= 1.0 / survival;
     }
-    recorder.OnContinue(sample->wi, bsdf, factor);
+    recorder.OnContinue(next);
     p = MakeSurfacePoint(*context.scene, *context.caster, *hit, ray);
+    emission_weight = 1.0;
+    if (!delta && context.lights.area_of_mesh[static_cast<std::size_t>(p.id.mesh)] >= 0) {
+      const double cos_light = std::abs(Dot(p.ng, ray.direction));
+      const double other = context.lights.area_sampler->Pdf(p.id) * hit->distance * hit->distance;
+      emission_weight = pdf * cos_light / (pdf * cos_light + other);
+    }
   }
   return radiance;
 }

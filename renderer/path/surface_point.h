@@ -10,42 +10,119 @@ struct SurfacePoint {
   TriangleId id;
   double b1 = 0.0, b2 = 0.0;
   Vec3 x;
-  Vec3 n;             ///< unit geometric normal, turned to the side of wo
+  Vec3 ng;            ///< unit geometric normal, turned to the side of wo
+  Vec3 n;             ///< unit shading normal, turned with ng; equal to ng on flat meshes
   double side = 1.0;  ///< +1 seen from the front (normal of the winding), -1 from behind
   Vec3 wo;            ///< unit, towards where it is seen from
-  Rgb base_color;
+  BsdfInputs inputs;
   const Material* material = nullptr;
 
-  /// Whether the material reflects on this side at all.
-  [[nodiscard]] bool Reflects() const { return side > 0.0 || material->two_sided; }
+  /// Whether the material scatters on this side at all.
+  [[nodiscard]] bool Reflects() const {
+    return side > 0.0 || material->two_sided || IsTransmissive(material->bsdf);
+  }
+  /// Whether light can come from direction wi: shading and geometry must agree on its side.
+  [[nodiscard]] bool Accepts(const Vec3& wi) const {
+    const double cos_i = Dot(n, wi);
+    return cos_i * Dot(ng, wi) > 0.0 && (cos_i > 0.0 || IsTransmissive(material->bsdf));
+  }
+  [[nodiscard]] BsdfCosines Cosines(const Vec3& wi) const {
+    return {Dot(n, wi), Dot(n, wo), Dot(wi, wo)};
+  }
 };
 
-/// `viewer` is where the point is seen from.
+inline const Triangle& CornersOf(const std::vector<Triangle>& triangles, TriangleId id) {
+  return triangles[static_cast<std::size_t>(id.triangle)];
+}
+/// Interpolates a list indexed by its own triangles.
+template <class T>
+T Interpolate(const std::vector<T>& values, const Triangle& corners, double b1, double b2) {
+  return values[static_cast<std::size_t>(corners[0])] * (1.0 - b1 - b2) +
+         values[static_cast<std::size_t>(corners[1])] * b1 +
+         values[static_cast<std::size_t>(corners[2])] * b2;
+}
+inline Vec2 UvAt(const Mesh& mesh, TriangleId id, double b1, double b2) {
+  return Interpolate(mesh.uvs, CornersOf(mesh.uv_triangles, id), b1, b2);
+}
+
+/// Constants of the rough models.
+inline void ReadModelConstants(const Bsdf& bsdf, BsdfInputs& inputs) {
+  if (const auto* m = std::get_if<MetallicRoughnessBsdf>(&bsdf)) {
+    inputs.roughness = m->roughness;
+    inputs.metallic = m->metallic;
+  } else if (const auto* conductor = std::get_if<RoughConductorBsdf>(&bsdf)) {
+    inputs.roughness = conductor->roughness;
+  } else if (const auto* dielectric = std::get_if<RoughDielectricBsdf>(&bsdf)) {
+    inputs.roughness = dielectric->roughness;
+  }
+}
+
+/// What the BSDF needs to know at a point of a placed scene.
+inline BsdfInputs InputsAt(const Scene& scene,
+                           const SceneMesh& mesh,
+                           const Material& material,
+                           TriangleId id,
+                           double b1,
+                           double b2) {
+  BsdfInputs inputs;
+  ReadModelConstants(material.bsdf, inputs);
+  inputs.base_color =
+      material.vertex_colors
+          ? Interpolate(mesh.mesh.colors, CornersOf(mesh.mesh.color_triangles, id), b1, b2)
+          : material.base_color;
+  const auto texture = [&](int index) {
+    return TextureValue(scene.textures[static_cast<std::size_t>(index)],
+                        UvAt(mesh.mesh, id, b1, b2));
+  };
+  if (material.base_color_texture >= 0) inputs.base_color = texture(material.base_color_texture);
+  if (material.roughness_texture >= 0) {
+    inputs.roughness = std::max(kMinRoughness, texture(material.roughness_texture).r);
+  }
+  if (material.metallic_texture >= 0) inputs.metallic = texture(material.metallic_texture).r;
+  return inputs;
+}
+
+/// A point of a placed scene at given barycentrics, seen along unit direction -wo.
+inline SurfacePoint MakeSurfacePoint(const Scene& scene,
+                                     const RayCaster& caster,
+                                     TriangleId id,
+                                     double b1,
+                                     double b2,
+                                     const Vec3& x,
+                                     const Vec3& wo) {
+  const TriangleGeometry& triangle = caster.Geometry(id);
+  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(id.mesh)];
+  SurfacePoint p;
+  p.id = id;
+  p.b1 = b1;
+  p.b2 = b2;
+  p.x = x;
+  p.wo = wo;
+  p.side = Dot(triangle.n, wo) >= 0.0 ? 1.0 : -1.0;
+  p.ng = triangle.n * p.side;
+  p.n = p.ng;
+  if (!mesh.mesh.normal_triangles.empty()) {
+    const Triangle& corners = CornersOf(mesh.mesh.normal_triangles, id);
+    const Vec3 m = Normalized(Interpolate(mesh.mesh.normals, corners, b1, b2)) * p.side;
+    p.n = IsFinite(m) ? m : p.ng;
+  }
+  p.material = &scene.materials[static_cast<std::size_t>(mesh.material)];
+  p.inputs = InputsAt(scene, mesh, *p.material, id, b1, b2);
+  p.inputs.from_inside = p.side < 0.0;
+  return p;
+}
+
 inline SurfacePoint MakeSurfacePoint(const Scene& scene,
                                      const RayCaster& caster,
                                      const Hit& hit,
                                      const Ray& ray) {
-  const TriangleGeometry& triangle = caster.Geometry(hit.id);
-  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(hit.id.mesh)];
-  SurfacePoint p;
-  p.id = hit.id;
-  p.b1 = hit.b1;
-  p.b2 = hit.b2;
-  p.x = ray.origin + ray.direction * hit.distance;
-  p.wo = -ray.direction;
-  p.side = Dot(triangle.n, p.wo) >= 0.0 ? 1.0 : -1.0;
-  p.n = triangle.n * p.side;
-  p.material = &scene.materials[static_cast<std::size_t>(mesh.material)];
-  if (p.material->vertex_colors) {
-    const Triangle& t = mesh.mesh.color_triangles[static_cast<std::size_t>(hit.id.triangle)];
-    const auto color = [&](std::size_t i) {
-      return mesh.mesh.colors[static_cast<std::size_t>(t[i])];
-    };
-    p.base_color = color(0) * (1.0 - p.b1 - p.b2) + color(1) * p.b1 + color(2) * p.b2;
-  } else {
-    p.base_color = p.material->base_color;
-  }
-  return p;
+  return MakeSurfacePoint(scene,
+                          caster,
+                          hit.id,
+                          hit.b1,
+                          hit.b2,
+                          ray.origin + ray.direction * hit.distance,
+                          -ray.direction);
 }
 
 }  // namespace pathfit::renderer

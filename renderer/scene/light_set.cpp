@@ -1,30 +1,270 @@
 #include "renderer/scene/light_set.h"
 
-namespace pathfit::renderer {
+#include <algorithm>
+#include <cmath>
 
-LightSet LightSet::Make(const Scene& scene,
-                        const EnvironmentSampler* sampler,
-                        const Transform& world_from_camera) {
-  LightSet set;
-  set.environment_visible = scene.environment_visible;
-  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
-    const Emitter& emitter = scene.emitters[i];
-    const int index = static_cast<int>(i);
-    const Transform world_from_frame =
-        emitter.frame == LightFrame::kCamera ? world_from_camera : Transform{};
-    if (const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light)) {
-      const Mat3 world_from_light = world_from_frame.linear * environment->frame_from_light;
-      set.environment =
-          Environment{index, environment, sampler, world_from_light, Transposed(world_from_light)};
-    } else if (const auto* point = std::get_if<PointEmitter>(&emitter.light)) {
-      set.points.push_back({index, world_from_frame.Point(point->position), point->intensity});
-    } else {
-      const auto& directional = std::get<DirectionalEmitter>(emitter.light);
-      set.directionals.push_back(
-          {index, -world_from_frame.Direction(directional.direction), directional.irradiance});
+#include "renderer/core/check.h"
+#include "renderer/emitter/projector_kernel.h"
+#include "renderer/emitter/spot_kernel.h"
+
+namespace pathfit::renderer {
+namespace {
+
+// Rows of lookups per triangle when a texture is averaged over it, and texels between them.
+constexpr double kMaxLookupRows = 16.0;
+constexpr double kTexelsPerLookup = 2.0;
+
+const Texture* TextureAt(const Scene& scene, int index) {
+  return index < 0 ? nullptr : &scene.textures[static_cast<std::size_t>(index)];
+}
+
+struct TriangleUv {
+  Vec2 uv0, by_b1, by_b2;
+  [[nodiscard]] Vec2 At(double b1, double b2) const { return uv0 + by_b1 * b1 + by_b2 * b2; }
+};
+TriangleUv UvOf(const Mesh& mesh, std::int32_t triangle) {
+  const Triangle& t = mesh.uv_triangles[static_cast<std::size_t>(triangle)];
+  const Vec2 uv0 = mesh.uvs[static_cast<std::size_t>(t[0])];
+  return {uv0,
+          mesh.uvs[static_cast<std::size_t>(t[1])] - uv0,
+          mesh.uvs[static_cast<std::size_t>(t[2])] - uv0};
+}
+
+// Mean luminance of intensity * texture over a triangle, by lookups at the middles of equal small
+// triangles.
+double MeanLuminance(const Texture& texture, const Rgb& intensity, const TriangleUv& uv) {
+  const double extent_u = std::max(std::abs(uv.by_b1.x), std::abs(uv.by_b2.x)) * texture.width;
+  const double extent_v = std::max(std::abs(uv.by_b1.y), std::abs(uv.by_b2.y)) * texture.height;
+  const int rows = static_cast<int>(
+      std::clamp(std::ceil(std::max(extent_u, extent_v) / kTexelsPerLookup), 1.0, kMaxLookupRows));
+  double sum = 0.0;
+  const auto add = [&](double b1, double b2) {
+    const Rgb radiance = intensity * TextureValue(texture, uv.At(b1 / rows, b2 / rows));
+    sum += std::max(0.0, Luminance(radiance));
+  };
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; i + j < rows; ++j) {
+      add(i + 1.0 / 3.0, j + 1.0 / 3.0);
+      if (i + j + 1 < rows) {
+        add(i + 2.0 / 3.0, j + 2.0 / 3.0);
+      }
     }
   }
+  return sum / (rows * rows);
+}
+
+std::vector<double> TriangleBrightness(const Scene& scene, const AreaEmitter& light) {
+  const Mesh& mesh = scene.meshes[static_cast<std::size_t>(light.mesh)].mesh;
+  const double sides = light.two_sided ? 2.0 : 1.0;
+  const Texture* texture = TextureAt(scene, light.texture);
+  std::vector<double> brightness(mesh.triangles.size(), sides * Luminance(light.intensity));
+  if (texture != nullptr) {
+    for (std::size_t i = 0; i < brightness.size(); ++i) {
+      const TriangleUv uv = UvOf(mesh, static_cast<std::int32_t>(i));
+      brightness[i] = sides * MeanLuminance(*texture, light.intensity, uv);
+    }
+  }
+  return brightness;
+}
+
+// Adds the lights of a scene to a set, one kind each.
+struct LightAdder {
+  const Scene& scene;
+  const LightSamplers& samplers;
+  const Emitter& emitter;
+  int index;
+  Transform world_from_frame;
+  Mat3 turn;  // world_from_frame times the emitter's rotation
+  LightSet& set;
+
+  void operator()(const EnvironmentEmitter& light) const {
+    PATHFIT_CHECK(samplers.environment.has_value());
+    const Mat3 world_from_light = turn * light.frame_from_light;
+    set.environment = LightSet::Environment{
+        index, &light, &*samplers.environment, world_from_light, Transposed(world_from_light)};
+  }
+  void operator()(const PointEmitter& light) const {
+    AddPoint(light.position, world_from_frame.linear, nullptr);
+  }
+  void operator()(const DirectionalEmitter& light) const {
+    set.directionals.push_back({index, -(turn * light.direction), light.irradiance});
+  }
+  void operator()(const SpotEmitter& light) const {
+    AddPoint(light.position, turn * light.frame_from_light, nullptr);
+  }
+  void operator()(const ProjectorEmitter& light) const {
+    AddPoint(light.position, turn * light.frame_from_light, TextureAt(scene, light.texture));
+  }
+  void operator()(const AreaEmitter& light) const {
+    const auto mesh = static_cast<std::size_t>(light.mesh);
+    set.area_of_mesh[mesh] = static_cast<int>(set.areas.size());
+    set.areas.push_back({index, &light, TextureAt(scene, light.texture), &scene.meshes[mesh].mesh});
+  }
+
+ private:
+  void AddPoint(const Vec3& position, const Mat3& world_from_light, const Texture* texture) const {
+    set.points.push_back({index,
+                          world_from_frame.Point(position),
+                          world_from_light,
+                          Transposed(world_from_light),
+                          &emitter,
+                          texture});
+  }
+};
+
+// The texture's value everywhere for lights without one.
+TextureLookup WhiteLookup() {
+  TextureLookup lookup;
+  lookup.value = {1.0, 1.0, 1.0};
+  return lookup;
+}
+
+// Cosine between a direction in the light's own frame and its axis -z.
+double AxisCosine(const LightSet::PointLight& light, const Vec3& w) {
+  return -Dot(light.world_from_light.z, w);
+}
+
+IntensityPartials SpotDerivative(const LightSet::PointLight& light,
+                                 const SpotEmitter& spot,
+                                 const Vec3& w) {
+  const double cos_axis = AxisCosine(light, w);
+  const SpotFalloffPartials falloff =
+      SpotFalloffDerivative(cos_axis, spot.inner_angle, spot.outer_angle);
+  IntensityPartials out;
+  out.value = spot.intensity * falloff.value;
+  out.factor = Rgb::Constant(falloff.value);
+  const Vec3 d_w = -(light.world_from_light.z + w * cos_axis) * falloff.d_cos;
+  for (int c = 0; c < 3; ++c) {
+    out.d_w[static_cast<std::size_t>(c)] = d_w * spot.intensity[c];
+  }
+  out.d_inner = spot.intensity * falloff.d_inner;
+  out.d_outer = spot.intensity * falloff.d_outer;
+  return out;
+}
+
+IntensityPartials ProjectedDerivative(const LightSet::PointLight& light,
+                                      const ProjectorEmitter& projector,
+                                      const Vec3& w) {
+  IntensityPartials out;
+  const ProjectorPartials p = ProjectorDerivative(
+      light.light_from_world * w, projector.tan_half_width, projector.tan_half_height);
+  if (!p.point.inside) {
+    return out;
+  }
+  out.lookup = light.texture != nullptr ? LookUpTexture(*light.texture, {p.point.u, p.point.v})
+                                        : WhiteLookup();
+  out.texture_scale = p.point.scale;
+  out.factor = out.lookup.value * p.point.scale;
+  out.value = projector.intensity * out.factor;
+  for (int c = 0; c < 3; ++c) {
+    const Vec3 in_light = p.d_scale * out.lookup.value[c] +
+                          (p.d_u * out.lookup.du[c] + p.d_v * out.lookup.dv[c]) * p.point.scale;
+    out.d_w[static_cast<std::size_t>(c)] =
+        light.world_from_light * (in_light * projector.intensity[c]);
+  }
+  return out;
+}
+
+}  // namespace
+
+LightSamplers LightSamplers::Make(const Scene& placed) {
+  LightSamplers samplers;
+  for (const Emitter& emitter : placed.emitters) {
+    if (const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light)) {
+      samplers.environment.emplace(*environment);
+    } else if (const auto* area = std::get_if<AreaEmitter>(&emitter.light)) {
+      samplers.areas.AddMesh(area->mesh,
+                             placed.meshes[static_cast<std::size_t>(area->mesh)].mesh,
+                             TriangleBrightness(placed, *area));
+    }
+  }
+  samplers.areas.Finish();
+  return samplers;
+}
+
+LightSet LightSet::Make(const Scene& placed,
+                        const LightSamplers& samplers,
+                        const Transform& world_from_camera) {
+  LightSet set;
+  set.environment_visible = placed.environment_visible;
+  set.area_of_mesh.assign(placed.meshes.size(), -1);
+  set.area_sampler = samplers.areas.Empty() ? nullptr : &samplers.areas;
+  for (std::size_t i = 0; i < placed.emitters.size(); ++i) {
+    const Emitter& emitter = placed.emitters[i];
+    const Transform world_from_frame =
+        emitter.frame == LightFrame::kCamera ? world_from_camera : Transform{};
+    std::visit(LightAdder{placed,
+                          samplers,
+                          emitter,
+                          static_cast<int>(i),
+                          world_from_frame,
+                          world_from_frame.linear * RotationFromVector(emitter.rotation),
+                          set},
+               emitter.light);
+  }
   return set;
+}
+
+Rgb AreaRadiance(
+    const LightSet::AreaLight& light, std::int32_t triangle, double b1, double b2, double side) {
+  if (!(side > 0.0) && !light.light->two_sided) {
+    return {};
+  }
+  if (light.texture == nullptr) {
+    return light.light->intensity;
+  }
+  return light.light->intensity *
+         TextureValue(*light.texture, UvOf(*light.mesh, triangle).At(b1, b2));
+}
+
+AreaRadiancePartials AreaRadianceDerivative(
+    const LightSet::AreaLight& light, std::int32_t triangle, double b1, double b2, double side) {
+  AreaRadiancePartials out;
+  if (!(side > 0.0) && !light.light->two_sided) {
+    return out;
+  }
+  if (light.texture == nullptr) {
+    out.lookup = WhiteLookup();
+  } else {
+    const TriangleUv uv = UvOf(*light.mesh, triangle);
+    out.lookup = LookUpTexture(*light.texture, uv.At(b1, b2));
+    out.uv_by_b1 = uv.by_b1;
+    out.uv_by_b2 = uv.by_b2;
+  }
+  out.factor = out.lookup.value;
+  out.value = light.light->intensity * out.factor;
+  return out;
+}
+
+Rgb IntensityTowards(const LightSet::PointLight& light, const Vec3& w) {
+  if (const auto* spot = std::get_if<SpotEmitter>(&light.light->light)) {
+    return spot->intensity *
+           SpotFalloff(AxisCosine(light, w), spot->inner_angle, spot->outer_angle);
+  }
+  if (const auto* projector = std::get_if<ProjectorEmitter>(&light.light->light)) {
+    const ProjectorPoint<double> point = ProjectorPointTowards(
+        light.light_from_world * w, projector->tan_half_width, projector->tan_half_height);
+    if (!point.inside) {
+      return {};
+    }
+    const Rgb picture = light.texture != nullptr ? TextureValue(*light.texture, {point.u, point.v})
+                                                 : Rgb{1.0, 1.0, 1.0};
+    return projector->intensity * picture * point.scale;
+  }
+  return std::get<PointEmitter>(light.light->light).intensity;
+}
+
+IntensityPartials IntensityDerivative(const LightSet::PointLight& light, const Vec3& w) {
+  if (const auto* spot = std::get_if<SpotEmitter>(&light.light->light)) {
+    return SpotDerivative(light, *spot, w);
+  }
+  if (const auto* projector = std::get_if<ProjectorEmitter>(&light.light->light)) {
+    return ProjectedDerivative(light, *projector, w);
+  }
+  IntensityPartials out;
+  out.value = std::get<PointEmitter>(light.light->light).intensity;
+  out.factor = {1.0, 1.0, 1.0};
+  return out;
 }
 
 }  // namespace pathfit::renderer

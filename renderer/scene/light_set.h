@@ -1,15 +1,27 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "renderer/emitter/area_sampler.h"
 #include "renderer/emitter/environment_sampler.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::renderer {
 
-/// Emitters of a scene as one sensor meets them: camera-frame lights are turned into the world.
-/// Indices are those of Scene::emitters.
+/// Samplers of a scene's lights that do not depend on the sensor; made once per scene state.
+struct LightSamplers {
+  std::optional<EnvironmentSampler> environment;
+  AreaSampler areas;  ///< over the triangles of all area lights
+
+  /// `placed`: meshes in the world frame.
+  static LightSamplers Make(const Scene& placed);
+};
+
+/// Emitters of a placed scene as one sensor meets them: camera-frame lights are turned into the
+/// world, rotations are applied. Indices `emitter` are those of Scene::emitters.
 struct LightSet {
   struct Environment {
     int emitter = -1;
@@ -17,26 +29,70 @@ struct LightSet {
     const EnvironmentSampler* sampler = nullptr;
     Mat3 world_from_light, light_from_world;
   };
-  struct Point {
-    int emitter;
-    Vec3 position;
-    Rgb intensity;
+  /// Point, spot or projector.
+  struct PointLight {
+    int emitter = -1;
+    Vec3 position;  ///< world
+    Mat3 world_from_light, light_from_world;
+    const Emitter* light = nullptr;
+    const Texture* texture = nullptr;  ///< of a projector
   };
   struct Directional {
-    int emitter;
-    Vec3 to_light;  ///< unit
+    int emitter = -1;
+    Vec3 to_light;  ///< unit, world
     Rgb irradiance;
   };
+  struct AreaLight {
+    int emitter = -1;
+    const AreaEmitter* light = nullptr;
+    const Texture* texture = nullptr;
+    const Mesh* mesh = nullptr;
+  };
   std::optional<Environment> environment;
-  std::vector<Point> points;
+  std::vector<PointLight> points;
   std::vector<Directional> directionals;
+  std::vector<AreaLight> areas;
+  std::vector<int> area_of_mesh;  ///< index into `areas` by mesh, -1 where it does not shine
+  const AreaSampler* area_sampler = nullptr;  ///< null without area lights
   bool environment_visible = true;
 
-  /// `sampler` belongs to the scene's environment (null if there is none) and must outlive the
-  /// result, as the scene.
-  static LightSet Make(const Scene& scene,
-                       const EnvironmentSampler* sampler,
+  /// All pointers refer to `placed` and `samplers`, which must outlive the result.
+  static LightSet Make(const Scene& placed,
+                       const LightSamplers& samplers,
                        const Transform& world_from_camera);
+
+  /// The area light of a mesh, null if it does not shine.
+  [[nodiscard]] const AreaLight* AreaLightOf(int mesh) const {
+    const int i = area_of_mesh[static_cast<std::size_t>(mesh)];
+    return i < 0 ? nullptr : &areas[static_cast<std::size_t>(i)];
+  }
 };
+
+/// Radiance leaving a point of an area light on side `side` (+1: that of the winding's normal).
+Rgb AreaRadiance(
+    const LightSet::AreaLight& light, std::int32_t triangle, double b1, double b2, double side);
+/// The factor of that radiance which intensity multiplies, and the texture lookup behind it
+/// (weights zero without texture).
+struct AreaRadiancePartials {
+  Rgb value;   ///< AreaRadiance
+  Rgb factor;  ///< value per intensity
+  TextureLookup lookup;
+  Vec2 uv_by_b1, uv_by_b2;  ///< slopes of the UV by the barycentrics
+};
+AreaRadiancePartials AreaRadianceDerivative(
+    const LightSet::AreaLight& light, std::int32_t triangle, double b1, double b2, double side);
+
+/// Radiant intensity (W/sr) of a point, spot or projector in unit world direction w from it.
+Rgb IntensityTowards(const LightSet::PointLight& light, const Vec3& w);
+/// The same with its derivatives.
+struct IntensityPartials {
+  Rgb value;
+  Rgb factor;                 ///< value per intensity
+  std::array<Vec3, 3> d_w{};  ///< of each channel by the world direction w (tangential)
+  Rgb d_inner, d_outer;       ///< by the spot's angles
+  TextureLookup lookup;       ///< of a projector; value = intensity * scale * lookup.value
+  double texture_scale = 0.0;
+};
+IntensityPartials IntensityDerivative(const LightSet::PointLight& light, const Vec3& w);
 
 }  // namespace pathfit::renderer

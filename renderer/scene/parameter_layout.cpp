@@ -1,143 +1,133 @@
 #include "renderer/scene/parameter_layout.h"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
+#include "renderer/scene/parameter_values.h"
 
 namespace pathfit::renderer {
 namespace {
 
-const char* PropertyName(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::kVertexPositions:
-      return "vertices";
-    case ParameterKind::kVertexColors:
-      return "colors";
-    case ParameterKind::kBaseColor:
-      return "base_color";
-    case ParameterKind::kRoughness:
-      return "roughness";
-    case ParameterKind::kMetallic:
-      return "metallic";
-    case ParameterKind::kLightIntensity:
-      return "intensity";
-    case ParameterKind::kEnvironmentTexels:
-      return "texels";
-    case ParameterKind::kExposure:
-      return "exposure";
-  }
-  return "?";
-}
+struct KindInfo {
+  ParameterKind kind;
+  const char* property;
+  ObjectList list;
+  int block_size;          // of most objects; kEta and kTextureTexels may have 1
+  const char* components;  // letters of a block's components
+};
 
-bool IsScalar(ParameterKind kind) {
-  return kind == ParameterKind::kRoughness || kind == ParameterKind::kMetallic ||
-         kind == ParameterKind::kExposure;
-}
+constexpr KindInfo kKinds[] = {
+    {ParameterKind::kVertexPositions, "vertices", ObjectList::kMeshes, 3, "xyz"},
+    {ParameterKind::kVertexNormals, "normals", ObjectList::kMeshes, 3, "xyz"},
+    {ParameterKind::kUvs, "uvs", ObjectList::kMeshes, 2, "uv"},
+    {ParameterKind::kVertexColors, "colors", ObjectList::kMeshes, 3, "rgb"},
+    {ParameterKind::kObjectTranslation, "translation", ObjectList::kMeshes, 3, "xyz"},
+    {ParameterKind::kObjectRotation, "rotation", ObjectList::kMeshes, 3, "xyz"},
+    {ParameterKind::kObjectScale, "scale", ObjectList::kMeshes, 1, ""},
+    {ParameterKind::kBaseColor, "base_color", ObjectList::kMaterials, 3, "rgb"},
+    {ParameterKind::kRoughness, "roughness", ObjectList::kMaterials, 1, ""},
+    {ParameterKind::kMetallic, "metallic", ObjectList::kMaterials, 1, ""},
+    {ParameterKind::kEta, "eta", ObjectList::kMaterials, 3, "rgb"},
+    {ParameterKind::kExtinction, "k", ObjectList::kMaterials, 3, "rgb"},
+    {ParameterKind::kTextureTexels, "texels", ObjectList::kTextures, 3, "rgb"},
+    {ParameterKind::kLightIntensity, "intensity", ObjectList::kEmitters, 3, "rgb"},
+    {ParameterKind::kLightPosition, "position", ObjectList::kEmitters, 3, "xyz"},
+    {ParameterKind::kLightRotation, "rotation", ObjectList::kEmitters, 3, "xyz"},
+    {ParameterKind::kSpotAngles, "angles", ObjectList::kEmitters, 2, "io"},
+    {ParameterKind::kEnvironmentTexels, "texels", ObjectList::kEmitters, 3, "rgb"},
+    {ParameterKind::kExposure, "exposure", ObjectList::kSensors, 1, ""},
+    {ParameterKind::kCameraPosition, "position", ObjectList::kSensors, 3, "xyz"},
+    {ParameterKind::kCameraRotation, "rotation", ObjectList::kSensors, 3, "xyz"},
+    {ParameterKind::kFocal, "focal", ObjectList::kSensors, 2, "xy"},
+    {ParameterKind::kPrincipalPoint, "principal_point", ObjectList::kSensors, 2, "xy"},
+    {ParameterKind::kRadialDistortion, "distortion", ObjectList::kSensors, 3, "123"},
+    {ParameterKind::kTangentialDistortion, "tangential", ObjectList::kSensors, 2, "12"},
+};
 
-/// Calls visit(double&) for every scalar of a group, in layout order. `scene` may be const.
-template <class S, class Visit>
-void ForEachScalar(S& scene, const ParameterGroup& group, Visit visit) {
-  const auto index = static_cast<std::size_t>(group.object);
-  const auto triples = [&](auto& list) {
-    for (auto& item : list) {
-      for (int c = 0; c < 3; ++c) visit(item[c]);
-    }
-  };
-  const auto rgb = [&](auto& color) {
-    for (int c = 0; c < 3; ++c) visit(color[c]);
-  };
-  switch (group.kind) {
-    case ParameterKind::kVertexPositions:
-      return triples(scene.meshes[index].mesh.positions);
-    case ParameterKind::kVertexColors:
-      return triples(scene.meshes[index].mesh.colors);
-    case ParameterKind::kBaseColor:
-      return rgb(scene.materials[index].base_color);
-    case ParameterKind::kRoughness:
-      return visit(std::get<MetallicRoughnessBsdf>(scene.materials[index].bsdf).roughness);
-    case ParameterKind::kMetallic:
-      return visit(std::get<MetallicRoughnessBsdf>(scene.materials[index].bsdf).metallic);
-    case ParameterKind::kLightIntensity:
-      return rgb(LightIntensity(scene.emitters[index]));
-    case ParameterKind::kEnvironmentTexels:
-      return triples(std::get<EnvironmentEmitter>(scene.emitters[index].light).texels);
-    case ParameterKind::kExposure:
-      return visit(scene.sensors[index].gain);
-  }
+const KindInfo& InfoOf(ParameterKind kind) {
+  const auto* found = std::find_if(
+      std::begin(kKinds), std::end(kKinds), [&](const auto& k) { return k.kind == kind; });
+  PATHFIT_CHECK(found != std::end(kKinds));
+  return *found;
 }
 
 }  // namespace
 
+const char* PropertyName(ParameterKind kind) { return InfoOf(kind).property; }
+ObjectList ObjectListOf(ParameterKind kind) { return InfoOf(kind).list; }
+
+/// Number of scalars of every property that exists, and the objects' names.
+struct ParameterLayout::Sizes {
+  struct Object {
+    std::string name;
+    std::vector<std::pair<ParameterKind, std::int32_t>> scalars;
+    bool scalar_texture = false;
+  };
+  std::array<std::vector<Object>, 5> lists;
+};
+
 ParameterLayout::ParameterLayout(const Scene& scene) {
-  for (const SceneMesh& m : scene.meshes) {
-    sizes_.meshes.push_back(m.name);
-    sizes_.positions.push_back(static_cast<std::int32_t>(m.mesh.positions.size()));
-    sizes_.colors.push_back(static_cast<std::int32_t>(m.mesh.colors.size()));
+  auto sizes = std::make_shared<Sizes>();
+  const auto add = [&](const auto& list, ObjectList which) {
+    auto& objects = sizes->lists[static_cast<std::size_t>(which)];
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      objects.push_back({list[i].name, {}, false});
+      for (const KindInfo& info : kKinds) {
+        if (info.list == which) {
+          // Only counted; the pointers are not kept.
+          auto& mutable_scene = const_cast<Scene&>(scene);  // NOLINT: nothing is written
+          const auto count = ParameterScalars(mutable_scene, info.kind, static_cast<int>(i)).size();
+          objects.back().scalars.emplace_back(info.kind, static_cast<std::int32_t>(count));
+        }
+      }
+    }
+  };
+  add(scene.meshes, ObjectList::kMeshes);
+  add(scene.materials, ObjectList::kMaterials);
+  add(scene.textures, ObjectList::kTextures);
+  add(scene.emitters, ObjectList::kEmitters);
+  add(scene.sensors, ObjectList::kSensors);
+  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
+    sizes->lists[static_cast<std::size_t>(ObjectList::kTextures)][i].scalar_texture =
+        scene.textures[i].scalar;
   }
-  for (const Material& m : scene.materials) {
-    sizes_.materials.push_back(m.name);
-    sizes_.rough.push_back(std::holds_alternative<MetallicRoughnessBsdf>(m.bsdf));
-  }
-  for (const Emitter& e : scene.emitters) {
-    sizes_.emitters.push_back(e.name);
-    const auto* environment = std::get_if<EnvironmentEmitter>(&e.light);
-    sizes_.texels.push_back(
-        environment != nullptr ? static_cast<std::int32_t>(environment->texels.size()) : 0);
-  }
-  for (const PerspectiveCamera& c : scene.sensors) {
-    sizes_.sensors.push_back(c.name);
-  }
+  sizes_ = std::move(sizes);
 }
 
-void ParameterLayout::Add(ParameterKind kind, int object) {
-  const auto at = [&](const auto& list) {
-    if (object < 0 || static_cast<std::size_t>(object) >= list.size()) {
-      throw SceneError(std::string("no object ") + std::to_string(object) + " with parameter '" +
-                       PropertyName(kind) + "'");
-    }
-    return list[static_cast<std::size_t>(object)];
-  };
+ParameterGroup ParameterLayout::Describe(ParameterKind kind, int object) const {
+  const KindInfo& info = InfoOf(kind);
+  if (sizes_ == nullptr || object < 0 ||
+      static_cast<std::size_t>(object) >=
+          sizes_->lists[static_cast<std::size_t>(info.list)].size()) {
+    throw SceneError(std::string("no object ") + std::to_string(object) + " with parameter '" +
+                     info.property + "'");
+  }
+  const Sizes::Object& item =
+      sizes_->lists[static_cast<std::size_t>(info.list)][static_cast<std::size_t>(object)];
+  const auto count = std::find_if(item.scalars.begin(), item.scalars.end(), [&](const auto& s) {
+                       return s.first == kind;
+                     })->second;
   ParameterGroup group;
   group.kind = kind;
   group.object = object;
-  group.num_blocks = 1;
-  switch (kind) {
-    case ParameterKind::kVertexPositions:
-      group.name = at(sizes_.meshes);
-      group.num_blocks = at(sizes_.positions);
-      break;
-    case ParameterKind::kVertexColors:
-      group.name = at(sizes_.meshes);
-      group.num_blocks = at(sizes_.colors);
-      break;
-    case ParameterKind::kBaseColor:
-      group.name = at(sizes_.materials);
-      break;
-    case ParameterKind::kRoughness:
-    case ParameterKind::kMetallic:
-      group.name = at(sizes_.materials);
-      group.num_blocks = at(sizes_.rough) ? 1 : 0;
-      break;
-    case ParameterKind::kLightIntensity:
-      group.name = at(sizes_.emitters);
-      break;
-    case ParameterKind::kEnvironmentTexels:
-      group.name = at(sizes_.emitters);
-      group.num_blocks = at(sizes_.texels);
-      break;
-    case ParameterKind::kExposure:
-      group.name = at(sizes_.sensors);
-      break;
-  }
-  group.name += std::string(".") + PropertyName(kind);
+  group.name = item.name + "." + info.property;
+  const bool one = item.scalar_texture || (kind == ParameterKind::kEta && count == 1);
+  group.block_size = one ? 1 : info.block_size;
+  group.num_blocks = count / group.block_size;
+  return group;
+}
+
+void ParameterLayout::Add(ParameterKind kind, int object) {
+  ParameterGroup group = Describe(kind, object);
   if (group.num_blocks == 0) {
     throw SceneError("'" + group.name + "' does not exist in this scene");
   }
   if (FirstBlock(kind, object) >= 0) {
     throw SceneError("'" + group.name + "' is listed twice");
   }
-  group.block_size = IsScalar(kind) ? 1 : 3;
   group.first_block = num_blocks_;
   group.first_scalar = num_scalars_;
   num_blocks_ += group.num_blocks;
@@ -173,18 +163,20 @@ std::string ParameterLayout::ScalarName(std::int32_t block, int component) const
   if (group.num_blocks > 1) {
     name += "[" + std::to_string(block - group.first_block) + "]";
   }
-  if (group.block_size == 3) {
-    const bool vertices = group.kind == ParameterKind::kVertexPositions;
-    name += std::string(".") + (vertices ? "xyz" : "rgb")[component];
+  if (group.block_size > 1) {
+    name += std::string(".") + InfoOf(group.kind).components[component];
   }
   return name;
 }
 
 std::vector<double> ParameterLayout::Gather(const Scene& scene) const {
+  auto& mutable_scene = const_cast<Scene&>(scene);  // NOLINT: nothing is written
   std::vector<double> values;
   values.reserve(static_cast<std::size_t>(num_scalars_));
   for (const ParameterGroup& group : groups_) {
-    ForEachScalar(scene, group, [&](const double& x) { values.push_back(x); });
+    for (const double* x : ParameterScalars(mutable_scene, group.kind, group.object)) {
+      values.push_back(*x);
+    }
   }
   PATHFIT_CHECK(values.size() == static_cast<std::size_t>(num_scalars_));
   return values;
@@ -194,7 +186,14 @@ void ParameterLayout::Scatter(const std::vector<double>& values, Scene& scene) c
   PATHFIT_CHECK(values.size() == static_cast<std::size_t>(num_scalars_));
   std::size_t next = 0;
   for (const ParameterGroup& group : groups_) {
-    ForEachScalar(scene, group, [&](double& x) { x = values[next++]; });
+    for (double* x : ParameterScalars(scene, group.kind, group.object)) {
+      *x = values[next++];
+    }
+    if (group.kind == ParameterKind::kTextureTexels && group.block_size == 1) {
+      for (Rgb& t : scene.textures[static_cast<std::size_t>(group.object)].texels) {
+        t = Rgb::Constant(t.r);
+      }
+    }
   }
 }
 

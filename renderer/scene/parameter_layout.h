@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,14 +11,31 @@ namespace pathfit::renderer {
 
 /// What may be differentiated. `object` of a group indexes the scene's list named here.
 enum class ParameterKind {
-  kVertexPositions,    ///< meshes; one block of 3 per position, metres
-  kVertexColors,       ///< meshes; one block of 3 per colour, linear
-  kBaseColor,          ///< materials; one block of 3
-  kRoughness,          ///< materials; one block of 1, perceptual
-  kMetallic,           ///< materials; one block of 1
-  kLightIntensity,     ///< emitters; one block of 3
-  kEnvironmentTexels,  ///< emitters; one block of 3 per texel
-  kExposure,           ///< sensors; one block of 1: the gain
+  kVertexPositions,       ///< meshes; one block of 3 per position, metres of the object's frame
+  kVertexNormals,         ///< meshes with normals; one block of 3 per normal, need not be unit
+  kUvs,                   ///< meshes with UVs; one block of 2 per UV
+  kVertexColors,          ///< meshes; one block of 3 per colour, linear
+  kObjectTranslation,     ///< meshes; one block of 3, metres
+  kObjectRotation,        ///< meshes; one block of 3, rotation vector in radians
+  kObjectScale,           ///< meshes; one block of 1
+  kBaseColor,             ///< materials; one block of 3
+  kRoughness,             ///< materials; one block of 1, perceptual
+  kMetallic,              ///< materials; one block of 1
+  kEta,                   ///< materials; one block of 3 (metals) or 1 (dielectrics)
+  kExtinction,            ///< materials, metals; one block of 3: k
+  kTextureTexels,         ///< textures; one block of 3 (1 if scalar) per texel
+  kLightIntensity,        ///< emitters; one block of 3
+  kLightPosition,         ///< point, spot, projector; one block of 3, metres of the light's frame
+  kLightRotation,         ///< all but point and area; one block of 3, rotation vector in radians
+  kSpotAngles,            ///< spots; one block of 2: inner, outer, radians
+  kEnvironmentTexels,     ///< emitters; one block of 3 per texel
+  kExposure,              ///< sensors; one block of 1: the gain
+  kCameraPosition,        ///< sensors; one block of 3, metres of the world
+  kCameraRotation,        ///< sensors; one block of 3: Camera::rotation
+  kFocal,                 ///< sensors; one block of 2: fx, fy, pixels
+  kPrincipalPoint,        ///< sensors; one block of 2: cx, cy, pixels
+  kRadialDistortion,      ///< sensors, perspective; one block of 3: k1, k2, k3
+  kTangentialDistortion,  ///< sensors, perspective; one block of 2: p1, p2
 };
 
 /// Parameters of one object, e.g. all vertices of a mesh. Blocks are numbered through all groups of
@@ -28,9 +46,15 @@ struct ParameterGroup {
   std::string name;  ///< e.g. "axe.vertices"
   std::int32_t first_block = 0;
   std::int32_t num_blocks = 0;
-  int block_size = 3;             ///< 1 or 3
+  int block_size = 3;             ///< 1, 2 or 3
   std::int64_t first_scalar = 0;  ///< offset of the group in a flat vector of all parameters
 };
+
+/// Name of the property in `OBJECT.PROPERTY`, e.g. "vertices".
+const char* PropertyName(ParameterKind kind);
+/// Which list of the scene a kind's object indexes.
+enum class ObjectList { kMeshes, kMaterials, kTextures, kEmitters, kSensors };
+ObjectList ObjectListOf(ParameterKind kind);
 
 /// The active parameters of a scene in a fixed order: flat vector of doubles <-> blocks <-> scene
 /// values.
@@ -56,12 +80,11 @@ class ParameterLayout {
   void Scatter(const std::vector<double>& values, Scene& scene) const;
 
  private:
-  struct Sizes {
-    std::vector<std::int32_t> positions, colors, texels;
-    std::vector<bool> rough;  // materials with roughness and metallic
-    std::vector<std::string> meshes, materials, emitters, sensors;
-  };
-  Sizes sizes_;
+  /// Shape of a group that the scene could have; num_blocks 0 where the object lacks the property.
+  [[nodiscard]] ParameterGroup Describe(ParameterKind kind, int object) const;
+
+  struct Sizes;
+  std::shared_ptr<const Sizes> sizes_;
   std::vector<ParameterGroup> groups_;
   std::int32_t num_blocks_ = 0;
   std::int64_t num_scalars_ = 0;

@@ -2,13 +2,39 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace pathfit::renderer {
 namespace {
 
 constexpr int kStepsPerSide = 64;
-constexpr double kNearDepth = 1e-9;
 constexpr double kMarginPx = 1.0;
+
+/// Normalised image coordinates [low, high], as CameraModel::PixelOf takes them.
+struct Box {
+  Vec2 low{1e300, 1e300};
+  Vec2 high{-1e300, -1e300};
+};
+
+/// Box of all vertices; empty if one of them has no image.
+std::optional<Box> NormalizedBox(const Scene& scene, const CameraModel& camera) {
+  const Transform camera_from_world = RigidInverse(camera.Pose());
+  Box out;
+  for (const SceneMesh& m : scene.meshes) {
+    for (const Vec3& x : m.mesh.positions) {
+      const Vec3 p = camera_from_world.Point(x);
+      // Parallel rays: what lies behind the plane is not seen, and does not upset the rest.
+      const double depth = camera.IsOrthographic() ? 1.0 : -p.z;
+      if (!(depth > 0.0)) {
+        return std::nullopt;
+      }
+      const Vec2 n{p.x / depth, -p.y / depth};
+      out.low = {std::min(out.low.x, n.x), std::min(out.low.y, n.y)};
+      out.high = {std::max(out.high.x, n.x), std::max(out.high.y, n.y)};
+    }
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -16,27 +42,24 @@ PixelBounds BoundsOfMeshes(const Scene& scene, const CameraModel& camera) {
   const int width = camera.camera().width;
   const int height = camera.camera().height;
   const PixelBounds whole{0, 0, width, height};
-  const Transform camera_from_world = RigidInverse(camera.camera().world_from_camera);
   // A triangle's undistorted image lies in the box of its corners; only afterwards does distortion
   // bend the box.
-  Vec2 low{1e300, 1e300};
-  Vec2 high{-1e300, -1e300};
-  for (const SceneMesh& m : scene.meshes) {
-    for (const Vec3& x : m.mesh.positions) {
-      const Vec3 p = camera_from_world.Point(x);
-      if (-p.z <= kNearDepth) {
-        return whole;
-      }
-      const Vec2 n{p.x / -p.z, p.y / p.z};
-      low = {std::min(low.x, n.x), std::min(low.y, n.y)};
-      high = {std::max(high.x, n.x), std::max(high.y, n.y)};
-    }
+  const auto box = NormalizedBox(scene, camera);
+  if (!box) {
+    return whole;
   }
-  if (low.x > high.x) {
+  auto [low, high] = *box;
+  const double field = camera.MaxTangent();
+  if (low.x > field || low.y > field || high.x < -field || high.y < -field) {
     return {};
   }
-  if (std::hypot(std::max(-low.x, high.x), std::max(-low.y, high.y)) > camera.MaxTangent()) {
-    return whole;
+  if (std::hypot(std::max(-low.x, high.x), std::max(-low.y, high.y)) > field) {
+    // A lens polynomial means nothing out there.
+    if (!camera.camera().distortion.IsNone()) {
+      return whole;
+    }
+    low = {std::max(low.x, -field), std::max(low.y, -field)};
+    high = {std::min(high.x, field), std::min(high.y, field)};
   }
   Vec2 first{1e300, 1e300};
   Vec2 last{-1e300, -1e300};
@@ -51,8 +74,9 @@ PixelBounds BoundsOfMeshes(const Scene& scene, const CameraModel& camera) {
     }
   }
   // Between two steps the bent side bulges by far less than a step.
-  const double margin_x = kMarginPx + (last.x - first.x) / kStepsPerSide;
-  const double margin_y = kMarginPx + (last.y - first.y) / kStepsPerSide;
+  const double reach = kMarginPx + std::max(0.0, camera.camera().filter.radius - 0.5);
+  const double margin_x = reach + (last.x - first.x) / kStepsPerSide;
+  const double margin_y = reach + (last.y - first.y) / kStepsPerSide;
   const auto clamped = [](double v, int size) {
     return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(size)));
   };

@@ -10,8 +10,8 @@ struct PixelBounds {
   [[nodiscard]] bool Contains(int x, int y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
 };
 
-/// A rectangle outside which no ray of the camera meets a mesh of the scene; the whole image where
-/// that is not sure.
+/// A rectangle outside which no pixel's filter sees a mesh of the scene; the whole image where that
+/// is not sure. Reads the meshes as world-frame, see PlacedScene.
 PixelBounds BoundsOfMeshes(const Scene& scene, const CameraModel& camera);
 
 }  // namespace pathfit::renderer

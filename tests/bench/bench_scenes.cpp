@@ -33,7 +33,11 @@ Mesh BumpyBall() {
 }
 
 renderer::Material Diffuse(const char* name, const Rgb& color) {
-  return {name, renderer::LambertBsdf{}, color, false, true};
+  renderer::Material material;
+  material.name = name;
+  material.bsdf = renderer::LambertBsdf{};
+  material.base_color = color;
+  return material;
 }
 
 }  // namespace
@@ -49,15 +53,16 @@ renderer::Scene BoxScene() {
     return Placed(wall, {renderer::RotationAboutAxis(axis, angle), center});
   };
   scene.meshes = {
-      {"back", Placed(wall, {{}, {0, 0, -1}}), 0},
-      {"floor", turned({1, 0, 0}, -right_angle, {0, -1, 0}), 0},
-      {"ceiling", turned({1, 0, 0}, right_angle, {0, 1, 0}), 0},
-      {"left", turned({0, 1, 0}, right_angle, {-1, 0, 0}), 1},
-      {"right", turned({0, 1, 0}, -right_angle, {1, 0, 0}), 2},
-      {"low", Placed(tests::Cube(), Block({0.3, 0.3, 0.3}, {0.35, -0.699, 0.3}, 0.3)), 0},
-      {"high", Placed(tests::Cube(), Block({0.3, 0.6, 0.3}, {-0.35, -0.399, -0.3}, -0.3)), 0}};
+      {"back", Placed(wall, {{}, {0, 0, -1}}), 0, {}},
+      {"floor", turned({1, 0, 0}, -right_angle, {0, -1, 0}), 0, {}},
+      {"ceiling", turned({1, 0, 0}, right_angle, {0, 1, 0}), 0, {}},
+      {"left", turned({0, 1, 0}, right_angle, {-1, 0, 0}), 1, {}},
+      {"right", turned({0, 1, 0}, -right_angle, {1, 0, 0}), 2, {}},
+      {"low", Placed(tests::Cube(), Block({0.3, 0.3, 0.3}, {0.35, -0.699, 0.3}, 0.3)), 0, {}},
+      {"high", Placed(tests::Cube(), Block({0.3, 0.6, 0.3}, {-0.35, -0.399, -0.3}, -0.3)), 0, {}}};
   scene.emitters = {{"lamp",
                      renderer::LightFrame::kWorld,
+                     {},
                      renderer::PointEmitter{{0.0, 0.9, 0.0}, {1.0, 0.9, 0.8}}}};
   scene.sensors = {tests::CameraAt({0, 0, 3.9}, {0, 0, 0}, 180.0, 128, 128)};
   return scene;
@@ -81,12 +86,12 @@ renderer::Scene MeshOnFloorScene(const Mesh& mesh) {
   }
   const double floor_height = 0.5 * (low.y - high.y) * scale;
   renderer::SetUniformVertexColors({0.6, 0.5, 0.4}, object);
-  scene.materials = {{"object", renderer::LambertBsdf{}, {0.5, 0.5, 0.5}, true, true},
-                     Diffuse("floor", {0.5, 0.5, 0.5})};
+  scene.materials = {Diffuse("object", {0.5, 0.5, 0.5}), Diffuse("floor", {0.5, 0.5, 0.5})};
+  scene.materials.front().vertex_colors = true;
   const renderer::Mat3 lie = renderer::RotationAboutAxis({1, 0, 0}, -1.5707963267948966);
   const Mesh floor =
       Placed(tests::Rectangle(), {{lie.x * 3.0, lie.y * 3.0, lie.z}, {0, floor_height, 0}});
-  scene.meshes = {{"object", object, 0}, {"floor", floor, 1}};
+  scene.meshes = {{"object", object, 0, {}}, {"floor", floor, 1, {}}};
   scene.emitters = {tests::ConstantEnvironment({1.0, 1.0, 1.0})};
   scene.sensors = {tests::CameraAt({0.0, 0.8, 4.5}, {0, 0, 0}, 200.0, 128, 128)};
   return scene;

@@ -29,7 +29,7 @@ Image Reference(const std::string& name) {
 }
 
 /// At distance 4 the 50 mm default lens of the reference shows one unit as 52.29764 pixels.
-renderer::PerspectiveCamera ReferenceCamera() {
+renderer::Camera ReferenceCamera() {
   return tests::CameraAt({0, 0, 4}, {0, 0, 0}, 4.0 * 52.29764, 128, 128);
 }
 
@@ -83,7 +83,7 @@ void CheckScene(const std::string& name,
   for (std::int32_t i = 0; i < layout.NumBlocks(); ++i) {
     for (int c = 0; c < 3; ++c) direction.push_back(direction_per_block[c]);
   }
-  const renderer::PerspectiveCamera camera = ReferenceCamera();
+  const renderer::Camera camera = ReferenceCamera();
   renderer::RenderOptions options;
   options.spp = 128;
   options.sppe = 128.0;
@@ -113,7 +113,7 @@ TEST(MitsubaReference, DiffuseAlbedo) {
 
 TEST(MitsubaReference, PointLightIntensity) {
   const renderer::Emitter lamp{
-      "lamp", renderer::LightFrame::kWorld, renderer::PointEmitter{{1.25, 0, 1}, {5, 5, 5}}};
+      "lamp", renderer::LightFrame::kWorld, {}, renderer::PointEmitter{{1.25, 0, 1}, {5, 5, 5}}};
   CheckScene("point_light_intensity",
              BallInPlane(1.0, lamp),
              ParameterKind::kLightIntensity,

@@ -10,7 +10,7 @@ namespace pathfit::renderer {
 namespace {
 
 std::vector<Film> Replicates(const Scene& scene,
-                             const PerspectiveCamera& camera,
+                             const Camera& camera,
                              RenderOptions options,
                              int count) {
   const Renderer renderer(scene);
@@ -99,7 +99,7 @@ TEST(RendererInvariance, SubdividingAWallChangesNothing) {
 
 TEST(RendererInvariance, CropsAndScaledViewsShowTheSameImage) {
   const Scene scene = tests::BallAndWall();
-  const PerspectiveCamera& camera = scene.sensors[0];
+  const Camera& camera = scene.sensors[0];
   const auto full = Replicates(scene, camera, Options(32), 24);
   const auto crop = Replicates(scene, CroppedCamera(camera, 6, 4, 10, 12), Options(32), 24);
   const auto half = Replicates(scene, ScaledCamera(camera, 12, 12), Options(128), 24);
@@ -128,7 +128,7 @@ TEST(RendererInvariance, CropsAndScaledViewsShowTheSameImage) {
 /// Root mean square over pixels of the deviation from a long rendering.
 TEST(RendererInvariance, MeanOfManySeedsConvergesAsOneOverTheSquareRoot) {
   const Scene scene = tests::BallAndWall();
-  const PerspectiveCamera& camera = scene.sensors[0];
+  const Camera& camera = scene.sensors[0];
   const auto films = Replicates(scene, camera, Options(4), 512);
   RenderOptions options = Options(16384);
   options.seed = 99999;
@@ -154,7 +154,7 @@ TEST(RendererInvariance, MeanOfManySeedsConvergesAsOneOverTheSquareRoot) {
 
 TEST(RendererInvariance, LatticeIsNoNoisierThanIndependentSamples) {
   const Scene scene = tests::BallAndWall();
-  const PerspectiveCamera& camera = scene.sensors[0];
+  const Camera& camera = scene.sensors[0];
   constexpr int kSpp = 64;
   const auto lattice = Replicates(scene, camera, Options(kSpp), 32);
   const auto single = Replicates(scene, camera, Options(1), 256);

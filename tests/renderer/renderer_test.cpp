@@ -33,7 +33,7 @@ class RendererOfAllParameters : public ::testing::Test {
     layout.Add(ParameterKind::kExposure, 0);
     return layout;
   }
-  [[nodiscard]] const PerspectiveCamera& Camera() const { return renderer_.scene().sensors[0]; }
+  [[nodiscard]] const Camera& Camera() const { return renderer_.scene().sensors[0]; }
 
   struct Result {
     Film primal, film;
@@ -149,7 +149,7 @@ TEST_F(RendererOfAllParameters, SettingParametersEqualsANewRenderer) {
 }
 
 TEST_F(RendererOfAllParameters, GainScalesColorNotCoverage) {
-  PerspectiveCamera bright = Camera();
+  Camera bright = Camera();
   bright.gain = 2.0;
   const Film a = renderer_.RenderPrimal(Camera(), options_);
   const Film b = renderer_.RenderPrimal(bright, options_);
@@ -174,7 +174,7 @@ TEST(Renderer, RefusesAnInvalidScene) {
 
 TEST(Renderer, EmptySceneShowsTheSkyOrNothing) {
   Scene scene;
-  const PerspectiveCamera camera = tests::CameraAt({0, 0, 2}, {0, 0, 0}, 4.0, 4, 4);
+  const Camera camera = tests::CameraAt({0, 0, 2}, {0, 0, 0}, 4.0, 4, 4);
   EXPECT_EQ(Renderer(scene).RenderPrimal(camera, {}).pixels[5], Rgba());
   scene.emitters = {tests::ConstantEnvironment({1, 2, 3})};
   EXPECT_EQ(Renderer(scene).RenderPrimal(camera, {}).pixels[5], Rgba(1, 2, 3, 0));

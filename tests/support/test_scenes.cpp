@@ -13,9 +13,9 @@ using renderer::Vec3;
 Mesh Rectangle() { return renderer::MakeRectangle(); }
 Mesh Cube() { return renderer::MakeCube(); }
 
-renderer::PerspectiveCamera CameraAt(
+renderer::Camera CameraAt(
     const Vec3& origin, const Vec3& target, double focal_px, int width, int height) {
-  renderer::PerspectiveCamera camera;
+  renderer::Camera camera;
   camera.name = "camera";
   camera.width = width;
   camera.height = height;
@@ -43,13 +43,13 @@ renderer::Emitter GradientEnvironment(int width, int height) {
                                     1.1 + 0.7 * std::sin(u) * std::sin(v)});
     }
   }
-  return {"sky", renderer::LightFrame::kWorld, environment};
+  return {"sky", renderer::LightFrame::kWorld, {}, environment};
 }
 
 renderer::Emitter ConstantEnvironment(const Rgb& radiance) {
   renderer::EnvironmentEmitter environment;
   environment.texels = {radiance};
-  return {"sky", renderer::LightFrame::kWorld, environment};
+  return {"sky", renderer::LightFrame::kWorld, {}, environment};
 }
 
 renderer::Scene BallAndWall() {
@@ -64,18 +64,20 @@ renderer::Scene BallAndWall() {
   Mesh wall = Rectangle();
   renderer::ApplyTransform({{{1.6, 0.3, 0.2}, {0, 1.5, 0.4}, {-0.2, -0.3, 1}}, {0.1, 0.2, -1.5}},
                            wall);
-  renderer::Material diffuse{"paint", renderer::LambertBsdf{}, {0.5, 0.5, 0.5}, true, true};
+  renderer::Material diffuse{"paint", renderer::LambertBsdf{}, {0.5, 0.5, 0.5}, true};
   renderer::Material gloss{
-      "gloss", renderer::MetallicRoughnessBsdf{0.45, 0.6}, {0.7, 0.5, 0.3}, false, true};
+      "gloss", renderer::MetallicRoughnessBsdf{0.45, 0.6}, {0.7, 0.5, 0.3}};
   scene.materials = {diffuse, gloss};
-  scene.meshes = {{"ball", ball, 0}, {"wall", wall, 1}};
+  scene.meshes = {{"ball", ball, 0, {}}, {"wall", wall, 1, {}}};
   scene.emitters = {
       GradientEnvironment(8, 4),
       {"lamp",
        renderer::LightFrame::kWorld,
+       {},
        renderer::PointEmitter{{1.5, 2.0, 2.5}, {4.0, 3.0, 2.0}}},
       {"sun",
        renderer::LightFrame::kCamera,
+       {},
        renderer::DirectionalEmitter{renderer::Normalized(Vec3{0.3, -0.4, -1.0}), {0.6, 0.7, 0.8}}}};
   scene.sensors = {CameraAt({0.2, 0.3, 4.0}, {0, 0, 0}, 28.0, 24, 24)};
   return scene;

@@ -9,7 +9,7 @@ renderer::Mesh Rectangle();
 /// [-1,1]^3, outward.
 renderer::Mesh Cube();
 
-renderer::PerspectiveCamera CameraAt(const renderer::Vec3& origin,
+renderer::Camera CameraAt(const renderer::Vec3& origin,
                                      const renderer::Vec3& target,
                                      double focal_px,
                                      int width,

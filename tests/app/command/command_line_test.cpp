@@ -88,15 +88,17 @@ TEST(CommandLine, RenderListsAreSplit) {
                                   "--derivative",
                                   "exposure",
                                   "--terms",
-                                  "primary",
+                                  "primary,pixel",
+                                  "--form",
+                                  "material",
                                   "--spp",
                                   "4"});
   EXPECT_EQ(line.views, (std::vector<std::string>{"0", "3", "IMG_1.JPG"}));
   EXPECT_EQ(line.derivatives, (std::vector<std::string>{"axe.vertices[3].x", "exposure"}));
-  EXPECT_FALSE(line.interior);
-  EXPECT_TRUE(line.primary);
-  ASSERT_EQ(OverridesOf(line).size(), 1U);
+  ASSERT_EQ(OverridesOf(line).size(), 3U);
   EXPECT_EQ(OverridesOf(line)[0].assignment, "render.spp=4");
+  EXPECT_EQ(OverridesOf(line)[1].assignment, "render.terms=[primary,pixel]");
+  EXPECT_EQ(OverridesOf(line)[2].assignment, "render.form='material'");
   EXPECT_TRUE(Parse({"render", "c.yaml", "--views", "all"}).views.empty());
 }
 
@@ -175,10 +177,7 @@ TEST(CommandLine, MistakesAreNamed) {
        "pathfit render: --views: 'orbit:' is not supported; give indices, names or all"},
       {{"render", "c.yaml", "--views", "1", "--sensor", "front"},
        "pathfit render: --views and --sensor exclude each other"},
-      {{"render", "c.yaml", "--derivative", "x", "--terms", "direct"},
-       "pathfit render: --terms: 'direct' is not supported (known: interior, primary)"},
-      {{"render", "c.yaml", "--derivative", "x", "--terms", "inner"},
-       "pathfit render: --terms: 'inner' is not one of: interior, primary"},
+      {{"render", "c.yaml", "--form", "image"}, "pathfit render: --form needs --derivative"},
       {{"render", "c.yaml", "--terms", "primary"}, "pathfit render: --terms needs --derivative"},
       {{"gradcheck", "c.yaml", "--step", "0"},
        "pathfit gradcheck: --step: '0' is not a number above 0"},

@@ -24,18 +24,21 @@ std::string ReadText(const fs::path& path) {
 }
 
 TEST(ConfigFiles, AllOfThisRepositoryLoad) {
-  int count = 0;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kConfigs)) {
-    if (entry.path().extension() != ".yaml") continue;
-    ++count;
-    try {
-      const ExperimentConfig config = LoadExperimentConfig(entry.path(), {});
-      EXPECT_EQ(config.name, entry.path().stem()) << "runs are found by the file's name";
-    } catch (const ConfigError& error) {
-      ADD_FAILURE() << error.what();
+  const fs::path tests = fs::path(PATHFIT_SOURCE_DIR) / "tests";
+  for (const fs::path& folder : {kConfigs, tests / "scenes", tests / "bench"}) {
+    int count = 0;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+      if (entry.path().extension() != ".yaml") continue;
+      ++count;
+      try {
+        const ExperimentConfig config = LoadExperimentConfig(entry.path(), {});
+        EXPECT_EQ(config.name, entry.path().stem()) << "runs are found by the file's name";
+      } catch (const ConfigError& error) {
+        ADD_FAILURE() << error.what();
+      }
     }
+    EXPECT_GE(count, 2) << folder;
   }
-  EXPECT_GE(count, 2);
 }
 
 // PATHFIT_UPDATE_DOCS=1 rewrites the page.

@@ -90,6 +90,7 @@ TEST(ConfigFuzz, DamagedConfigsAreAnswered) {
   for (int i = 0; i < kRounds; ++i) {
     ExpectAnswer(file, mutator.Mutate(kFitConfig));
     ExpectAnswer(file, mutator.Mutate(kSceneConfig));
+    ExpectAnswer(file, mutator.Mutate(kRichConfig));
   }
 }
 

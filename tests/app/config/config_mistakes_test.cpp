@@ -58,8 +58,8 @@ TEST(ConfigMistakes, RangesAndChoicesSayWhatIsAllowed) {
   ExpectProblems(
       kFitConfig,
       {{"schema=2", "schema: 2 is out of range (allowed: a whole number equal to 1)"},
-       {"render.max_bounces=0",
-        "render.max_bounces: 0 is out of range (allowed: a whole number from 1 to 64)"},
+       {"render.max_bounces=-1",
+        "render.max_bounces: -1 is out of range (allowed: a whole number from 0 to 64)"},
        {"loss.relative_floor=0",
         "loss.relative_floor: 0 is out of range (allowed: a number above 0)"},
        {"loss.silhouette.weight=-1",
@@ -93,16 +93,12 @@ TEST(ConfigMistakes, WhatIsPlannedIsNotSupported) {
        {"input.cameras.format=bundler", "input.cameras.format: 'bundler' is not supported"},
        {"input.colour.white_balance=none",
         "input.colour.white_balance: key 'white_balance' is not supported"},
-       {"scene.materials.paint.model=conductor",
-        "scene.materials.paint.model: 'conductor' is not supported; metallic_roughness with "
-        "metallic "
-        "1 is near"},
-       {"scene.materials.paint.base_color={texture: {size_px: 8}, constant: [0, 0, 0]}",
-        "scene.materials.paint.base_color: key 'texture' is not supported; write constant, or "
-        "vertex for a base colour"},
-       {"scene.lights.lamp.type=area", "scene.lights.lamp.type: 'area' is not supported"},
+       {"scene.materials.paint.preset=Au",
+        "scene.materials.paint.preset: key 'preset' is not supported; write metal"},
        {"render.sppse=8",
-        "render.sppse: key 'sppse' is not supported; moving shadows are not in the derivatives"},
+        "render.sppse: key 'sppse' is not supported; write spp_direct and spp_indirect"},
+       {"render.pixel_filter=tent",
+        "render.pixel_filter: 'tent' is not supported; write filter in scene.sensors"},
        {"unknowns.mug.vertices.parametrisation=rigid",
         "unknowns.mug.vertices.parametrisation: 'rigid' is not supported"},
        {"unknowns.mug.vertices.priors+={total_variation: {weight: 1}, laplacian: {weight: 1}}",
@@ -145,7 +141,7 @@ TEST(ConfigMistakes, KeysThatDependOnOthersAreChecked) {
         "scene.lights.room: key 'init' needs key 'size_px'"},
        {"scene.materials.paint.roughness={constant: 0.5}",
         "scene.materials.paint: key 'roughness' does not belong to model 'diffuse', only to "
-        "metallic_roughness"},
+        "metallic_roughness, conductor, dielectric"},
        {"scene.geometry.disc.transform={rotate: {axis: [0, 0, 0], angle_deg: 1}}",
         "scene.geometry.disc.transform.rotate.axis: the axis must not be [0, 0, 0]"},
        {"scene.materials.a b={}",
@@ -169,7 +165,8 @@ TEST(ConfigMistakes, UnknownsMustFitTheScene) {
   const Cases cases = {
       {"mug.vertex", "nothing in the scene is called 'mug.vertex' (did you mean 'mug.vertices'?)"},
       {"room.radiance",
-       "nothing in the scene is called 'room.radiance' (known: room.intensity, room.texels)"},
+       "nothing in the scene is called 'room.radiance' (known: room.intensity, room.texels, "
+       "room.rotation)"},
       {"mgu.colors", "no mesh is called 'mgu' (did you mean 'mug'?)"},
       {"lam.texels", "no light is called 'lam' (did you mean 'lamp'?)"},
       {"disc.colors",
@@ -178,12 +175,17 @@ TEST(ConfigMistakes, UnknownsMustFitTheScene) {
       {"glaze.base_color",
        "'glaze.base_color' needs base_color: {constant: …}; this one is per vertex, write "
        "MESH.colors"},
-      {"paint.roughness", "'paint.roughness' needs a material of model metallic_roughness"},
+      {"paint.roughness",
+       "'paint.roughness' needs a material of model metallic_roughness, conductor or dielectric"},
       {"lamp.texels", "'lamp.texels' needs a light of type envmap; write lamp.intensity"},
   };
   for (const auto& [name, expected] : cases) {
     EXPECT_EQ(ProblemOf(with(name)), "29:3: unknowns: " + expected) << name;
   }
+  EXPECT_EQ(ProblemOf(with("camera.position")),
+            "29:3: unknowns: 'camera.position' cannot be fitted, only checked and rendered; take "
+            "it out, or write hold: true");
+  EXPECT_EQ(ProblemOf(Replaced(kFitConfig, "glaze.metallic:", "camera.position:")), "") << "held";
   EXPECT_EQ(ProblemOf(kFitConfig, {"input.exposure.model=none"}),
             "32:3: unknowns: 'exposure' needs input.exposure.model: gain");
   ExpectProblems(

@@ -133,6 +133,65 @@ scene:
     front: {size_px: [64, 32], fov_deg: 90, pose: {look_at: {origin_m: [0, 1, 3], target_m: [0, 0, 0]}}}
 )";
 
+/// A scene with every kind of shape, material, texture, light and sensor.
+inline const char* const kRichConfig = R"(schema: 1
+scene:
+  geometry:
+    floor: {primitive: {rectangle: {}}, material: wood}
+    pane: {primitive: {disk: {segments: 12}}, material: clear}
+    room: {file: room.obj, material: wall, materials: {oak.001: wood, "brass lamp": brass}, normals: flat, repair: true}
+    tri:
+      mesh:
+        vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        triangles: [[0, 1, 2]]
+        normals: [[0, 0, 1], [0, 0, 2], [1, 0, 1]]
+        uvs: [[0, 0], [1, 0], [0, 1]]
+      material: chrome
+    bulb: {primitive: {sphere: {}}, material: wall, normals: smooth}
+  materials:
+    wood: {model: metallic_roughness, base_color: {texture: oak}, roughness: {texture: worn}, metallic: {constant: 0.1}}
+    wall: {model: diffuse, base_color: {constant: [0.5, 0.5, 0.5]}}
+    brass: {model: conductor, metal: copper, roughness: {constant: 0.3}}
+    alloy: {model: conductor, eta: [1, 2, 3], k: [4, 5, 6], base_color: {constant: [0.9, 0.8, 0.7]}}
+    chrome: {model: mirror, metal: chromium}
+    plain: {model: mirror}
+    frost: {model: dielectric, ior: 1.33, roughness: {constant: 0.2}}
+    clear: {model: glass}
+  textures:
+    oak: {file: oak.png, wrap: clamp}
+    worn: {size_px: [8, 4], init: {constant: 0.4}}
+    slide: {size_px: [4, 2], init: {constant: [3, 2, 1]}}
+  lights:
+    sky: {type: constant}
+    lamp: {type: spot, position_m: [0, 2, 0], target_m: [0, 0, 0], outer_deg: 40, intensity: [9, 8, 7]}
+    torch: {type: spot, position_m: [0, 0, 0], direction: [0, 0, -2], inner_deg: 5, outer_deg: 6, frame: camera}
+    beamer: {type: projector, position_m: [0, 0, 3], target_m: [0, 0, 0], fov_deg: 30, fov_axis: x, texture: slide, rotate: {axis: [0, 0, 1], angle_deg: 180}}
+    glow: {type: area, mesh: bulb, radiance: [3, 3, 3], texture: oak, two_sided: true}
+  sensors:
+    front: {size_px: [64, 32], fov_deg: 90, filter: {type: gaussian, sigma_px: 0.6}, pose: {look_at: {origin_m: [0, 1, 3], target_m: [0, 0, 0]}}}
+    plan: {type: orthographic, size_px: [40, 20], height_m: 5, filter: tent, pose: {look_at: {origin_m: [0, 9, 0], target_m: [0, 0, 0], up: [0, 0, -1]}}}
+render: {spp: 16, sppe: 1, spp_direct: 2, spp_indirect: 3, spp_pixel: 0, max_bounces: 4, form: material, guiding: grid, guide_share: 0.5, terms: [interior, direct]}
+unknowns:
+  floor.uvs: {}
+  tri.normals: {}
+  room-oak_001.translation: {bounds: [-0.1, 0.1]}
+  bulb.rotation: {priors: [{gaussian: {mean: 0, sigma: 0.1}}]}
+  bulb.scale: {}
+  brass.eta: {}
+  alloy.k: {}
+  clear.eta: {}
+  oak.texels: {}
+  worn.texels: {}
+  slide.texels: {}
+  lamp.position: {}
+  beamer.rotation: {}
+  torch.angles: {}
+  glow.intensity: {}
+  camera.position: {}
+  front.distortion: {}
+  camera.focal: {}
+)";
+
 /// `text` with the first `from` replaced by `to`.
 inline std::string Replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);

@@ -43,7 +43,7 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
   EXPECT_EQ(config.geometry[0].material, "glaze");
   EXPECT_DOUBLE_EQ(std::get<SphereGeometry>(config.geometry[1].geometry).radius, 0.1);
   ASSERT_EQ(config.materials.size(), 2U);
-  EXPECT_TRUE(config.materials[0].metallic_roughness);
+  EXPECT_EQ(config.materials[0].model, MaterialConfig::Model::kMetallicRoughness);
   EXPECT_EQ(config.materials[0].base_color_source, MaterialConfig::BaseColor::kVertexConstant);
   EXPECT_EQ(config.materials[0].base_color, (Triple{0.5, 0.4, 0.3}));
   EXPECT_DOUBLE_EQ(config.materials[0].roughness, 0.4);

@@ -44,6 +44,7 @@ void ExpectRoundTrip(const std::string& text, const std::vector<std::string>& se
 TEST(ResolvedYaml, ReadsBackAsTheSameConfig) {
   ExpectRoundTrip(kFitConfig, {"stages.all.spp=32", "unknowns.mug.colors.bounds[0]=0.1"});
   ExpectRoundTrip(kSceneConfig);
+  ExpectRoundTrip(kRichConfig);
   ExpectRoundTrip(R"(schema: 1
 scene:
   geometry:

@@ -1,6 +1,7 @@
 pathfit_test(app/config/nearest_name_test LABEL unit LINK pathfit_app)
 pathfit_test(app/config/yaml_document_test LABEL unit LINK pathfit_app)
 pathfit_test(app/config/experiment_config_test LABEL unit LINK pathfit_app)
+pathfit_test(app/config/scene_config_test LABEL unit LINK pathfit_app)
 pathfit_test(app/config/config_mistakes_test LABEL unit LINK pathfit_app)
 pathfit_test(app/config/overrides_test LABEL unit LINK pathfit_app)
 pathfit_test(app/config/resolved_yaml_test LABEL unit LINK pathfit_app)

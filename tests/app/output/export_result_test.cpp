@@ -20,15 +20,15 @@ namespace pathfit::app {
 namespace {
 
 namespace fs = std::filesystem;
-using renderer::PerspectiveCamera;
+using renderer::Camera;
 
 /// A quaternion and a normalisation lie between the matrices: some units in the last place.
 constexpr double kPoseTolerance = 1e-14;
 
-std::vector<PerspectiveCamera> ManyCameras() {
-  std::vector<PerspectiveCamera> cameras;
+std::vector<Camera> ManyCameras() {
+  std::vector<Camera> cameras;
   for (int i = 0; i < 24; ++i) {
-    PerspectiveCamera camera;
+    Camera camera;
     camera.width = 640 + i % 2;
     camera.height = 480;
     camera.fx = 512.34567890123456 + i % 3;
@@ -58,12 +58,12 @@ std::vector<std::string> Names(std::size_t count) {
   return names;
 }
 
-void ExpectSame(const std::vector<PerspectiveCamera>& cameras,
+void ExpectSame(const std::vector<Camera>& cameras,
                 const optim::ImportedCameras& imported) {
   ASSERT_EQ(imported.cameras.size(), cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const PerspectiveCamera& a = cameras[i];
-    const PerspectiveCamera& b = imported.cameras[i].camera;
+    const Camera& a = cameras[i];
+    const Camera& b = imported.cameras[i].camera;
     EXPECT_EQ(imported.cameras[i].image, Names(cameras.size())[i]);
     EXPECT_EQ(a.width, b.width);
     EXPECT_EQ(a.height, b.height);
@@ -85,7 +85,7 @@ void ExpectSame(const std::vector<PerspectiveCamera>& cameras,
 
 TEST(ExportCameras, ImportersReadBackWhatWasWritten) {
   const TemporaryFolder folder("cameras");
-  std::vector<PerspectiveCamera> cameras = ManyCameras();
+  std::vector<Camera> cameras = ManyCameras();
   const std::vector<std::string> names = Names(cameras.size());
   WriteCameras(folder.path(), cameras, names, names);
   ExpectSame(cameras, optim::ReadColmapText(folder.path()));
@@ -98,7 +98,7 @@ TEST(ExportCameras, ImportersReadBackWhatWasWritten) {
 }
 
 TEST(ExportCameras, EqualIntrinsicsShareACamera) {
-  std::vector<PerspectiveCamera> cameras(3, ManyCameras().front());
+  std::vector<Camera> cameras(3, ManyCameras().front());
   EXPECT_EQ(Count(ColmapModel(cameras, Names(3)).cameras, "PINHOLE"), 1);
   cameras[1].fx += 1e-9;
   EXPECT_EQ(Count(ColmapModel(cameras, Names(3)).cameras, "PINHOLE"), 2);

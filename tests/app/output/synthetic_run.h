@@ -178,7 +178,7 @@ inline renderer::Scene MakeScene(const optim::ObservationSet& set) {
       {.name = "lamp", .light = renderer::PointEmitter{{0.0, 1.0, 0.0}, {2.0, 2.0, 2.0}}});
   scene.emitters.push_back({.name = "sun", .light = renderer::DirectionalEmitter{}});
   for (const optim::View& view : set.views) {
-    renderer::PerspectiveCamera camera = view.camera;
+    renderer::Camera camera = view.camera;
     camera.name = view.name;
     camera.fx = camera.fy = 500.0;
     camera.cx = 0.5 * camera.width;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -10,12 +11,9 @@
 
 namespace pathfit::tests {
 
-/// Which terms a derivative consists of; a term that is listed must be missed when it is taken
-/// away.
-struct ExpectedTerms {
-  bool interior = true;
-  bool primary = false;
-};
+/// Terms of which a derivative consists for sure: each must be missed when it is taken away or its
+/// sign is flipped.
+using ExpectedTerms = std::vector<optim::Term>;
 
 /// The bounds of an image derivative: see style.md 3.8 and path_space 7.
 inline constexpr double kMaxZRms = 1.3;
@@ -36,6 +34,14 @@ inline std::vector<double> RandomDirection(const renderer::ParameterLayout& layo
   return direction;
 }
 
+inline optim::TermScales Mutant(optim::Term term, double scale) {
+  optim::TermScales scales;
+  double* const all[] = {
+      &scales.interior, &scales.primary, &scales.direct, &scales.indirect, &scales.pixel};
+  *all[static_cast<std::size_t>(term)] = scale;
+  return scales;
+}
+
 /// The estimate agrees with central differences tile by tile, sharply; and every mutant (a term off
 /// or with its sign flipped) is found out by the same bounds.
 inline void ExpectRightDerivative(const std::string& name,
@@ -53,14 +59,10 @@ inline void ExpectRightDerivative(const std::string& name,
                           << c.z_limit;
   EXPECT_GT(c.signal_to_noise, kMinSignalToNoise) << name;
   EXPECT_GT(c.count, 0) << name;
-  for (const double mutant : {0.0, -1.0}) {
-    if (terms.interior) {
-      EXPECT_FALSE(Accepts(optim::Compare(result, {mutant, 1.0}, kTile)))
-          << name << ": interior times " << mutant;
-    }
-    if (terms.primary) {
-      EXPECT_FALSE(Accepts(optim::Compare(result, {1.0, mutant}, kTile)))
-          << name << ": primary times " << mutant;
+  for (const optim::Term term : terms) {
+    for (const double mutant : {0.0, -1.0}) {
+      EXPECT_FALSE(Accepts(optim::Compare(result, Mutant(term, mutant), kTile)))
+          << name << ": " << optim::TermName(term) << " times " << mutant;
     }
   }
 }
@@ -71,16 +73,22 @@ inline void CheckKind(const std::string& name,
                       renderer::ParameterKind kind,
                       int object,
                       const optim::GradientCheckOptions& options,
-                      double scale = 1.0) {
+                      double scale = 1.0,
+                      ExpectedTerms terms = {}) {
   renderer::ParameterLayout layout(scene);
   layout.Add(kind, object);
   const bool moves = kind == renderer::ParameterKind::kVertexPositions;
-  const int sensor = kind == renderer::ParameterKind::kExposure ? 0 : -1;
+  const int sensor =
+      renderer::ObjectListOf(kind) == renderer::ObjectList::kSensors ? 0 : -1;
   std::vector<double> direction = RandomDirection(layout, 5);
   for (double& d : direction) d *= scale;
   const auto result =
       optim::CheckGradient(scene, scene.sensors[0], sensor, layout, direction, options);
-  ExpectRightDerivative(name, result, {true, moves});
+  if (terms.empty()) {
+    terms = {optim::Term::kInterior};
+    if (moves) terms.push_back(optim::Term::kPrimary);
+  }
+  ExpectRightDerivative(name, result, terms);
 }
 
 }  // namespace pathfit::tests

@@ -36,8 +36,8 @@ GradientCheckResult Synthetic(double bias, double noise) {
         difference.pixels[i][c] = 1.0 + noise * normal;
       }
     }
-    result.interior.push_back(interior);
-    result.primary.push_back(primary);
+    result.terms[0].push_back(interior);
+    result.terms[1].push_back(primary);
     result.difference.push_back(difference);
   }
   return result;
@@ -78,7 +78,7 @@ TEST(GradientComparison, EqualConstantsPassAndUnequalConstantsFail) {
 
 TEST(GradientComparison, ZeroAgainstZeroCarriesNoInformation) {
   GradientCheckResult result = Synthetic(0.0, 0.0);
-  for (auto* films : {&result.interior, &result.primary, &result.difference}) {
+  for (auto* films : {&result.terms[0], &result.terms[1], &result.difference}) {
     for (Film& film : *films) film = Film(kSide, kSide);
   }
   EXPECT_EQ(Compare(result, {}, 4).count, 0);

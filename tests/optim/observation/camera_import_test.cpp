@@ -183,7 +183,7 @@ TEST_F(TransformsJson, ViewAngleIsCompletedFromThePhoto) {
   const ImportedCamera camera =
       ReadFrame("\"camera_angle_x\": 0.9272952180016122, ", pose_).cameras[0];
   EXPECT_EQ(camera.camera.width, 0);
-  const renderer::PerspectiveCamera complete = CompleteCamera(camera, 200, 120);
+  const renderer::Camera complete = CompleteCamera(camera, 200, 120);
   EXPECT_NEAR(complete.fx, 200.0, 1e-9);  // half the angle has the tangent 1/2
   EXPECT_NEAR(complete.fy, 200.0, 1e-9);
   EXPECT_EQ(complete.cx, 100.0);

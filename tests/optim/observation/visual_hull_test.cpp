@@ -23,15 +23,15 @@ namespace {
 using renderer::CameraModel;
 using renderer::Image;
 using renderer::Mesh;
-using renderer::PerspectiveCamera;
+using renderer::Camera;
 using renderer::Vec3;
 
 constexpr Vec3 kCenter{0.3, -0.2, 11.1};
 constexpr double kRadius = 0.5;
 constexpr int kSize = 96;
 
-PerspectiveCamera CameraAt(const Vec3& origin, const Vec3& target) {
-  PerspectiveCamera camera;
+Camera CameraAt(const Vec3& origin, const Vec3& target) {
+  Camera camera;
   camera.width = camera.height = kSize;
   camera.fx = camera.fy = 180.0;
   camera.cx = 0.5 * kSize + 3.0;
@@ -43,7 +43,7 @@ PerspectiveCamera CameraAt(const Vec3& origin, const Vec3& target) {
 }
 
 /// Exact coverage of a ball up to 4x4 samples per pixel.
-Image BallMask(const PerspectiveCamera& camera, const Vec3& center, double radius) {
+Image BallMask(const Camera& camera, const Vec3& center, double radius) {
   const CameraModel model(camera);
   Image mask(camera.width, camera.height, 1);
   for (int y = 0; y < camera.height; ++y) {

@@ -82,7 +82,7 @@ class FitTest : public testing::Test {
          std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light).texels) {
       values.insert(values.end(), {t.r, t.g, t.b});
     }
-    for (const renderer::PerspectiveCamera& sensor : scene.sensors) {
+    for (const renderer::Camera& sensor : scene.sensors) {
       values.push_back(sensor.gain);
     }
     return values;

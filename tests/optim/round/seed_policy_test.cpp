@@ -19,7 +19,7 @@ TEST(SeedPolicy, GivesEveryHalfOfEveryUseItsOwnSeed) {
     for (int stage = 0; stage < 3; ++stage) {
       for (int round = 0; round < 20; ++round) {
         for (const auto use : {SampleUse::kFit, SampleUse::kValidation, SampleUse::kEvaluation}) {
-          const optim::SampleHalves halves = MakeHalves(seed, stage, round, use, 8, 4.0);
+          const optim::SampleHalves halves = MakeHalves(seed, stage, round, use, {0, 8, 4.0});
           seeds.insert(halves.a.seed);
           seeds.insert(halves.b.seed);
           count += 2;

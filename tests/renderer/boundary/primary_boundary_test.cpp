@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include "renderer/geometry/mesh_primitives.h"
+#include "tests/renderer/boundary/parameter_motion.h"
 #include "tests/support/finite_difference.h"
-#include "tests/support/probe.h"
-#include "tests/support/statistics.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -20,6 +20,7 @@ RenderOptions Options(double sppe, int spp = 1) {
   RenderOptions options;
   options.spp = spp;
   options.sppe = sppe;
+  options.terms = tests::Terms(true, true, true);
   return options;
 }
 
@@ -27,7 +28,7 @@ RenderOptions Options(double sppe, int spp = 1) {
 /// channels.
 template <class Velocity>
 std::vector<Rgba> Derivative(const Scene& scene,
-                             const PerspectiveCamera& camera,
+                             const Camera& camera,
                              const RenderOptions& options,
                              Velocity velocity) {
   const tests::VertexMotion motion = tests::MoveMesh(scene, velocity);
@@ -63,7 +64,7 @@ TEST(PrimaryBoundary, HalfPlaneCoverage) {
 
 TEST(PrimaryBoundary, HalfPlaneByPositionDepthAndYaw) {
   const Scene scene = HalfPlane(kX, kZ, 0.0, 1.0);
-  const PerspectiveCamera camera = tests::OnePixelCamera(kF);
+  const Camera camera = tests::OnePixelCamera(kF);
   const auto check = [&](const std::vector<Rgba>& d, double exact) {
     EXPECT_TRUE(AgreesWithExact(Channel(d, 3), exact));
     EXPECT_TRUE(AgreesWithExact(Channel(d, 1), -exact));
@@ -71,6 +72,54 @@ TEST(PrimaryBoundary, HalfPlaneByPositionDepthAndYaw) {
   check(Derivative(scene, camera, Options(500), Right), 2.0);
   check(Derivative(scene, camera, Options(500), Backwards), -0.08);
   check(Derivative(scene, camera, Options(500), Yaw), 4.0064);
+}
+
+/// The same plate as a light of radiance one before nothing, seen through `filter`.
+Scene BrightHalfPlane(const PixelFilter& filter, double radiance = 1.0) {
+  Scene scene = HalfPlane(kX, kZ, 0.0, 0.0);
+  scene.emitters.clear();
+  tests::Shine(scene, 0, radiance);
+  scene.sensors = {tests::OnePixelCamera(kF)};
+  scene.sensors[0].filter = filter;
+  return scene;
+}
+RenderOptions Bright(double sppe, DerivativeForm form = DerivativeForm::kImage) {
+  RenderOptions options = Options(sppe);
+  options.max_bounces = 0;
+  options.form = form;
+  return options;
+}
+
+// C12 through every filter, moved by the object and by the camera.
+TEST(PrimaryBoundary, HalfPlaneThroughFilters) {
+  for (const PixelFilter& filter : tests::ThreeFilters()) {
+    const Scene scene = BrightHalfPlane(filter);
+    const auto exact = tests::C12FilterEdge(tests::ClosedForm(filter), kF, kZ, kX);
+    const auto check = [&](const tests::ParameterMotion& motion, double answer) {
+      const auto films = tests::DerivativeFilms(scene, motion, Bright(500), kReplicates);
+      EXPECT_TRUE(AgreesWithExact(tests::SumsOf(films, 0), answer));
+      EXPECT_TRUE(AgreesWithExact(tests::SumsOf(films, 3), answer));
+    };
+    check(tests::Translate(scene, {1, 0, 0}), exact.d_x);
+    check(tests::Translate(scene, {0, 0, -1}), exact.d_z);
+    check(tests::Change(scene, ParameterKind::kObjectRotation, {0, -1, 0}),
+          -exact.d_yaw);  // about the origin, where the camera is
+    check(tests::Change(scene, ParameterKind::kCameraPosition, {1, 0, 0}), -exact.d_x);
+    check(tests::Change(scene, ParameterKind::kCameraPosition, {0, 0, 1}), exact.d_z);
+    check(tests::Change(scene, ParameterKind::kCameraRotation, {0, 1, 0}), -exact.d_yaw);
+    check(tests::Change(scene, ParameterKind::kPrincipalPoint, {1, 0}), exact.d_x * kZ / kF);
+    check(tests::Change(scene, ParameterKind::kFocal, {1, 0}), exact.d_x * kX / kF);
+  }
+}
+
+TEST(PrimaryBoundary, FiltersReachOverTheFilmsBorder) {
+  Scene scene = HalfPlane(0.3, kZ, 0.0, 0.0);  // s = 0.6, beside the only pixel
+  tests::Shine(scene, 0, 1.0);
+  scene.sensors = {tests::OnePixelCamera(kF)};
+  scene.sensors[0].filter = {PixelFilter::Shape::kTent, 1.0, 0.5};
+  const auto films =
+      tests::DerivativeFilms(scene, tests::Translate(scene, {1, 0, 0}), Bright(500), kReplicates);
+  EXPECT_TRUE(AgreesWithExact(tests::SumsOf(films, 0), 0.4 * kF / kZ));
 }
 
 TEST(PrimaryBoundary, EdgesOutsideThePixelDoNothing) {
@@ -103,7 +152,7 @@ class TiltedQuad : public ::testing::Test {
     ApplyTransform({RotationAboutAxis({1, 0, 0}, tilt), {0, 0, -3}}, mesh);
     return tests::SceneOf(mesh, LambertBsdf{}, {0, 0, 0}, {tests::ConstantEnvironment({1, 1, 1})});
   }
-  const PerspectiveCamera camera_ = tests::OnePixelCamera(5.0);
+  const Camera camera_ = tests::OnePixelCamera(5.0);
 };
 
 TEST_F(TiltedQuad, Coverage) {
@@ -122,6 +171,55 @@ TEST_F(TiltedQuad, ByTilt) {
   const auto turn = [](const Vec3& x) { return Cross(Vec3{1, 0, 0}, x - Vec3{0, 0, -3}); };
   EXPECT_TRUE(AgreesWithExact(Channel(Derivative(QuadAt(0.4), camera_, Options(2000), turn), 3),
                               -6.440106273540e-02));
+}
+
+TEST_F(TiltedQuad, ByFocalLength) {
+  Scene scene = QuadAt(0.4);
+  scene.sensors = {camera_};
+  const auto motion = tests::Change(scene, ParameterKind::kFocal, {1, 1});
+  EXPECT_TRUE(AgreesWithExact(
+      tests::SumsOf(tests::DerivativeFilms(scene, motion, Options(2000), kReplicates), 3),
+      tests::C13TiltedQuad(5, 0.2, 0.3, 3, 0.4).d_f));
+}
+TEST_F(TiltedQuad, HasInteriorOnlyInMaterialForm) {
+  Scene scene = QuadAt(0.4);
+  scene.emitters.clear();
+  tests::Shine(scene, 0, 1.0);
+  scene.sensors = {camera_};
+  const auto motion = tests::Translate(scene, {0, 0, -1});
+  RenderOptions options = Bright(2000, DerivativeForm::kMaterial);
+  options.terms = tests::Terms(false, true, true);
+  for (const Film& film : tests::DerivativeFilms(scene, motion, options, 1))
+    EXPECT_EQ(film.pixels[0].Color(), Rgb());
+  options.terms = tests::Terms(true, true, true);
+  options.spp = 16384;
+  EXPECT_TRUE(
+      AgreesWithExact(tests::SumsOf(tests::DerivativeFilms(scene, motion, options, kReplicates), 0),
+                      tests::C13TiltedQuad(5, 0.2, 0.3, 3, 0.4).d_z));
+}
+
+// C13b: a quad that is smaller than the filter.
+TEST(PrimaryBoundary, QuadThroughSeparableFilters) {
+  const std::vector<PixelFilter> filters = tests::ThreeFilters();
+  for (const std::size_t i : {1U, 2U}) {
+    Mesh mesh = tests::Plate(0.1, 0.15, -3.0);
+    ApplyTransform({{}, {0.12, 0.07, 0}}, mesh);  // v points down
+    Scene scene = tests::SceneOf(mesh, LambertBsdf{}, {0, 0, 0}, {});
+    tests::Shine(scene, 0, 1.0);
+    scene.sensors = {tests::OnePixelCamera(5.0)};
+    scene.sensors[0].filter = filters[i];
+    const auto exact =
+        tests::C13bFilteredQuad(tests::ClosedForm(filters[i]), 5, 0.2, 0.3, 0.12, -0.07, 3);
+    const auto check = [&](const Vec3& direction, double answer) {
+      const auto motion = tests::Translate(scene, direction);
+      EXPECT_TRUE(AgreesWithExact(
+          tests::SumsOf(tests::DerivativeFilms(scene, motion, Bright(5000), kReplicates), 0),
+          answer));
+    };
+    check({1, 0, 0}, exact.d_cx);
+    check({0, -1, 0}, exact.d_cy);
+    check({0, 0, -1}, exact.d_z);
+  }
 }
 
 /// Area of the image of a convex mesh seen by OnePixelCamera(f): the hull of its projected
@@ -171,7 +269,7 @@ class ConvexBody : public ::testing::Test {
         mesh, LambertBsdf{}, Rgb::Constant(kAlbedo), {tests::ConstantEnvironment({1, 1, 1})});
   }
   static Vec3 Grow(const Vec3& x) { return (x - Vec3{0, 0, -3}) * (1.0 / 0.6); }
-  const PerspectiveCamera camera_ = tests::OnePixelCamera(2.0);
+  const Camera camera_ = tests::OnePixelCamera(2.0);
 };
 
 TEST_F(ConvexBody, SphereMeshMovesAsItsOwnExactImageArea) {
@@ -213,11 +311,38 @@ TEST_F(ConvexBody, CubeByItsHalfEdge) {
   EXPECT_TRUE(AgreesWithExact(Channel(grow, 0), -9.216e-01));
 }
 
+TEST_F(ConvexBody, OrthographicSphereByItsRadius) {
+  Scene scene = SceneWith(Ball(4, 0.6, 3.0));
+  Camera camera = tests::OnePixelCamera(1.0);
+  camera.projection = ProjectionKind::kOrthographic;
+  camera.width = camera.height = 2;
+  camera.cx = camera.cy = 1.0;
+  for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
+    RenderOptions options = Options(500, form == DerivativeForm::kImage ? 64 : 2048);
+    options.form = form;
+    const auto grow = Derivative(scene, camera, options, Grow);
+    const double exact = tests::C17OrthographicSphere(kAlbedo, 0.6);
+    EXPECT_TRUE(AgreesWithExact(Channel(grow, 0), exact, 0.01, 5e-3));
+    EXPECT_TRUE(AgreesWithExact(Channel(grow, 3), exact / (kAlbedo - 1.0), 0.01, 5e-3));
+  }
+}
+
+TEST_F(ConvexBody, CubeInMaterialForm) {
+  Mesh cube = tests::Cube();
+  ApplyTransform({{{0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}}, {0, 0, -3}}, cube);
+  RenderOptions options = Options(500, 4096);
+  options.form = DerivativeForm::kMaterial;
+  const auto grow = Derivative(SceneWith(cube), camera_, options, [](const Vec3& x) {
+    return (x - Vec3{0, 0, -3}) * 2.0;
+  });
+  EXPECT_TRUE(AgreesWithExact(Channel(grow, 0), tests::C17CubeInSky(2.0, kAlbedo, 0.5, 3.0)));
+}
+
 TEST(PrimaryBoundary, EdgesBehindAnOccluderDoNothingAndAreCounted) {
   Scene scene = HalfPlane(kX, kZ, 0.0, 1.0);
-  scene.meshes.push_back({"screen", tests::Plate(10, 10, -1), 0});
+  scene.meshes.push_back({"screen", tests::Plate(10, 10, -1), 0, {}});
   const tests::VertexMotion motion = tests::MoveMesh(scene, Right);
-  const PerspectiveCamera camera = tests::OnePixelCamera(kF);
+  const Camera camera = tests::OnePixelCamera(kF);
   FilmSink sink(motion.layout, motion.direction, 1, 1);
   RenderStats stats;
   Renderer(scene).RenderDerivative(camera, -1, Options(100), motion.layout, sink, &stats);
@@ -231,7 +356,7 @@ TEST(PrimaryBoundary, MovingMeshBehindAFixedOneKeepsItsFreePart) {
   Scene scene = HalfPlane(kX, kZ, 0.0, 1.0);
   Mesh screen = tests::Plate(10, 10, -1);
   ApplyTransform({{}, {0, 10, 0}}, screen);
-  scene.meshes.push_back({"screen", screen, 0});
+  scene.meshes.push_back({"screen", screen, 0, {}});
   EXPECT_TRUE(AgreesWithExact(
       Channel(Derivative(scene, tests::OnePixelCamera(kF), Options(1000), Right), 3), 1.0));
 }

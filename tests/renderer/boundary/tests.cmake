@@ -1,2 +1,3 @@
 pathfit_test(renderer/boundary/primary_boundary_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/boundary/view_edges_test LABEL unit LINK pathfit_test_support)
+pathfit_test(renderer/boundary/pixel_boundary_test LABEL statistical LINK pathfit_test_support)

@@ -1,51 +1,89 @@
+#include <array>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "renderer/bsdf/bsdf.h"
 #include "renderer/math/frame.h"
-#include "renderer/math/warp.h"
 #include "renderer/sampler/counter_rng.h"
+#include "tests/renderer/bsdf/direction_quadrature.h"
 #include "tests/support/statistics.h"
 
 namespace pathfit::renderer {
 namespace {
 
-constexpr int kRows = 10;     // in cos(theta)
+using tests::DirectionAt;
+
+constexpr int kRows = 20;     // in cos(theta), of the whole sphere
 constexpr int kColumns = 16;  // in azimuth
 constexpr int kDraws = 60000;
+constexpr int kNarrowRows = 60;
 
 struct Case {
-  double roughness, metallic, cos_o;
+  std::string name;
+  Bsdf bsdf;
+  BsdfInputs inputs;
+  double cos_o;
+  int fine_rows, fine_columns;  // integration points per cell: no lobe may fall between them
 };
 
-const std::vector<Case>& Cases() {
-  static const std::vector<Case> cases = [] {
-    std::vector<Case> list;
-    for (const double roughness : {0.15, 0.3, 0.6, 1.0}) {
-      for (const double metallic : {0.0, 0.5, 1.0}) {
-        for (const double cos_o : {0.15, 0.6, 0.98}) list.push_back({roughness, metallic, cos_o});
-      }
-    }
-    return list;
-  }();
-  return cases;
-}
-
-Vec3 DirectionAt(double cos_theta, double phi) {
-  const double s = std::sqrt(std::max(0.0, 1.0 - cos_theta * cos_theta));
-  return {s * std::cos(phi), s * std::sin(phi), cos_theta};
-}
-
-/// Counts of SampleBsdf in the cells of the hemisphere (the last slot: draws below the surface)
-/// against the integral of BsdfPdf. `fine`: integration points per cell and axis; a lobe of alpha =
-/// roughness^2 must not fall between them.
-::testing::AssertionResult SamplesFollowPdf(
-    const Bsdf& bsdf, double cos_o, int fine, std::uint64_t seed, int suite) {
+std::vector<Case> Cases() {
+  std::vector<Case> list;
   const Rgb base{0.9, 0.6, 0.2};
+  const auto add = [&](const char* name, const Bsdf& bsdf, const BsdfInputs& in, double cos_o) {
+    const bool narrow = in.roughness < 0.2 || (IsTransmissive(bsdf) && in.roughness < 0.4);
+    const bool grazing = cos_o < 0.05;  // the density is large at the horizon only
+    list.push_back({name + (" roughness " + std::to_string(in.roughness)) + " metallic " +
+                        std::to_string(in.metallic) + (in.from_inside ? " inside" : "") +
+                        " cos_o " + std::to_string(cos_o),
+                    bsdf,
+                    in,
+                    cos_o,
+                    grazing ? 120 : (narrow ? kNarrowRows : 24),
+                    narrow || grazing ? 96 : 24});
+  };
+  for (const double roughness : {0.15, 0.3, 1.0}) {
+    for (const double metallic : {0.0, 0.5, 1.0}) {
+      for (const double cos_o : {0.15, 0.6, 0.98})
+        add("gltf", MetallicRoughnessBsdf{}, {base, roughness, metallic}, cos_o);
+    }
+  }
+  for (const double roughness : {0.3, 0.6, 1.0}) {
+    for (const double cos_o : {0.15, 0.6, 0.98}) {
+      add("conductor", RoughConductorBsdf{}, {base, roughness}, cos_o);
+      add("dielectric", RoughDielectricBsdf{0.5, 1.5}, {base, roughness}, cos_o);
+      add("dielectric", RoughDielectricBsdf{0.5, 1.5}, {base, roughness, 0.0, true}, cos_o);
+      add("dielectric", RoughDielectricBsdf{0.5, 0.7}, {base, roughness, 0.0, true}, cos_o);
+    }
+  }
+  // Interpolated normals: below the least cosine, and behind the surface.
+  for (const double cos_o : {0.005, -0.2}) {
+    add("gltf", MetallicRoughnessBsdf{}, {base, 0.5, 0.5}, cos_o);
+    add("conductor", RoughConductorBsdf{}, {base, 0.5}, cos_o);
+    add("dielectric", RoughDielectricBsdf{}, {base, 0.5}, cos_o);
+  }
+  for (const double cos_o : {0.9, 0.1, -0.1}) add("lambert", LambertBsdf{}, {base}, cos_o);
+  return list;
+}
+
+std::size_t Cell(const Vec3& local) {
+  const double turn = std::atan2(local.y, local.x) * 0.5 * std::numbers::inv_pi + 0.5;
+  const int row = std::min(kRows - 1, static_cast<int>((0.5 * local.z + 0.5) * kRows));
+  const int column = std::min(kColumns - 1, static_cast<int>(turn * kColumns));
+  return static_cast<std::size_t>(row * kColumns + column);
+}
+
+/// Counts of SampleBsdf in the cells of the sphere (the last slot: absorbed draws) against the
+/// integral of its density; `mirrored` draws have the density 2 MirroredPairPdf - BsdfPdf.
+::testing::AssertionResult SamplesFollowPdf(const Case& at,
+                                            bool mirrored,
+                                            std::uint64_t seed,
+                                            int suite) {
   const Vec3 n = Normalized(Vec3{0.3, -0.5, 0.7});
   const Frame frame = Frame::FromNormal(n);
-  const Vec3 wo_local = DirectionAt(cos_o, 0.7);
+  const Vec3 wo_local = DirectionAt(at.cos_o, 0.7);
   const Vec3 wo = frame.ToWorld(wo_local);
   std::vector<double> observed(kRows * kColumns + 1);
   std::vector<double> expected(kRows * kColumns + 1);
@@ -53,72 +91,76 @@ Vec3 DirectionAt(double cos_theta, double phi) {
   for (int i = 0; i < kDraws; ++i) {
     const double u0 = rng.Next();
     const double u1 = rng.Next();
-    const auto sample = SampleBsdf(bsdf, base, n, wo, u0, u1, rng.Next());
+    const auto sample = SampleBsdf(at.bsdf, at.inputs, n, wo, u0, u1, rng.Next(), mirrored);
     if (!sample) {
       observed.back() += 1.0;
       continue;
     }
-    const Vec3 local = frame.ToLocal(sample->wi);
-    const double again = BsdfPdf(bsdf, base, {local.z, cos_o, Dot(local, wo_local)});
-    if (std::abs(Norm(local) - 1.0) > 1e-12 || std::abs(again - sample->pdf) > 1e-8 * again) {
+    const BsdfCosines c{Dot(n, sample->wi), Dot(n, wo), Dot(sample->wi, wo)};
+    const double again = BsdfPdf(at.bsdf, at.inputs, c);
+    if (std::abs(Norm(sample->wi) - 1.0) > 1e-12 || std::abs(again - sample->pdf) > 1e-7 * again ||
+        sample->delta) {
       return ::testing::AssertionFailure()
              << "pdf of the sample " << sample->pdf << ", BsdfPdf " << again;
     }
-    const double turn = std::atan2(local.y, local.x) * 0.5 * std::numbers::inv_pi + 0.5;
-    const int row = std::min(kRows - 1, static_cast<int>(local.z * kRows));
-    const int column = std::min(kColumns - 1, static_cast<int>(turn * kColumns));
-    observed[static_cast<std::size_t>(row * kColumns + column)] += 1.0;
+    observed[Cell(frame.ToLocal(sample->wi))] += 1.0;
   }
-  double above = 0.0;
-  for (int row = 0; row < kRows * fine; ++row) {
-    for (int column = 0; column < kColumns * fine; ++column) {
-      const double cos_theta = (row + 0.5) / (kRows * fine);
-      const double phi = 2.0 * std::numbers::pi * ((column + 0.5) / (kColumns * fine) - 0.5);
-      const Vec3 wi = DirectionAt(cos_theta, phi);
-      const double p = BsdfPdf(bsdf, base, {wi.z, cos_o, Dot(wi, wo_local)}) * 2.0 *
-                       std::numbers::pi / (kRows * fine * kColumns * fine);
-      expected[static_cast<std::size_t>((row / fine) * kColumns + column / fine)] += kDraws * p;
-      above += p;
+  const int rows = kRows * at.fine_rows;
+  const int columns = kColumns * at.fine_columns;
+  double total = 0.0;
+  for (int row = IsTransmissive(at.bsdf) ? 0 : rows / 2; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const double cos_theta = 2.0 * (row + 0.5) / rows - 1.0;
+      const Vec3 wi =
+          DirectionAt(cos_theta, 2.0 * std::numbers::pi * ((column + 0.5) / columns - 0.5));
+      const BsdfCosines c{wi.z, at.cos_o, Dot(wi, wo_local)};
+      double p = BsdfPdf(at.bsdf, at.inputs, c);
+      if (mirrored) {
+        p = 2.0 * MirroredPairPdf(at.bsdf, at.inputs, c) - p;
+      }
+      p *= 4.0 * std::numbers::pi / (static_cast<double>(rows) * columns);
+      expected[Cell(wi)] += kDraws * p;
+      total += p;
     }
   }
-  expected.back() = kDraws * std::max(0.0, 1.0 - above);
+  if (total > 1.0 + 2e-3) {
+    return ::testing::AssertionFailure() << "the density integrates to " << total;
+  }
+  expected.back() = kDraws * std::max(0.0, 1.0 - total);
   return tests::ChiSquareAccepts(observed, expected, suite);
 }
 
-TEST(BsdfSampling, MetallicRoughnessFollowsItsPdf) {
-  const int suite = static_cast<int>(Cases().size()) + 2;
+TEST(BsdfSampling, FollowsItsDensity) {
+  const std::vector<Case> cases = Cases();
   std::uint64_t seed = 0;
-  for (const Case& s : Cases()) {
-    EXPECT_TRUE(SamplesFollowPdf(MetallicRoughnessBsdf{s.roughness, s.metallic},
-                                 s.cos_o,
-                                 s.roughness < 0.2 ? 120 : 24,
-                                 ++seed,
-                                 suite))
-        << "roughness " << s.roughness << " metallic " << s.metallic << " cos_o " << s.cos_o;
+  for (const Case& at : cases) {
+    EXPECT_TRUE(SamplesFollowPdf(at, false, ++seed, static_cast<int>(2 * cases.size()))) << at.name;
   }
 }
 
-TEST(BsdfSampling, LambertFollowsItsPdf) {
-  const int suite = static_cast<int>(Cases().size()) + 2;
-  EXPECT_TRUE(SamplesFollowPdf(LambertBsdf{}, 0.9, 24, 100, suite));
-  EXPECT_TRUE(SamplesFollowPdf(LambertBsdf{}, 0.1, 24, 101, suite));
+TEST(BsdfSampling, MirroredFollowsItsDensity) {
+  const std::vector<Case> cases = Cases();
+  std::uint64_t seed = 1000;
+  for (const Case& at : cases) {
+    if (at.fine_rows == kNarrowRows) continue;  // the same formulas, dear to integrate
+    EXPECT_TRUE(SamplesFollowPdf(at, true, ++seed, static_cast<int>(2 * cases.size()))) << at.name;
+  }
 }
 
 /// Directional albedo of a white surface by the product of sampling: never above one.
-double Albedo(const Bsdf& bsdf, double cos_o) {
+double Albedo(const Bsdf& bsdf, const BsdfInputs& in, double cos_o) {
   const Vec3 n{0, 0, 1};
   const Vec3 wo = DirectionAt(cos_o, 0.3);
-  const Rgb white{1, 1, 1};
   double sum = 0.0;
-  constexpr int kSamples = 100000;
+  constexpr int kSamples = 50000;
   CounterRng rng(11, 0, 0, 0, 0);
   for (int i = 0; i < kSamples; ++i) {
     const double u0 = rng.Next();
     const double u1 = rng.Next();
-    const auto sample = SampleBsdf(bsdf, white, n, wo, u0, u1, rng.Next());
+    const auto sample = SampleBsdf(bsdf, in, n, wo, u0, u1, rng.Next());
     if (sample) {
       const BsdfCosines c{sample->wi.z, wo.z, Dot(sample->wi, wo)};
-      sum += EvalBsdf(bsdf, white, c).r * c.cos_i / sample->pdf;
+      sum += EvalBsdf(bsdf, in, c).r * c.cos_i / sample->pdf;
     }
   }
   return sum / kSamples;
@@ -127,17 +169,36 @@ double Albedo(const Bsdf& bsdf, double cos_o) {
 /// A white metal is the bare GGX lobe. (White dielectrics may gain at grazing angles: glTF's mix of
 /// diffuse and specular takes its Fresnel factor at the half vector for both, see THEORY.md.)
 TEST(BsdfSampling, GgxReflectsNoMoreThanItReceives) {
-  for (const Case& s : Cases()) {
-    const double albedo = Albedo(MetallicRoughnessBsdf{s.roughness, 1.0}, s.cos_o);
-    // Five standard errors at 1e5 samples of a weight below one.
-    EXPECT_LT(albedo, 1.0 + 5e-3) << s.roughness << " " << s.cos_o;
-    EXPECT_GT(albedo, s.roughness < 0.5 ? 0.8 : 0.25)
-        << "single scattering loses energy at high roughness";
+  const RoughConductorBsdf perfect{0.5, {0, 0, 0}, {0, 0, 0}};
+  for (const double roughness : {0.15, 0.3, 0.6, 1.0}) {
+    for (const double cos_o : {0.15, 0.6, 0.98}) {
+      for (const Bsdf& bsdf : {Bsdf{MetallicRoughnessBsdf{}}, Bsdf{perfect}}) {
+        const double albedo = Albedo(bsdf, {{1, 1, 1}, roughness, 1.0}, cos_o);
+        // Five standard errors at 5e4 samples of a weight below 1/0.9.
+        EXPECT_LT(albedo, 1.0 + 8e-3) << roughness << " " << cos_o;
+        EXPECT_GT(albedo, roughness < 0.5 ? 0.8 : 0.25)
+            << "single scattering loses energy at high roughness";
+      }
+    }
+  }
+}
+
+TEST(BsdfSampling, WeightsOfTheConductorNeverExceedItsColour) {
+  const Vec3 wo = DirectionAt(0.3, 0.4);
+  const BsdfInputs in{{0.7, 0.7, 0.7}, 0.6};
+  CounterRng rng(5, 0, 0, 0, 0);
+  for (int i = 0; i < 2000; ++i) {
+    const double u0 = rng.Next();
+    const double u1 = rng.Next();
+    const auto sample = SampleBsdf(RoughConductorBsdf{}, in, {0, 0, 1}, wo, u0, u1, rng.Next());
+    if (!sample) continue;
+    const BsdfCosines c{sample->wi.z, wo.z, Dot(sample->wi, wo)};
+    EXPECT_LE(EvalBsdf(RoughConductorBsdf{}, in, c).r * c.cos_i / sample->pdf, 0.7 + 1e-12);
   }
 }
 
 TEST(BsdfSampling, LambertReflectsAll) {
-  EXPECT_NEAR(Albedo(LambertBsdf{}, 0.5), 1.0, 1e-9)
+  EXPECT_NEAR(Albedo(LambertBsdf{}, {}, 0.5), 1.0, 1e-9)
       << "cosine sampling of a Lambertian has no variance";
 }
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/math/dual.h"
+#include "renderer/math/vector.h"
 #include "tests/support/finite_difference.h"
 
 namespace pathfit::renderer {
@@ -49,6 +50,92 @@ TEST(MicrofacetKernel, DualJetAndDifferencesAgree) {
           kDifference)
           << "variable " << i << " at alpha " << p.alpha;
     }
+  }
+}
+
+TEST(MicrofacetKernel, PartialsByHandAreThoseOfDualNumbers) {
+  using D = Dual<4>;
+  for (const Point& p : kPoints) {
+    const D d = MicrofacetReflection(D::Variable(p.cos_i, 0),
+                                     D::Variable(p.cos_o, 1),
+                                     D::Variable(p.dot_io, 2),
+                                     D::Variable(p.alpha, 3));
+    const MicrofacetPartials h = MicrofacetReflectionPartials(p.cos_i, p.cos_o, p.dot_io, p.alpha);
+    EXPECT_LT(tests::RelativeError(h.value, d.v, 0.0), kSameFormula);
+    const std::array<double, 4> by_hand = {h.d_cos_i, h.d_cos_o, h.d_dot_io, h.d_alpha};
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_LT(tests::RelativeError(by_hand[i], d.d[i], d.v / p.alpha), kSameFormula)
+          << "variable " << i << " at alpha " << p.alpha;
+    }
+  }
+}
+
+struct Passage {
+  double alpha, e;
+  Vec3 wi, wo;
+};
+/// Directions near refraction of each other and away from it, into and out of the dense side.
+const std::array<Passage, 6> kPassages = {{{0.3, 1.5, {-0.3, 0.05, -0.9}, {0.5, 0.1, 0.8}},
+                                           {0.1, 1.5, {-0.2, 0.0, -0.95}, {0.3, 0.02, 0.9}},
+                                           {0.6, 1.0 / 1.5, {-0.7, 0.2, -0.6}, {0.3, 0.1, 0.9}},
+                                           {0.9, 1.33, {-0.7, -0.05, -0.7}, {0.9, 0.1, 0.2}},
+                                           {0.5, 1.0 / 2.4, {-0.95, 0.0, -0.1}, {0.4, 0.1, 0.9}},
+                                           {0.4, 2.4, {-0.42, -0.06, -0.9}, {0.99, 0.1, 0.03}}}};
+
+TEST(MicrofacetKernel, TransmissionDualJetAndDifferencesAgree) {
+  using D = Dual<5>;
+  using J = ceres::Jet<double, 5>;
+  for (const Passage& q : kPassages) {
+    const Vec3 wi = Normalized(q.wi);
+    const Vec3 wo = Normalized(q.wo);
+    const std::array<double, 5> at = {wi.z, wo.z, Dot(wi, wo), q.alpha, q.e};
+    const D by_dual = MicrofacetTransmission(D::Variable(at[0], 0),
+                                             D::Variable(at[1], 1),
+                                             D::Variable(at[2], 2),
+                                             D::Variable(at[3], 3),
+                                             D::Variable(at[4], 4));
+    const J by_jet =
+        MicrofacetTransmission(J(at[0], 0), J(at[1], 1), J(at[2], 2), J(at[3], 3), J(at[4], 4));
+    ASSERT_GT(by_dual.v, 0.0);
+    EXPECT_LT(tests::RelativeError(by_dual.v, by_jet.a, 0.0), kSameFormula);
+    for (std::size_t i = 0; i < 5; ++i) {
+      const auto along = [&](double value) {
+        std::array<double, 5> p = at;
+        p[i] = value;
+        return MicrofacetTransmission(p[0], p[1], p[2], p[3], p[4]);
+      };
+      const double scale = by_dual.v / q.alpha;
+      EXPECT_LT(tests::RelativeError(by_dual.d[i], by_jet.v[static_cast<int>(i)], scale),
+                kSameFormula);
+      EXPECT_LT(tests::RelativeError(
+                    by_dual.d[i], tests::RiddersDerivative(along, at[i], 0.02 * q.alpha), scale),
+                kDifference)
+          << "variable " << i << " at alpha " << q.alpha << " e " << q.e;
+    }
+  }
+}
+
+/// Half vector, Fresnel, D and G2 from vectors, as [Walter2007] writes them.
+TEST(MicrofacetKernel, TransmissionEqualsTheTextbookProduct) {
+  for (const Passage& q : kPassages) {
+    const Vec3 wi = Normalized(q.wi);
+    const Vec3 wo = Normalized(q.wo);
+    Vec3 h = Normalized(-(wo + wi * q.e));
+    if (h.z < 0.0) h = -h;
+    const double a2 = q.alpha * q.alpha;
+    const double c2 = h.z * h.z;
+    const double d = a2 / (std::numbers::pi * std::pow(c2 * (a2 - 1.0) + 1.0, 2));
+    const auto lambda = [&](double c) {
+      return 0.5 * (std::sqrt(1.0 + a2 * (1.0 / (c * c) - 1.0)) - 1.0);
+    };
+    const double g2 = 1.0 / (1.0 + lambda(wi.z) + lambda(wo.z));
+    const double fresnel = FresnelDielectric(Dot(wo, h), q.e);
+    const double length = q.e * Dot(wi, h) + Dot(wo, h);
+    const double expected = std::abs(Dot(wi, h) * Dot(wo, h) / (wi.z * wo.z)) * (1.0 - fresnel) *
+                            d * g2 / (length * length);
+    EXPECT_LT(tests::RelativeError(
+                  MicrofacetTransmission(wi.z, wo.z, Dot(wi, wo), q.alpha, q.e), expected, 0.0),
+              kSameFormula);
   }
 }
 

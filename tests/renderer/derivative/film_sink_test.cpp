@@ -34,7 +34,7 @@ class SinksOfOneRendering : public ::testing::Test {
   void Render(DerivativeSink& sink) const {
     renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink);
   }
-  [[nodiscard]] const PerspectiveCamera& Camera() const { return renderer_.scene().sensors[0]; }
+  [[nodiscard]] const Camera& Camera() const { return renderer_.scene().sensors[0]; }
   [[nodiscard]] std::size_t NumPixels() const {
     return static_cast<std::size_t>(Camera().width) * static_cast<std::size_t>(Camera().height);
   }

@@ -86,8 +86,8 @@ class CollocatedFlash : public ::testing::Test {
       tests::SceneOf(tests::Plate(3, 3, 0),
                      LambertBsdf{},
                      {0.6, 0.6, 0.6},
-                     {{"flash", LightFrame::kCamera, PointEmitter{{0, 0, 0}, {3, 3, 3}}}});
-  const PerspectiveCamera camera_ = tests::ProbeCamera(eye_, {0, 0, 0});
+                     {{"flash", LightFrame::kCamera, {}, PointEmitter{{0, 0, 0}, {3, 3, 3}}}});
+  const Camera camera_ = tests::ProbeCamera(eye_, {0, 0, 0});
   Vec3 Away(const Vec3&) const { return away_; }
   /// Turning the plane so that the angle theta of the ray to its normal grows.
   static Vec3 Tilt(const Vec3& x) { return Cross(Vec3{1, 0, 0}, x); }
@@ -115,8 +115,8 @@ TEST(PathAdjoint, ScalingAClosedRoomAboutItsLamp) {
   Scene scene = tests::SceneOf(tests::Cube(),
                                LambertBsdf{},
                                {0.7, 0.5, 0.3},
-                               {{"lamp", LightFrame::kWorld, PointEmitter{{0, 0, 0}, {4, 4, 4}}}});
-  const PerspectiveCamera camera = tests::CameraAt({0, 0, 0}, {0.3, 0.2, -1}, 3.0, 6, 6);
+                               {{"lamp", LightFrame::kWorld, {}, PointEmitter{{0, 0, 0}, {4, 4, 4}}}});
+  const Camera camera = tests::CameraAt({0, 0, 0}, {0.3, 0.2, -1}, 3.0, 6, 6);
   for (const Bsdf& bsdf : {Bsdf{LambertBsdf{}}, Bsdf{MetallicRoughnessBsdf{0.6, 0.4}}}) {
     scene.materials[0].bsdf = bsdf;
     const tests::VertexMotion motion = tests::MoveMesh(scene, [](const Vec3& x) { return x; });
@@ -141,10 +141,10 @@ TEST(PathAdjoint, AlbedoOfAClosedSphere) {
       tests::SceneOf(MakeIcosphere(3, 1.0),
                      LambertBsdf{},
                      {rho, rho, rho},
-                     {{"lamp", LightFrame::kWorld, PointEmitter{{0, 0, 0}, {kPi, kPi, kPi}}}});
+                     {{"lamp", LightFrame::kWorld, {}, PointEmitter{{0, 0, 0}, {kPi, kPi, kPi}}}});
   ParameterLayout layout(scene);
   layout.Add(ParameterKind::kBaseColor, 0);
-  const PerspectiveCamera camera = tests::CameraAt({0, 0, 0.2}, {0, 0, -1}, 2.0, 4, 4);
+  const Camera camera = tests::CameraAt({0, 0, 0.2}, {0, 0, -1}, 2.0, 4, 4);
   const Renderer renderer(scene);
   const double c = tests::SumOfPixels(renderer.RenderPrimal(camera, Options(4096, 1))).r / rho;
   for (const int bounces : {1, 2, 3, 4}) {
@@ -161,7 +161,7 @@ TEST(PathAdjoint, AlbedoOfAClosedSphere) {
 TEST(PathAdjoint, IntensityAndExposureAreTheImageItself) {
   const Scene scene = tests::BallAndWall();
   const Renderer renderer(scene);
-  PerspectiveCamera camera = scene.sensors[0];
+  Camera camera = scene.sensors[0];
   camera.gain = 1.7;
   RenderOptions options = Options(8, 3);
   ParameterLayout layout(scene);

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "renderer/math/frame.h"
 #include "renderer/sampler/counter_rng.h"
+#include "tests/support/finite_difference.h"
 #include "tests/support/test_scenes.h"
 
 namespace pathfit::renderer {
@@ -115,11 +117,64 @@ TEST(EnvironmentTexels, OddSizesAndPolesStayInside) {
   }
 }
 
+/// Directions inside each bilinear square, close to the poles included; along two tangents.
+TEST(EnvironmentGradient, AgreesWithDifferences) {
+  constexpr int kWidth = 8;
+  constexpr int kHeight = 5;
+  EnvironmentEmitter environment = Gradient(kWidth, kHeight);
+  environment.intensity = {0.5, 2.0, 1.5};
+  for (int y = 0; y <= kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      // Squares lie between texel centres; the first and the last row are half as high.
+      const double v = std::clamp((y - 0.1) / kHeight, 0.02, 0.98);
+      const Vec3 d = EnvironmentDirection({(x + 0.07) / kWidth, v});
+      const std::array<Vec3, 3> gradient = EnvironmentGradient(environment, d);
+      const Frame frame = Frame::FromNormal(d);
+      for (int c = 0; c < 3; ++c) {
+        const Vec3& slope = gradient[static_cast<std::size_t>(c)];
+        EXPECT_NEAR(Dot(slope, d), 0.0, kRounding * 10.0);
+        for (const Vec3& tangent : {frame.s, frame.t}) {
+          const auto along = [&](double t) {
+            return Radiance(environment, Normalized(d + tangent * t))[c];
+          };
+          EXPECT_NEAR(Dot(slope, tangent), tests::RiddersDerivative(along, 0.0, 0.01), 1e-6)
+              << "square " << x << ", " << y << " channel " << c;
+        }
+      }
+    }
+  }
+}
+
+TEST(EnvironmentGradient, IsZeroForConstantsAndFiniteAtPolesSeamAndBorders) {
+  const EnvironmentEmitter constant =
+      std::get<EnvironmentEmitter>(tests::ConstantEnvironment({1, 2, 3}).light);
+  EXPECT_EQ(EnvironmentGradient(constant, {0.6, 0.8, 0.0})[1], (Vec3{0, 0, 0}));
+  for (const auto& [width, height] :
+       {std::pair{1, 2}, std::pair{2, 1}, std::pair{1, 7}, std::pair{7, 1}, std::pair{8, 4}}) {
+    const EnvironmentEmitter environment = Gradient(width, height);
+    for (const double x : {0.0, 1e-300, 1e-20, 1e-9, 1e-6}) {
+      for (const double y : {1.0, -1.0}) {
+        for (const Vec3& gradient : EnvironmentGradient(environment, {x, y, 0.0})) {
+          EXPECT_TRUE(IsFinite(gradient));
+          EXPECT_LT(Norm(gradient), 1e7) << "no more than its bound at the fading distance";
+        }
+      }
+      for (const Vec3& gradient : EnvironmentGradient(environment, {-x, 0.0, -1.0})) {
+        EXPECT_TRUE(IsFinite(gradient));
+      }
+    }
+    EXPECT_EQ(Norm(EnvironmentGradient(environment, {0.0, 1.0, 0.0})[0]), 0.0);
+  }
+}
+
 TEST(LightIntensity, NamesTheFactorOfEveryLight) {
   Emitter sky = tests::ConstantEnvironment({1, 1, 1});
-  Emitter lamp{"lamp", LightFrame::kWorld, PointEmitter{}};
-  Emitter sun{"sun", LightFrame::kWorld, DirectionalEmitter{}};
-  for (Emitter* e : {&sky, &lamp, &sun}) {
+  Emitter lamp{"lamp", LightFrame::kWorld, {}, PointEmitter{}};
+  Emitter sun{"sun", LightFrame::kWorld, {}, DirectionalEmitter{}};
+  Emitter spot{"spot", LightFrame::kWorld, {}, SpotEmitter{}};
+  Emitter projector{"projector", LightFrame::kWorld, {}, ProjectorEmitter{}};
+  Emitter panel{"panel", LightFrame::kWorld, {}, AreaEmitter{}};
+  for (Emitter* e : {&sky, &lamp, &sun, &spot, &projector, &panel}) {
     LightIntensity(*e) = {1, 2, 3};
     EXPECT_EQ(LightIntensity(std::as_const(*e)), (Rgb{1, 2, 3}));
   }

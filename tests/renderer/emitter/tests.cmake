@@ -1,2 +1,6 @@
+find_package(Ceres REQUIRED)
+pathfit_test(renderer/emitter/area_sampler_test LABEL statistical LINK pathfit_renderer)
 pathfit_test(renderer/emitter/emitter_test LABEL unit LINK pathfit_test_support)
 pathfit_test(renderer/emitter/environment_sampler_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/emitter/projector_kernel_test LABEL unit LINK pathfit_renderer Ceres::ceres)
+pathfit_test(renderer/emitter/spot_kernel_test LABEL unit LINK pathfit_renderer Ceres::ceres)

@@ -88,6 +88,24 @@ TEST(Mesh, ValidateNamesTheFirstOffendingElement) {
        [](Mesh& m) {
          m.positions[1] = {1e200, 0, 0};
        }},
+      {"position 4, (5, 5, 5), is used by no triangle",
+       [](Mesh& m) {
+         m.positions.push_back({5, 5, 5});
+       }},
+      {"triangle 4 has the corners of triangle 1: (3, 0, 1), at (0, 0, 1)",
+       [](Mesh& m) {
+         m.triangles.push_back({3, 0, 1});
+       }},
+      {"triangle 1 has the corners of triangle 0: (0, 1, 2)",
+       [](Mesh& m) {
+         m.positions.pop_back();
+         m.triangles = {{0, 2, 1}, {0, 1, 2}};
+       }},
+      {"normal 1 of triangle 2 is zero",
+       [](Mesh& m) {
+         m.normals = {{0, 0, 1}, {0, 0, 0}};
+         m.normal_triangles = {{0, 0, 0}, {0, 0, 0}, {0, 0, 1}, {0, 0, 0}};
+       }},
       {"edge (1, 2) of triangle 4, from (1, 0, 0) to (0, 1, 0), has more than two triangles",
        [](Mesh& m) {
          m.positions.push_back({2, 2, 2});
@@ -176,6 +194,23 @@ TEST(Mesh, NormalsStayPerpendicularUnderShear) {
   EXPECT_NEAR(Dot(mesh.normals[0], shear.Direction({1, 0, 0})), 0.0, 1e-15);
   EXPECT_NEAR(Norm(mesh.normals[0]), 1.0, 1e-15);
   EXPECT_GT(mesh.normals[0].y, 0.0);
+}
+
+TEST(Mesh, ReflectionKeepsNormalsOnTheSideOfTheWinding) {
+  Mesh mesh = MakeIcosphere(1, 1.0);
+  mesh.normals = mesh.positions;
+  mesh.normal_triangles = mesh.triangles;
+  ApplyTransform({{{0.3, 0.5, 0.1}, {-0.2, 2, 0}, {0.4, 0.1, -1.5}}, {1, 2, 3}}, mesh);
+  EXPECT_GT(SignedVolume(mesh), 0.0);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto at = [&](std::size_t k) {
+      return mesh.positions[static_cast<std::size_t>(mesh.triangles[f][k])];
+    };
+    const Vec3 face = Cross(at(1) - at(0), at(2) - at(0));
+    for (const std::int32_t i : mesh.normal_triangles[f]) {
+      EXPECT_GT(Dot(face, mesh.normals[static_cast<std::size_t>(i)]), 0.0);
+    }
+  }
 }
 
 TEST(Mesh, TransformRefusesASingularMatrix) {

@@ -3,3 +3,6 @@ pathfit_test(renderer/geometry/ray_caster_test LABEL unit LINK pathfit_test_supp
 pathfit_test(renderer/geometry/triangle_kernel_test LABEL unit LINK pathfit_renderer Ceres::ceres)
 pathfit_test(renderer/geometry/mesh_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/mesh_topology_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/geometry/mesh_normals_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/geometry/mesh_repair_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/geometry/mesh_primitives_test LABEL unit LINK pathfit_renderer)

@@ -1,5 +1,6 @@
 #include "renderer/io/gltf_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -10,6 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_primitives.h"
+#include "renderer/io/texture_file.h"
 #include "tests/renderer/io/temporary_folder.h"
 
 namespace pathfit::renderer {
@@ -51,7 +54,7 @@ std::vector<T> ReadAccessor(const Glb& glb, int index, int components, int type,
   const auto count = accessor["count"].get<std::size_t>();
   const auto offset = view.value("byteOffset", std::size_t{0});
   EXPECT_EQ(accessor["componentType"], type);
-  EXPECT_EQ(accessor["type"], components == 3 ? "VEC3" : "SCALAR");
+  EXPECT_EQ(accessor["type"], components == 3 ? "VEC3" : (components == 2 ? "VEC2" : "SCALAR"));
   EXPECT_EQ(view["target"], target);
   EXPECT_EQ(view["byteLength"], count * static_cast<std::size_t>(components) * 4);
   EXPECT_EQ(offset % 4, 0U);
@@ -132,6 +135,71 @@ TEST(GltfWriter, SplitsVerticesAtColorSeamsOnly) {
   const Glb seam = ParseGlb(folder.Path() / "a.glb");
   EXPECT_EQ(ReadVec3(seam, "POSITION").size(), 18U);
   EXPECT_EQ(ReadVec3(seam, "COLOR_0").size(), 18U);
+}
+
+TEST(GltfWriter, KeepsTheMeshesOwnNormalsAsUnitVectors) {
+  Mesh mesh = MakeCube();
+  mesh.normals = {{0, 0, -2}, {0, 0, 1}, {0, -1, 0}, {0, 3, 0}, {-1, 0, 0}, {1, 0, 0}};
+  for (std::int32_t face = 0; face < 6; ++face) {
+    mesh.normal_triangles.insert(mesh.normal_triangles.end(), 2, Triangle{face, face, face});
+  }
+  const TemporaryFolder folder;
+  WriteGlb(folder.Path() / "a.glb", mesh, {});
+  const Glb glb = ParseGlb(folder.Path() / "a.glb");
+  const std::vector<float> positions = ReadVec3(glb, "POSITION");
+  const std::vector<float> normals = ReadVec3(glb, "NORMAL");
+  // Three flat faces meet in each of the eight corners.
+  ASSERT_EQ(positions.size(), 72U);
+  for (std::size_t i = 0; i < positions.size(); i += 3) {
+    float along = 0.0F;
+    for (std::size_t c = 0; c < 3; ++c) along += positions[i + c] * normals[i + c];
+    EXPECT_EQ(along, 1.0F);
+  }
+}
+
+TEST(GltfWriter, EmbedsTheTextureWithVRunningDown) {
+  const Mesh mesh = MakeRectangle();
+  GlbMaterial material;
+  Texture texture;
+  texture.name = "stripes";
+  texture.width = 1;
+  texture.height = 3;
+  texture.texels = {{0.0, 0.5, 2.0}, {1.0, 0.25, 0.75}, {0.2, 0.4, 0.6}};
+  texture.wrap = TextureWrap::kClamp;
+  material.base_color_texture = texture;
+  const TemporaryFolder folder;
+  WriteGlb(folder.Path() / "a.glb", mesh, material);
+  const Glb glb = ParseGlb(folder.Path() / "a.glb");
+  const int index = glb.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"];
+  const std::vector<float> uvs = ReadAccessor<float>(glb, index, 2, 5126, 34962);
+  const std::vector<float> positions = ReadVec3(glb, "POSITION");
+  ASSERT_EQ(uvs.size(), 8U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(uvs[2 * i], 0.5F + 0.5F * positions[3 * i]);
+    EXPECT_EQ(uvs[2 * i + 1], 0.5F - 0.5F * positions[3 * i + 1]);
+  }
+  EXPECT_EQ(glb.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 0);
+  EXPECT_EQ(glb.json["textures"][0]["source"], 0);
+  EXPECT_EQ(glb.json["samplers"][0]["wrapS"], 33071);
+  EXPECT_EQ(glb.json["samplers"][0]["magFilter"], 9729);
+  const nlohmann::json& image = glb.json["images"][0];
+  EXPECT_EQ(image["mimeType"], "image/png");
+  EXPECT_FALSE(image.contains("uri"));
+  const nlohmann::json& view = glb.json["bufferViews"][image["bufferView"].get<std::size_t>()];
+  EXPECT_FALSE(view.contains("target"));
+  const std::string png = glb.binary.substr(view["byteOffset"], view["byteLength"]);
+  const Texture back = ReadTexture(folder.Write("a.png", png), TextureRole::kColor);
+  ASSERT_EQ(back.texels.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (int c = 0; c < 3; ++c) {
+      // Half a step of the encoding, whose slope is at most 2.28.
+      EXPECT_NEAR(back.texels[i][c], std::min(texture.texels[i][c], 1.0), 2.28 * 0.5 / 255.0);
+    }
+  }
+  material.base_color_texture->texels.pop_back();
+  EXPECT_THROW(WriteGlb(folder.Path() / "b.glb", mesh, material), SceneError);
+  material.base_color_texture = texture;
+  EXPECT_THROW(WriteGlb(folder.Path() / "b.glb", MakeCube(), material), SceneError);
 }
 
 TEST(GltfWriter, RefusesWhatItCannotStore) {

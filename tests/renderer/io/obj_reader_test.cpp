@@ -49,6 +49,76 @@ TEST(ObjReader, FansPolygonsAndIgnoresGroupsAndMaterials) {
   EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {2, 3, 0}}));
 }
 
+TEST(ObjReader, NormalsBecomeUnitAndMissingOnesSmooth) {
+  const Mesh mesh = Parse(std::string(kSquare) +
+                          "vn 0 3 4\nvn 0 0 0\nvn 0 0 9\nf 1//1 2//1 3//2\nf 1//1 3//2 4//2\n");
+  EXPECT_NO_THROW(ValidateMesh(mesh, "square"));
+  EXPECT_EQ(mesh.normals,
+            (std::vector<Vec3>{{0, 0.6, 0.8}, {0, 0, 1}, {0, 0, 1}}));  // the last is position 4's
+  EXPECT_EQ(mesh.normal_triangles, (std::vector<Triangle>{{0, 0, 1}, {0, 1, 2}}));
+  const Mesh mixed = Parse(std::string(kSquare) + "vn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n");
+  EXPECT_TRUE(mixed.normals.empty());
+  EXPECT_TRUE(mixed.normal_triangles.empty());
+}
+
+TEST(ObjReader, DropsValuesThatNoFaceUses) {
+  const Mesh mesh = Parse(
+      "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 7 7\nvt 0 0\nvt 1 0\nvt 0 1\nvn 1 0 0\nvn 0 0 1\n"
+      "f 2/2/2 3/3/2 4/4/2\n");
+  EXPECT_EQ(mesh.positions.size(), 3U);
+  EXPECT_EQ(mesh.uvs, (std::vector<Vec2>{{0, 0}, {1, 0}, {0, 1}}));
+  EXPECT_EQ(mesh.normals, (std::vector<Vec3>{{0, 0, 1}}));
+  EXPECT_EQ(mesh.uv_triangles, (std::vector<Triangle>{{0, 1, 2}}));
+}
+
+constexpr const char* kParts =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+    "o box\ng left a\nusemtl unused\nusemtl  dark wood \t\nf 1/1 2/2 3/3\n"
+    "usemtl steel\nf 2 5 6 3\ng right\no lid\nusemtl dark wood # again\nf -6/1 -4/3 -3/2\n";
+
+std::vector<ObjGroup> ParseGroups(const std::string& text, ObjGrouping grouping) {
+  const TemporaryFolder folder;
+  return ReadObjGroups(folder.Write("shape.obj", text), grouping);
+}
+
+TEST(ObjGroups, SplitsByMaterialInOrderOfFirstFaces) {
+  const std::vector<ObjGroup> groups = ParseGroups(kParts, ObjGrouping::kMaterial);
+  ASSERT_EQ(groups.size(), 2U);
+  EXPECT_EQ(groups[0].name, "dark wood");
+  EXPECT_EQ(groups[0].mesh.positions,
+            (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}));
+  EXPECT_EQ(groups[0].mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
+  EXPECT_EQ(groups[0].mesh.uv_triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 1}}));
+  EXPECT_EQ(groups[1].name, "steel");
+  // Each part has UVs if all of its own faces have.
+  EXPECT_TRUE(groups[1].mesh.uvs.empty());
+  EXPECT_EQ(groups[1].mesh.positions.size(), 4U);
+  EXPECT_EQ(groups[1].mesh.triangles.size(), 2U);
+  for (const ObjGroup& group : groups) EXPECT_NO_THROW(ValidateMesh(group.mesh, group.name));
+}
+
+TEST(ObjGroups, SplitsByObjectOrGroup) {
+  const std::vector<ObjGroup> objects = ParseGroups(kParts, ObjGrouping::kObject);
+  ASSERT_EQ(objects.size(), 2U);
+  EXPECT_EQ(objects[0].name, "box");
+  EXPECT_EQ(objects[0].mesh.triangles.size(), 3U);
+  EXPECT_EQ(objects[1].name, "lid");
+  const std::vector<ObjGroup> groups = ParseGroups(
+      std::string(kSquare) + "f 1 2 3\ng\nf 1 3 4\ng x\nf 4 3 1\n", ObjGrouping::kGroup);
+  ASSERT_EQ(groups.size(), 2U);
+  EXPECT_EQ(groups[0].name, "");
+  EXPECT_EQ(groups[0].mesh.triangles.size(), 2U);
+  EXPECT_EQ(groups[1].name, "x");
+}
+
+TEST(ObjGroups, RefusesWhatReadObjRefuses) {
+  const std::string got = IoErrorOf([] {
+    ParseGroups("usemtl a\nf 1 2 3\nusemtl b\nv 0 0 0\nv 1 0 0\n", ObjGrouping::kMaterial);
+  });
+  EXPECT_NE(got.find("shape.obj:2: vertex index 3 is out of range"), std::string::npos) << got;
+  EXPECT_THROW(ParseGroups("usemtl a\n", ObjGrouping::kMaterial), IoError);
+}
+
 TEST(ObjReader, AllowsFacesBeforeTheirVertices) {
   EXPECT_EQ(Parse(std::string("f 1 2 3\n") + kSquare).triangles.size(), 1U);
 }
@@ -119,6 +189,8 @@ TEST(ObjReader, SurvivesCutAndDamagedFiles) {
   // Without the third corner there is no face.
   ExpectCutFilesRefused(path, ReadWholeFile(path).find(" 3/1/1"), 100, read);
   ExpectDamagedFilesSurvived(path, 200, read);
+  ExpectDamagedFilesSurvived(
+      folder.Write("parts.obj", kParts), 200, [](const auto& file) { ReadObjGroups(file); });
 }
 
 TEST(MeshFile, ChoosesByExtension) {

@@ -97,6 +97,14 @@ TEST(PlyReader, FacesMayStandBeforeVertices) {
   EXPECT_EQ(mesh.triangles.size(), 1U);
 }
 
+TEST(PlyReader, ReplacesNormalsOfLengthZero) {
+  std::string text = kAscii;
+  text.replace(text.find("0 1 0 0 0 3"), 11, "0 1 0 0 0 0");
+  const Mesh mesh = Parse(text);
+  EXPECT_EQ(mesh.normals[3], (Vec3{0, 0, 1}));
+  EXPECT_NO_THROW(ValidateMesh(mesh, "square"));
+}
+
 std::string Replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t place = text.find(from);
   EXPECT_NE(place, std::string::npos) << from;

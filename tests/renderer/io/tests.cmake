@@ -11,3 +11,4 @@ pathfit_test(renderer/io/exr_file_test LABEL unit LINK pathfit_renderer OpenEXR:
 pathfit_test(renderer/io/radiance_file_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/image_file_test LABEL unit LINK pathfit_renderer pathfit_opencv)
 pathfit_test(renderer/io/image_filter_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/io/texture_file_test LABEL unit LINK pathfit_renderer)

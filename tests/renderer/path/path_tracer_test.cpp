@@ -23,7 +23,7 @@ RenderOptions Options(int spp, int max_bounces = 1) {
 }
 
 std::vector<double> Radiance(const Scene& scene,
-                             const PerspectiveCamera& camera,
+                             const Camera& camera,
                              const RenderOptions& options) {
   return Channel(tests::PrimalReplicates(Renderer(scene), camera, options, kReplicates), 0);
 }
@@ -104,8 +104,8 @@ TEST(PathTracer, CollocatedPointLight) {
       tests::SceneOf(tests::Plate(3, 3, 0),
                      LambertBsdf{},
                      {0.6, 0.6, 0.6},
-                     {{"flash", LightFrame::kCamera, PointEmitter{{0, 0, 0}, {3, 3, 3}}}});
-  const PerspectiveCamera camera =
+                     {{"flash", LightFrame::kCamera, {}, PointEmitter{{0, 0, 0}, {3, 3, 3}}}});
+  const Camera camera =
       tests::ProbeCamera({0, 2 * std::sin(0.5), 2 * std::cos(0.5)}, {0, 0, 0});
   for (const double l : Radiance(scene, camera, Options(1)))
     EXPECT_NEAR(l, 1.257044424265e-01, 1e-9);
@@ -117,7 +117,7 @@ TEST(PathTracer, SunOnLambertWithoutNoise) {
       tests::SceneOf(tests::Plate(1, 1, 0),
                      LambertBsdf{},
                      {0.5, 0.25, 1.0},
-                     {{"sun", LightFrame::kWorld, DirectionalEmitter{down, {2, 2, 2}}}});
+                     {{"sun", LightFrame::kWorld, {}, DirectionalEmitter{down, {2, 2, 2}}}});
   const Renderer renderer(scene);
   const Rgba pixel =
       renderer.RenderPrimal(tests::ProbeCamera({0, 1, 2}, {0, 0, 0}), Options(1)).pixels[0];
@@ -133,7 +133,7 @@ TEST(PathTracer, WhiteConvexBodiesVanishInTheFurnace) {
     for (const int bounces : {1, 2, 5}) {
       const Scene scene =
           tests::SceneOf(body, LambertBsdf{}, {1, 1, 1}, {tests::ConstantEnvironment({1, 1, 1})});
-      const PerspectiveCamera camera = tests::CameraAt({2, 2.5, 3}, {0, 0, 0}, 12.0, 8, 8);
+      const Camera camera = tests::CameraAt({2, 2.5, 3}, {0, 0, 0}, 12.0, 8, 8);
       EXPECT_TRUE(AgreesWithExact(Radiance(scene, camera, Options(256, bounces)), 64.0, 0.001))
           << bounces;
     }
@@ -148,7 +148,7 @@ TEST(PathTracer, WhiteCornerFillsUpWithBounces) {
   Mesh side = tests::Plate(1, 1, 0);
   ApplyTransform({RotationAboutAxis({0, 1, 0}, -0.5 * kPi), {1, 0, 1}}, side);
   scene.meshes.push_back({"side", side, 0});
-  const PerspectiveCamera camera = tests::ProbeCamera({-1, 0, 3}, {0.8, 0, 0});
+  const Camera camera = tests::ProbeCamera({-1, 0, 3}, {0.8, 0, 0});
   double previous = 0.0;
   for (const int bounces : {1, 2, 3, 40}) {
     const double radiance =
@@ -170,8 +170,8 @@ TEST(PathTracer, BouncesInAClosedSphereFormAGeometricSeries) {
       tests::SceneOf(MakeIcosphere(4, 1.0),
                      LambertBsdf{},
                      {rho, rho, rho},
-                     {{"lamp", LightFrame::kWorld, PointEmitter{{0, 0, 0}, {kPi, kPi, kPi}}}});
-  const PerspectiveCamera camera = tests::CameraAt({0, 0, 0.2}, {0, 0, -1}, 2.0, 4, 4);
+                     {{"lamp", LightFrame::kWorld, {}, PointEmitter{{0, 0, 0}, {kPi, kPi, kPi}}}});
+  const Camera camera = tests::CameraAt({0, 0, 0.2}, {0, 0, -1}, 2.0, 4, 4);
   const double direct = tests::EstimateMean(Radiance(scene, camera, Options(64, 1))).mean;
   EXPECT_NEAR(direct, 16.0 * rho, 16.0 * rho * 3e-3);
   double series = 1.0;
@@ -197,7 +197,7 @@ TEST(PathTracer, NoLightEntersAClosedBox) {
 TEST(PathTracer, OneSidedMaterialsAreBlackFromBehindAndStillBlock) {
   Scene scene = tests::SceneOf(
       tests::Plate(1, 1, 0), LambertBsdf{}, {1, 1, 1}, {tests::ConstantEnvironment({1, 1, 1})});
-  const PerspectiveCamera behind = tests::ProbeCamera({0, 0, -2}, {0, 0, 0});
+  const Camera behind = tests::ProbeCamera({0, 0, -2}, {0, 0, 0});
   EXPECT_TRUE(AgreesWithExact(Radiance(scene, behind, Options(256)), 1.0));
   scene.materials[0].two_sided = false;
   const Rgba pixel = Renderer(scene).RenderPrimal(behind, Options(16)).pixels[0];
@@ -207,8 +207,8 @@ TEST(PathTracer, OneSidedMaterialsAreBlackFromBehindAndStillBlock) {
 TEST(PathTracer, ZeroBouncesShowTheEnvironmentOnlyAndAHiddenOneStillLights) {
   Scene scene = tests::SceneOf(
       tests::Plate(1, 1, 0), LambertBsdf{}, {1, 1, 1}, {tests::ConstantEnvironment({2, 3, 4})});
-  const PerspectiveCamera at_plate = tests::ProbeCamera({0, 0, 2}, {0, 0, 0});
-  const PerspectiveCamera at_sky = tests::ProbeCamera({0, 0, 2}, {0, 0, 3});
+  const Camera at_plate = tests::ProbeCamera({0, 0, 2}, {0, 0, 0});
+  const Camera at_sky = tests::ProbeCamera({0, 0, 2}, {0, 0, 3});
   EXPECT_EQ(Renderer(scene).RenderPrimal(at_plate, Options(16, 0)).pixels[0], Rgba(0, 0, 0, 1));
   EXPECT_EQ(Renderer(scene).RenderPrimal(at_sky, Options(16, 0)).pixels[0], Rgba(2, 3, 4, 0));
   scene.environment_visible = false;

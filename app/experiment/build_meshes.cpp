@@ -1,0 +1,227 @@
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "app/experiment/build_parts.h"
+#include "optim/observation/visual_hull.h"
+#include "renderer/core/error.h"
+#include "renderer/geometry/mesh_normals.h"
+#include "renderer/geometry/mesh_primitives.h"
+#include "renderer/geometry/mesh_repair.h"
+#include "renderer/io/mesh_file.h"
+#include "renderer/io/obj_reader.h"
+
+namespace pathfit::app {
+namespace {
+
+using renderer::Mesh;
+using renderer::SceneError;
+using renderer::Triangle;
+using renderer::Vec3;
+
+Mesh MakeInline(const InlineGeometry& g) {
+  Mesh mesh;
+  std::transform(g.vertices.begin(), g.vertices.end(), std::back_inserter(mesh.positions), ToVec3);
+  std::transform(g.colors.begin(), g.colors.end(), std::back_inserter(mesh.colors), ToRgb);
+  std::transform(g.normals.begin(), g.normals.end(), std::back_inserter(mesh.normals), ToVec3);
+  for (const auto& uv : g.uvs) {
+    mesh.uvs.push_back({uv[0], uv[1]});
+  }
+  for (const auto& t : g.triangles) {
+    mesh.triangles.push_back({t[0], t[1], t[2]});
+  }
+  if (!mesh.colors.empty()) mesh.color_triangles = mesh.triangles;
+  if (!mesh.uvs.empty()) mesh.uv_triangles = mesh.triangles;
+  if (!mesh.normals.empty()) {
+    mesh.normal_triangles = mesh.triangles;
+    renderer::NormalizeVertexNormals(mesh);
+  }
+  renderer::WeldPositions(mesh);
+  return mesh;
+}
+
+/// The mesh of one geometry entry, before its transform.
+class MeshMaker {
+ public:
+  explicit MeshMaker(const BuildContext& context) : context_(context) {}
+
+  Mesh operator()(const FileGeometry& g) const {
+    context_.files.push_back(g.path);
+    return renderer::ReadMesh(g.path);
+  }
+  Mesh operator()(const SphereGeometry& g) const {
+    Mesh mesh = renderer::MakeIcosphere(g.subdivisions, g.radius);
+    renderer::SetSphereUvs(mesh);
+    return mesh;
+  }
+  Mesh operator()(const RectangleGeometry&) const { return renderer::MakeRectangle(); }
+  Mesh operator()(const CubeGeometry&) const {
+    Mesh mesh = renderer::MakeCube();
+    renderer::SetBoxUvs(mesh);
+    return mesh;
+  }
+  Mesh operator()(const DiskGeometry& g) const { return renderer::MakeDisk(g.segments); }
+  Mesh operator()(const InlineGeometry& g) const { return MakeInline(g); }
+  Mesh operator()(const VisualHullGeometry& g) const {
+    return optim::CarveVisualHull(context_.observations, {.resolution = g.resolution});
+  }
+
+ private:
+  const BuildContext& context_;
+};
+
+void AppendTriangles(const std::vector<Triangle>& from,
+                     std::size_t offset,
+                     std::vector<Triangle>& to) {
+  for (Triangle t : from) {
+    for (std::int32_t& i : t) i += static_cast<std::int32_t>(offset);
+    to.push_back(t);
+  }
+}
+
+// Attributes stay only if both have them.
+void Append(const Mesh& other, Mesh& mesh) {
+  const auto append =
+      [](auto& values, auto& triangles, const auto& more, const auto& more_triangles) {
+        if (triangles.empty() || more_triangles.empty()) {
+          values.clear();
+          triangles.clear();
+          return;
+        }
+        AppendTriangles(more_triangles, values.size(), triangles);
+        values.insert(values.end(), more.begin(), more.end());
+      };
+  append(mesh.normals, mesh.normal_triangles, other.normals, other.normal_triangles);
+  append(mesh.uvs, mesh.uv_triangles, other.uvs, other.uv_triangles);
+  append(mesh.colors, mesh.color_triangles, other.colors, other.color_triangles);
+  AppendTriangles(other.triangles, mesh.positions.size(), mesh.triangles);
+  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+}
+
+struct NamedPart {
+  std::string name;
+  std::string material;
+  Mesh mesh;
+};
+
+// The groups of a file that have materials of their own, and the rest.
+std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildContext& context) {
+  const auto& path = std::get<FileGeometry>(geometry.geometry).path;
+  context.files.push_back(path);
+  if (path.extension() == ".ply") {
+    throw SceneError("geometry '" + geometry.name + "': " + path.string() +
+                     " has no usemtl groups; materials needs an OBJ file");
+  }
+  const std::vector<renderer::ObjGroup> groups = renderer::ReadObjGroups(path);
+  std::vector<NamedPart> parts;
+  std::string known;
+  for (const renderer::ObjGroup& group : groups) {
+    known += (known.empty() ? "" : ", ") + group.name;
+  }
+  for (const auto& [usemtl, material] : geometry.group_materials) {
+    const auto group =
+        std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.name == usemtl; });
+    if (group == groups.end()) {
+      throw SceneError("geometry '" + geometry.name + "': " + path.string() + " has no usemtl '" +
+                       usemtl + "' (known: " + known + ")");
+    }
+    parts.push_back({GroupMeshName(geometry.name, usemtl), material, group->mesh});
+  }
+  NamedPart rest{geometry.name, geometry.material, {}};
+  for (const renderer::ObjGroup& group : groups) {
+    const bool is_named = std::any_of(geometry.group_materials.begin(),
+                                      geometry.group_materials.end(),
+                                      [&](const auto& named) { return named.first == group.name; });
+    if (is_named) continue;
+    if (rest.mesh.triangles.empty()) {
+      rest.mesh = group.mesh;
+    } else {
+      Append(group.mesh, rest.mesh);
+    }
+  }
+  if (!rest.mesh.triangles.empty()) {
+    renderer::WeldPositions(rest.mesh);
+    parts.insert(parts.begin(), std::move(rest));
+  }
+  return parts;
+}
+
+void SetNormals(GeometryConfig::Normals normals, Mesh& mesh) {
+  if (normals == GeometryConfig::Normals::kFlat) renderer::RemoveVertexNormals(mesh);
+  if (normals == GeometryConfig::Normals::kSmooth) renderer::ComputeVertexNormals(mesh);
+}
+
+void SetColors(const std::string& mesh_name, const MaterialConfig& material, Mesh& mesh) {
+  using Source = MaterialConfig::BaseColor;
+  if (material.base_color_source == Source::kVertexConstant) {
+    renderer::SetUniformVertexColors(ToRgb(material.base_color), mesh);
+  } else if (material.base_color_source == Source::kVertexOfMesh && !mesh.HasColors()) {
+    throw SceneError("geometry '" + mesh_name + "': material '" + material.name +
+                     "' takes the mesh's own vertex colours, but it has none; give base_color: "
+                     "{vertex: [r, g, b]}");
+  }
+}
+
+Vec3 MiddleOf(const std::vector<NamedPart>& parts) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3 low{kInfinity, kInfinity, kInfinity};
+  Vec3 high{-kInfinity, -kInfinity, -kInfinity};
+  for (const NamedPart& part : parts) {
+    for (const Vec3& p : part.mesh.positions) {
+      for (int c = 0; c < 3; ++c) {
+        low[c] = std::min(low[c], p[c]);
+        high[c] = std::max(high[c], p[c]);
+      }
+    }
+  }
+  return (low + high) * 0.5;
+}
+
+}  // namespace
+
+std::vector<renderer::SceneMesh> BuildMeshes(const GeometryConfig& geometry,
+                                             const ExperimentConfig& config,
+                                             const BuildContext& context) {
+  std::vector<NamedPart> parts;
+  if (geometry.group_materials.empty()) {
+    Mesh mesh = std::visit(MeshMaker(context), geometry.geometry);
+    parts.push_back({geometry.name, geometry.material, std::move(mesh)});
+  } else {
+    parts = ReadParts(geometry, context);
+  }
+  const TransformConfig& t = geometry.transform;
+  const renderer::Mat3 rotation = RotationOf(t.axis, t.angle);
+  const renderer::Mat3 linear{
+      rotation.x * t.scale[0], rotation.y * t.scale[1], rotation.z * t.scale[2]};
+  for (NamedPart& part : parts) {
+    if (geometry.repair) {
+      renderer::MeshRepairs repairs;
+      part.mesh = renderer::RepairMesh(std::move(part.mesh), part.name, &repairs);
+      const std::string done = renderer::Describe(repairs);
+      if (!done.empty())
+        context.notes.push_back("Mesh " + part.name + " was repaired: " + done + ".");
+    }
+    SetNormals(geometry.normals, part.mesh);
+    renderer::ApplyTransform({linear, ToVec3(t.translate)}, part.mesh);
+  }
+  const Vec3 pivot = geometry.pivot ? ToVec3(*geometry.pivot) : MiddleOf(parts);
+  std::vector<renderer::SceneMesh> meshes;
+  for (NamedPart& part : parts) {
+    const auto material = std::find_if(config.materials.begin(),
+                                       config.materials.end(),
+                                       [&](const auto& m) { return m.name == part.material; });
+    SetColors(part.name, *material, part.mesh);
+    renderer::SceneMesh& mesh = meshes.emplace_back();
+    mesh.name = part.name;
+    mesh.mesh = std::move(part.mesh);
+    mesh.material = static_cast<int>(material - config.materials.begin());
+    mesh.pose.pivot = pivot;
+  }
+  return meshes;
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "renderer/boundary/boundary_segment.h"
+
+namespace pathfit::renderer {
+
+/// Runs the boundary estimators that the options ask for and feeds the sink. Estimators run in
+/// parallel; the sink is fed in an order that does not depend on threads.
+void EmitBoundaries(const PathContext& path,
+                    const CameraModel& camera,
+                    const ActiveParameters& active,
+                    const RenderOptions& options,
+                    const std::vector<MeshTopology>& topologies,
+                    DerivativeSink& sink,
+                    RenderStats& stats);
+
+}  // namespace pathfit::renderer

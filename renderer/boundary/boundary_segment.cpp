@@ -1,0 +1,271 @@
+#include "renderer/boundary/boundary_segment.h"
+
+#include <array>
+#include <cmath>
+
+namespace pathfit::renderer {
+namespace {
+
+// Edge and segment are parallel below this sine: no plane is defined.
+constexpr double kMinSinPhi = 1e-9;
+
+// An edge this close to another surface, as a multiple of the offset of secondary rays, touches it.
+constexpr double kTouch = 2.0;
+
+double TouchDistance(const BoundaryContext& context) {
+  return kTouch * kRayOffset * context.path.caster->Extent();
+}
+
+using RowMotion = MotionAdjoint<Vec3, MotionRow>;
+
+/// Gradient of the segment's normal velocity. `image_ray`: the sensor's ray to x_D if x_D is kept
+/// at its place in the image, else null.
+struct ImageView {
+  Ray ray;
+  double distance = 0.0;
+  double u = 0.0, v = 0.0;
+};
+
+void FillRow(const BoundaryContext& context,
+             const BoundarySegment& s,
+             const ImageView* view,
+             MotionRow& row) {
+  row.Clear();
+  RowMotion motion(*context.path.scene, *context.path.caster, context.camera, context.active, row);
+  const MeshEdge& edge = context.topologies[static_cast<std::size_t>(s.edge->mesh)]
+                             .edges[static_cast<std::size_t>(s.edge->edge)];
+  if (context.active.meshes[static_cast<std::size_t>(s.edge->mesh)].moves) {
+    motion.Vertex(s.edge->mesh, edge.vertices[0], s.edge->a, s.n_b * (1.0 - s.t));
+    motion.Vertex(s.edge->mesh, edge.vertices[1], s.edge->b, s.n_b * s.t);
+  }
+  const double lambda = s.source.infinite ? 0.0 : s.d.distance / (s.d.distance + s.t2);
+  const Vec3 d_detector = s.n_b * (lambda - 1.0);
+  if (view != nullptr) {
+    motion.ImagePoint(s.d.id,
+                      s.d.b1,
+                      s.d.b2,
+                      context.path.caster->Geometry(s.d.id).n,
+                      view->ray,
+                      view->distance,
+                      view->u,
+                      view->v,
+                      d_detector);
+  } else {
+    motion.MaterialPoint(s.d.id, s.d.b1, s.d.b2, d_detector);
+  }
+  if (s.source.id.IsValid()) {
+    motion.MaterialPoint(s.source.id, s.source.b1, s.source.b2, s.n_b * -lambda);
+  } else if (motion.LightMoves(s.source.emitter)) {
+    if (s.source.infinite) {  // lambda v_S -> t1 (spin x w)
+      motion.LightSpin(s.source.emitter, Cross(s.w, s.n_b * -s.d.distance));
+    } else {
+      motion.LightPosition(s.source.emitter, s.source.position, s.n_b * -lambda);
+    }
+  }
+}
+
+/// One vertex of the detector subpath: what arrives at it comes from `wi`.
+struct Detector {
+  TriangleId id;
+  double b1 = 0.0, b2 = 0.0;
+  Vec3 x;
+  Vec3 wi;
+};
+
+struct Connection {
+  Rgb importance;  // BSDF times pixel area per surface area, without filter
+  ImageView view;
+};
+
+/// Factor |n_s . wi| / |n_g . wi|: light arrives by the shading normal's cosine, the geometry term
+/// holds the other.  [path_space 1.7]
+double ShadingCorrection(const SurfacePoint& p, const Vec3& wi) {
+  return std::abs(Dot(p.n, wi) / Dot(p.ng, wi));
+}
+
+std::optional<Connection> Connect(const BoundaryContext& context, const Detector& detector) {
+  const Camera& camera = context.camera.camera();
+  const auto projection = context.camera.Project(detector.x);
+  const double margin = camera.filter.radius;
+  if (!projection || projection->u < -margin || projection->v < -margin ||
+      projection->u > camera.width + margin || projection->v > camera.height + margin) {
+    return std::nullopt;
+  }
+  Connection connection;
+  const Ray to_camera = context.camera.RayTo(detector.x, connection.view.distance);
+  const RayCaster& caster = *context.path.caster;
+  const SurfacePoint p = MakeSurfacePoint(*context.path.scene,
+                                          caster,
+                                          detector.id,
+                                          detector.b1,
+                                          detector.b2,
+                                          detector.x,
+                                          to_camera.direction);
+  if (!p.Reflects() || !p.Accepts(detector.wi)) {
+    return std::nullopt;
+  }
+  connection.importance = EvalBsdf(p.material->bsdf, p.inputs, p.Cosines(detector.wi)) *
+                          (ShadingCorrection(p, detector.wi) *
+                           std::abs(Dot(p.ng, Cross(projection->du, projection->dv))));
+  if (IsBlack(connection.importance) ||
+      caster.Occluded({caster.OffsetPoint(p.x, p.ng), to_camera.direction},
+                      ShadowDistance(caster, connection.view.distance))) {
+    return std::nullopt;
+  }
+  connection.view.u = projection->u;
+  connection.view.v = projection->v;
+  connection.view.ray = {detector.x + to_camera.direction * connection.view.distance,
+                         -to_camera.direction};
+  return connection;
+}
+
+/// Goes on from a detector vertex towards the sensor. Updates the throughput; false when it ends.
+bool Advance(const BoundaryContext& context,
+             Detector& detector,
+             Rgb& throughput,
+             IndependentSampler& sampler) {
+  const Scene& scene = *context.path.scene;
+  const RayCaster& caster = *context.path.caster;
+  // Directions are drawn as if light came from where it goes to: the densities are alike.
+  const SurfacePoint from_light = MakeSurfacePoint(
+      scene, caster, detector.id, detector.b1, detector.b2, detector.x, detector.wi);
+  const double u0 = sampler.Next();
+  const double u1 = sampler.Next();
+  const double u2 = sampler.Next();
+  const Bsdf& bsdf = from_light.material->bsdf;
+  const auto sample = SampleBsdf(bsdf, from_light.inputs, from_light.n, detector.wi, u0, u1, u2);
+  if (!sample || !(sample->pdf > 0.0)) {
+    return false;
+  }
+  const SurfacePoint p = MakeSurfacePoint(
+      scene, caster, detector.id, detector.b1, detector.b2, detector.x, sample->wi);
+  if (!p.Reflects() || !p.Accepts(detector.wi)) {
+    return false;
+  }
+  const BsdfCosines cosines = p.Cosines(detector.wi);
+  if (IsDelta(bsdf)) {
+    throughput *=
+        EvalDelta(bsdf, p.inputs, cosines.cos_o, cosines.cos_i < 0.0).value * (1.0 / sample->pdf);
+  } else {
+    throughput *=
+        EvalBsdf(bsdf, p.inputs, cosines) *
+        (ShadingCorrection(p, detector.wi) * std::abs(Dot(p.ng, sample->wi)) / sample->pdf);
+  }
+  if (IsBlack(throughput)) {
+    return false;
+  }
+  const auto hit = caster.Intersect({caster.OffsetPoint(p.x, p.ng), sample->wi});
+  if (!hit) {
+    return false;
+  }
+  detector = {
+      hit->id, hit->b1, hit->b2, caster.Geometry(hit->id).Point(hit->b1, hit->b2), -sample->wi};
+  return true;
+}
+
+}  // namespace
+
+bool StartSegment(const BoundaryContext& context,
+                  const BoundaryEdge& edge,
+                  double t,
+                  const Vec3& w,
+                  BoundarySegment& segment) {
+  if (!edge.IsSilhouette(w)) {
+    return false;
+  }
+  const Vec3 along = edge.b - edge.a;
+  const Vec3 normal = Cross(along, w) * (1.0 / Norm(along));
+  segment.sin_phi = Norm(normal);
+  if (!(segment.sin_phi > kMinSinPhi)) {
+    return false;
+  }
+  segment.edge = &edge;
+  segment.t = t;
+  segment.x_b = edge.a + along * t;
+  segment.w = w;
+  const MeshEdge& mesh_edge = context.topologies[static_cast<std::size_t>(edge.mesh)]
+                                  .edges[static_cast<std::size_t>(edge.edge)];
+  const Mesh& mesh = context.path.scene->meshes[static_cast<std::size_t>(edge.mesh)].mesh;
+  const Vec3& apex = mesh.positions[static_cast<std::size_t>(mesh_edge.apex[0])];
+  const double sign = Dot(normal, apex - edge.a) > 0.0 ? 1.0 : -1.0;
+  segment.n_b = normal * (sign / segment.sin_phi);
+  return true;
+}
+
+std::optional<Hit> TraceFromEdge(const BoundaryContext& context,
+                                 const BoundarySegment& segment,
+                                 const Vec3& direction) {
+  const MeshEdge& edge = context.topologies[static_cast<std::size_t>(segment.edge->mesh)]
+                             .edges[static_cast<std::size_t>(segment.edge->edge)];
+  const std::array<TriangleId, 2> faces = {TriangleId{segment.edge->mesh, edge.faces[0]},
+                                           TriangleId{segment.edge->mesh, edge.faces[1]}};
+  // The ray starts a little before the edge point: a surface that touches the edge there blocks the
+  // segment, which rounding would otherwise decide by chance.
+  const double start = TouchDistance(context);
+  auto hit = context.path.caster->IntersectIgnoring(
+      {segment.x_b - direction * start, direction}, 0.0, faces);
+  if (hit) {
+    hit->distance -= start;
+  }
+  return hit;
+}
+
+bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment) {
+  const auto hit = TraceFromEdge(context, segment, -segment.w);
+  if (!hit || !(hit->distance > TouchDistance(context))) {
+    return false;
+  }
+  segment.d = *hit;
+  segment.x_d = context.path.caster->Geometry(hit->id).Point(hit->b1, hit->b2);
+  return true;
+}
+
+void ConnectDetectors(const BoundaryContext& context,
+                      const BoundarySegment& segment,
+                      const CumulativeRadiance& cumulative,
+                      double weight,
+                      IndependentSampler& sampler,
+                      SplatBuffer& splats) {
+  const int max_bounces = context.path.max_bounces;
+  const auto material_of = [&](TriangleId id) -> const Material& {
+    const Scene& scene = *context.path.scene;
+    return scene.materials[static_cast<std::size_t>(
+        scene.meshes[static_cast<std::size_t>(id.mesh)].material)];
+  };
+  if (IsDelta(material_of(segment.d.id).bsdf)) {
+    return;  // a moving direct reflection has no boundary segment that could be sampled
+  }
+  Detector detector{segment.d.id, segment.d.b1, segment.d.b2, segment.x_d, segment.w};
+  Rgb throughput = Rgb::Constant(weight * segment.sin_phi);
+  MotionRow row;
+  bool has_material_row = false;
+  for (int k = 0; k < max_bounces; ++k) {
+    const auto available =
+        std::min<std::size_t>(static_cast<std::size_t>(max_bounces - 1 - k), cumulative.size() - 1);
+    const Rgb& radiance = cumulative[available];
+    const bool delta = IsDelta(material_of(detector.id).bsdf);
+    if (!delta && !IsBlack(radiance)) {
+      if (const auto connection = Connect(context, detector)) {
+        const bool image = k == 0 && context.options.form == DerivativeForm::kImage;
+        if (image) {
+          FillRow(context, segment, &connection->view, row);
+        } else if (!has_material_row) {
+          FillRow(context, segment, nullptr, row);
+          has_material_row = true;
+        }
+        if (!row.Empty()) {
+          splats.Splat(context.camera.camera(),
+                       connection->view.u,
+                       connection->view.v,
+                       Rgba(throughput * radiance * connection->importance, 0.0),
+                       row);
+        }
+      }
+    }
+    if (k + 1 == max_bounces || !Advance(context, detector, throughput, sampler)) {
+      return;
+    }
+  }
+}
+
+}  // namespace pathfit::renderer

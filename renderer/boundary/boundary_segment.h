@@ -1,0 +1,77 @@
+#pragma once
+
+#include "renderer/boundary/edge_tree.h"
+#include "renderer/boundary/splat_buffer.h"
+#include "renderer/geometry/mesh_topology.h"
+#include "renderer/path/path_tracer.h"
+#include "renderer/render_options.h"
+#include "renderer/render_stats.h"
+
+namespace pathfit::renderer {
+
+/// What all boundary estimators of one view refer to.
+struct BoundaryContext {
+  const PathContext& path;
+  const CameraModel& camera;
+  const ActiveParameters& active;
+  const RenderOptions& options;
+  const std::vector<MeshTopology>& topologies;
+  const EdgeTree& edges;
+};
+
+/// The far end of a boundary segment on the source side: how it moves.
+struct SegmentSource {
+  TriangleId id;  ///< a surface point, moving with its material; invalid: a light
+  double b1 = 0.0, b2 = 0.0;
+  int emitter = -1;       ///< if not a surface point
+  bool infinite = false;  ///< environment or directional light: turns with the light
+  Vec3 position;          ///< of a point light
+};
+
+/// A segment x_D x_S that grazes an edge at x_B: path_space 1.6, 1.7.
+struct BoundarySegment {
+  const BoundaryEdge* edge = nullptr;
+  double t = 0.0;  ///< x_B = (1 - t) a + t b
+  Vec3 x_b;
+  Vec3 w;                ///< unit, from D to S
+  Vec3 n_b;              ///< unit, normal to edge and segment, points into the occluder
+  double sin_phi = 0.0;  ///< between edge and segment
+  Hit d;                 ///< detector end; distance is t1 = |x_B - x_D|
+  Vec3 x_d;
+  double t2 = 0.0;  ///< |x_S - x_B|; infinity for lights at infinity
+  SegmentSource source;
+};
+
+/// Fills edge point and frame of a segment for direction w; false if the edge is no silhouette for
+/// it.
+bool StartSegment(const BoundaryContext& context,
+                  const BoundaryEdge& edge,
+                  double t,
+                  const Vec3& w,
+                  BoundarySegment& segment);
+
+/// What the line meets beyond x_B in a direction, the edge's own faces left out.
+std::optional<Hit> TraceFromEdge(const BoundaryContext& context,
+                                 const BoundarySegment& segment,
+                                 const Vec3& direction);
+
+/// Finds the detector end by tracing against w; false if there is none.
+bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment);
+
+/// Radiance that leaves x_S along the segment, by the number of surfaces that reflected it:
+/// cumulative[i] holds all with at most i reflections at and behind x_S.
+using CumulativeRadiance = std::vector<Rgb>;
+
+/// Grows the detector subpath from x_D, connects all its vertices to the sensor and adds to
+/// `splats`: importance * radiance * weight * sin(phi), times the gradient of the segment's normal
+/// velocity n_B . (v_B - (1 - lambda) v_D - lambda v_S).  [path_space B, V]
+/// A path is reflected at most max_bounces times in all: detector vertex k (0 = x_D) takes
+/// cumulative[min(max_bounces - 1 - k, size - 1)].
+void ConnectDetectors(const BoundaryContext& context,
+                      const BoundarySegment& segment,
+                      const CumulativeRadiance& cumulative,
+                      double weight,
+                      IndependentSampler& sampler,
+                      SplatBuffer& splats);
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "renderer/boundary/boundary_segment.h"
+
+namespace pathfit::renderer {
+
+/// Direct boundary: edges between a light and a surface; moving shadow edges, soft and hard.
+///
+/// Several ways to draw the segment, each a map of three uniform numbers: a point on an area light
+/// or a direction to the environment, then an edge that can be a silhouette from there; a tangent
+/// direction of an edge; for point and directional lights only the edge is free. Ways that find the
+/// same segments share them by the balance heuristic over their unguided densities, with the
+/// densities of edges replaced by their means (any weights that add up to one are right).
+/// Source: path_space 1.7 (B), (K), 1.8, 2.3; for lights without extent the integral over x_S is
+/// dropped like that over x_D in (B0).
+class DirectBoundary {
+ public:
+  explicit DirectBoundary(const BoundaryContext& context);
+
+  [[nodiscard]] int NumWays() const { return static_cast<int>(ways_.size()); }
+  /// How many of the three numbers of a way matter.
+  [[nodiscard]] int Dimensions(int way) const;
+  /// Adds one sample, divided by the unguided density of its way, times `weight`.
+  void Sample(int way,
+              const std::array<double, 3>& u,
+              double weight,
+              IndependentSampler& sampler,
+              SplatBuffer& splats) const;
+
+ private:
+  struct Way {
+    enum class Kind { kArea, kEnvironment, kWedge, kPoint, kDirectional } kind;
+    int index = 0;  ///< of the point or directional light
+  };
+
+  void SampleArea(const std::array<double, 3>& u,
+                  double weight,
+                  IndependentSampler& sampler,
+                  SplatBuffer& splats) const;
+  void SampleEnvironment(const std::array<double, 3>& u,
+                         double weight,
+                         IndependentSampler& sampler,
+                         SplatBuffer& splats) const;
+  void SampleWedgeDirection(const std::array<double, 3>& u,
+                            double weight,
+                            IndependentSampler& sampler,
+                            SplatBuffer& splats) const;
+  void SamplePoint(const LightSet::PointLight& light,
+                   double u,
+                   double weight,
+                   IndependentSampler& sampler,
+                   SplatBuffer& splats) const;
+  void SampleDirectional(const LightSet::Directional& light,
+                         double u,
+                         double weight,
+                         IndependentSampler& sampler,
+                         SplatBuffer& splats) const;
+  void Connect(const BoundarySegment& segment,
+               const Rgb& radiance,
+               double weight,
+               IndependentSampler& sampler,
+               SplatBuffer& splats) const;
+  /// Share of the light-first way in a segment whose light density per steradian is `pdf`.
+  [[nodiscard]] double LightShare(double pdf) const;
+
+  const BoundaryContext& context_;
+  std::vector<Way> ways_;
+  double wedge_density_ = 0.0;      // of the wedge way, per metre and steradian
+  double silhouette_length_ = 0.0;  // expected, seen from a random direction
+};
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,66 @@
+#include "renderer/boundary/indirect_boundary.h"
+
+#include "renderer/boundary/tangent_wedge.h"
+
+namespace pathfit::renderer {
+namespace {
+
+/// Sorts a path's radiance by the number of reflections.
+class RadianceByBounce : public NullPathRecorder {
+ public:
+  explicit RadianceByBounce(CumulativeRadiance& radiance) : radiance_(radiance) {}
+  void OnRadiance(int bounces, const Rgb& radiance) {
+    radiance_[static_cast<std::size_t>(bounces)] += radiance;
+  }
+
+ private:
+  CumulativeRadiance& radiance_;
+};
+
+}  // namespace
+
+void IndirectBoundary::Sample(const std::array<double, 3>& u,
+                              double weight,
+                              IndependentSampler& sampler,
+                              SplatBuffer& splats) const {
+  const EdgeTree::Pick pick = context_.edges.SampleByWedge(u[0]);
+  if (pick.edge < 0) {
+    return;
+  }
+  const BoundaryEdge& edge = context_.edges.edges()[static_cast<std::size_t>(pick.edge)];
+  BoundarySegment segment;
+  if (!StartSegment(context_, edge, pick.remainder, SampleWedge(edge, u[1], u[2]), segment)) {
+    return;
+  }
+  const auto hit = TraceFromEdge(context_, segment, segment.w);
+  if (!hit || !TraceDetectorEnd(context_, segment)) {
+    return;
+  }
+  segment.t2 = hit->distance;
+  segment.source = {hit->id, hit->b1, hit->b2, -1, false, {}};
+  const PathContext& path = context_.path;
+  const SurfacePoint source =
+      MakeSurfacePoint(*path.scene,
+                       *path.caster,
+                       hit->id,
+                       hit->b1,
+                       hit->b2,
+                       path.caster->Geometry(hit->id).Point(hit->b1, hit->b2),
+                       -segment.w);
+  if (IsDelta(source.material->bsdf)) {
+    return;  // a reflection in a mirror moves over it: no material point
+  }
+  CumulativeRadiance radiance(static_cast<std::size_t>(path.max_bounces));
+  RadianceByBounce recorder(radiance);
+  TraceRadiance(path, source, sampler, recorder, {path.max_bounces - 1, false, false});
+  for (std::size_t i = 1; i < radiance.size(); ++i) {
+    radiance[i] += radiance[i - 1];
+  }
+  if (IsBlack(radiance.back())) {
+    return;
+  }
+  const double pdf = pick.probability / (edge.Length() * 4.0 * WedgeAngle(edge));
+  ConnectDetectors(context_, segment, radiance, weight / pdf, sampler, splats);
+}
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,82 @@
+#include "renderer/boundary/scene_edges.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pathfit::renderer {
+namespace {
+
+// Faces whose normals differ by less than this are one plane.
+constexpr double kCoplanar = 1e-7;
+// Share of the samples of an edge that rests, while other things move.
+constexpr double kRestingWeight = 0.2;
+
+bool IsOutsideBox(const Mesh& mesh, const Vec3& x) {
+  for (int i = 0; i < 3; ++i) {
+    const auto below = [&](const Vec3& p) { return p[i] < x[i]; };
+    if (std::all_of(mesh.positions.begin(), mesh.positions.end(), below) ||
+        std::none_of(mesh.positions.begin(), mesh.positions.end(), below)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Whether no path can run inside the mesh: it is closed, opaque, and neither the viewer nor
+/// anything else of the scene is inside its box.
+bool IsOpaqueSolid(const Scene& scene,
+                   std::size_t index,
+                   const MeshTopology& topology,
+                   const Vec3& viewer) {
+  const SceneMesh& mesh = scene.meshes[index];
+  if (!topology.closed ||
+      IsTransmissive(scene.materials[static_cast<std::size_t>(mesh.material)].bsdf) ||
+      !IsOutsideBox(mesh.mesh, viewer) || SignedVolume(mesh.mesh) <= 0.0) {
+    return false;
+  }
+  return true;
+}
+
+Vec3 FaceNormal(const Mesh& mesh, std::int32_t face) {
+  const Triangle& t = mesh.triangles[static_cast<std::size_t>(face)];
+  const auto p = [&](std::size_t i) { return mesh.positions[static_cast<std::size_t>(t[i])]; };
+  return Normalized(Cross(p(1) - p(0), p(2) - p(0)));
+}
+
+}  // namespace
+
+std::vector<BoundaryEdge> SceneEdges(const Scene& placed,
+                                     const std::vector<MeshTopology>& topologies,
+                                     const ActiveParameters& active,
+                                     const Vec3& viewer) {
+  std::vector<BoundaryEdge> edges;
+  for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
+    const Mesh& mesh = placed.meshes[m].mesh;
+    const bool solid = IsOpaqueSolid(placed, m, topologies[m], viewer);
+    for (std::size_t e = 0; e < topologies[m].edges.size(); ++e) {
+      const MeshEdge& edge = topologies[m].edges[e];
+      BoundaryEdge out;
+      out.mesh = static_cast<int>(m);
+      out.edge = static_cast<std::int32_t>(e);
+      out.a = mesh.positions[static_cast<std::size_t>(edge.vertices[0])];
+      out.b = mesh.positions[static_cast<std::size_t>(edge.vertices[1])];
+      out.n0 = FaceNormal(mesh, edge.faces[0]);
+      out.border = edge.faces[1] < 0;
+      out.n1 = out.border ? -out.n0 : FaceNormal(mesh, edge.faces[1]);
+      out.weight = active.meshes[m].moves ? 1.0 : kRestingWeight;
+      if (!out.border) {
+        if (Norm(out.n0 - out.n1) < kCoplanar) {
+          continue;
+        }
+        const Vec3& apex = mesh.positions[static_cast<std::size_t>(edge.apex[1])];
+        if (solid && Dot(out.n0, apex - out.a) > 0.0) {
+          continue;  // concave
+        }
+      }
+      edges.push_back(out);
+    }
+  }
+  return edges;
+}
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,44 @@
+#include "renderer/boundary/visible_point.h"
+
+namespace pathfit::renderer {
+
+bool IsInImageForm(const BoundaryContext& context, const std::optional<Hit>& hit) {
+  if (context.options.form == DerivativeForm::kImage) {
+    return true;
+  }
+  if (!hit) {
+    return context.camera.IsOrthographic();
+  }
+  const Scene& scene = *context.path.scene;
+  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(hit->id.mesh)];
+  return IsDelta(scene.materials[static_cast<std::size_t>(mesh.material)].bsdf);
+}
+
+void AddMotionOfVisiblePoint(const BoundaryContext& context,
+                             const std::optional<Hit>& hit,
+                             const Ray& ray,
+                             const Vec2& m,
+                             MotionRow& row) {
+  const RayCaster& caster = *context.path.caster;
+  const Vec3 x = hit ? caster.Geometry(hit->id).Point(hit->b1, hit->b2)
+                     : context.camera.Origin() + ray.direction;
+  const auto projection = context.camera.Project(x);
+  if (!projection) {
+    return;
+  }
+  const Vec3 d_x = projection->du * m.x + projection->dv * m.y;
+  MotionAdjoint<Vec3, MotionRow> motion(
+      *context.path.scene, caster, context.camera, context.active, row);
+  if (hit) {
+    motion.MaterialPoint(hit->id, hit->b1, hit->b2, d_x);
+    motion.PixelOfFixedPoint(x, *projection, m.x, m.y);
+    return;
+  }
+  motion.PixelOfFixedDirection(ray.direction, *projection, m.x, m.y);
+  const auto& environment = context.path.lights.environment;
+  if (environment && motion.LightMoves(environment->emitter)) {
+    motion.LightSpin(environment->emitter, Cross(ray.direction, d_x));
+  }
+}
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+
+#include "renderer/boundary/boundary_segment.h"
+
+namespace pathfit::renderer {
+
+/// Whether the interior estimator keeps what a sensor ray meets at its place in the image: always
+/// in image form; in material form mirrors and glass (their reflection does not stick to them) and
+/// the environment of an orthographic camera (one direction fills its image). No hit: environment.
+bool IsInImageForm(const BoundaryContext& context, const std::optional<Hit>& hit);
+
+/// Adds the gradient of m . u', u' the image velocity of the material point that sensor ray `ray`
+/// meets, to `row`. The environment's point is a direction that turns with the light. `m`: pixels.
+void AddMotionOfVisiblePoint(const BoundaryContext& context,
+                             const std::optional<Hit>& hit,
+                             const Ray& ray,
+                             const Vec2& m,
+                             MotionRow& row);
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,240 @@
+#include "renderer/derivative/appearance_adjoint.h"
+
+namespace pathfit::renderer {
+namespace {
+
+using Vertex = PathRecorder::Vertex;
+
+/// A block whose component c acts on channel c.
+void AddDiagonal(std::array<Rgba, 3>& entry, const Rgb& d) {
+  entry[0].r += d.r;
+  entry[1].g += d.g;
+  entry[2].b += d.b;
+}
+
+void AddComponent(std::array<Rgba, 3>& entry, std::size_t component, const Rgb& d) {
+  entry[component] += Rgba(d, 0.0);
+}
+
+}  // namespace
+
+void AppearanceAdjoint::Texels(int texture,
+                               const TextureLookup& lookup,
+                               const Rgb& d_value,
+                               bool scalar_only) {
+  const std::int32_t first = active_.textures[static_cast<std::size_t>(texture)];
+  if (first < 0) {
+    return;
+  }
+  const bool scalar = context_.scene->textures[static_cast<std::size_t>(texture)].scalar;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (lookup.weight[i] == 0.0) {
+      continue;
+    }
+    auto& entry = sum_.Entry(first + lookup.texel[i]);
+    if (scalar || scalar_only) {  // of a colour picture used as data the first channel counts
+      AddComponent(entry, 0, d_value * lookup.weight[i]);
+    } else {
+      AddDiagonal(entry, d_value * lookup.weight[i]);
+    }
+  }
+}
+
+void AppearanceAdjoint::Uv(TriangleId id, double b1, double b2, const Rgb& d_u, const Rgb& d_v) {
+  const std::int32_t first = active_.meshes[static_cast<std::size_t>(id.mesh)].uvs;
+  if (first < 0) {
+    return;
+  }
+  const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(id.mesh)].mesh;
+  const Triangle& corners = CornersOf(mesh.uv_triangles, id);
+  const std::array<double, 3> weights = {1.0 - b1 - b2, b1, b2};
+  for (std::size_t i = 0; i < 3; ++i) {
+    auto& entry = sum_.Entry(first + corners[i]);
+    AddComponent(entry, 0, d_u * weights[i]);
+    AddComponent(entry, 1, d_v * weights[i]);
+  }
+}
+
+void AppearanceAdjoint::TextureRole(const Vertex& v, int texture, const Rgb& d_value) {
+  const SceneMesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
+  const TextureLookup lookup =
+      LookUpTexture(context_.scene->textures[static_cast<std::size_t>(texture)],
+                    UvAt(mesh.mesh, v.p.id, v.p.b1, v.p.b2));
+  const bool is_color = texture == v.p.material->base_color_texture;
+  Texels(texture, lookup, d_value, !is_color);
+  const auto slope = [&](const Rgb& s) { return is_color ? s : Rgb::Constant(s.r); };
+  Uv(v.p.id, v.p.b1, v.p.b2, d_value * slope(lookup.du), d_value * slope(lookup.dv));
+}
+
+void AppearanceAdjoint::Material(const Vertex& v) {
+  const SceneMesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
+  const auto& blocks = active_.materials[static_cast<std::size_t>(mesh.material)];
+  if (!blocks.any) {
+    return;
+  }
+  const renderer::Material& material = *v.p.material;
+  if (material.base_color_texture >= 0) {
+    TextureRole(v, material.base_color_texture, v.d_base_color);
+  } else if (material.vertex_colors) {
+    if (const std::int32_t first = active_.meshes[static_cast<std::size_t>(v.p.id.mesh)].colors;
+        first >= 0) {
+      const Triangle& t = CornersOf(mesh.mesh.color_triangles, v.p.id);
+      AddDiagonal(sum_.Entry(first + t[0]), v.d_base_color * (1.0 - v.p.b1 - v.p.b2));
+      AddDiagonal(sum_.Entry(first + t[1]), v.d_base_color * v.p.b1);
+      AddDiagonal(sum_.Entry(first + t[2]), v.d_base_color * v.p.b2);
+    }
+  } else if (blocks.base_color >= 0) {
+    AddDiagonal(sum_.Entry(blocks.base_color), v.d_base_color);
+  }
+  if (material.roughness_texture >= 0) {
+    TextureRole(v, material.roughness_texture, v.d_roughness);
+  } else if (blocks.roughness >= 0) {
+    AddComponent(sum_.Entry(blocks.roughness), 0, v.d_roughness);
+  }
+  if (material.metallic_texture >= 0) {
+    TextureRole(v, material.metallic_texture, v.d_metallic);
+  } else if (blocks.metallic >= 0) {
+    AddComponent(sum_.Entry(blocks.metallic), 0, v.d_metallic);
+  }
+  if (blocks.eta >= 0) {
+    if (blocks.scalar_eta) {
+      AddComponent(sum_.Entry(blocks.eta), 0, v.d_eta);
+    } else {
+      AddDiagonal(sum_.Entry(blocks.eta), v.d_eta);
+    }
+  }
+  if (blocks.k >= 0) {
+    AddDiagonal(sum_.Entry(blocks.k), v.d_k);
+  }
+}
+
+void AppearanceAdjoint::AreaEmission(const LightSet::AreaLight& light,
+                                     TriangleId id,
+                                     double b1,
+                                     double b2,
+                                     double side,
+                                     const Rgb& weight) {
+  const std::int32_t intensity = active_.lights[static_cast<std::size_t>(light.emitter)].intensity;
+  if (intensity < 0 && light.texture == nullptr) {
+    return;
+  }
+  const AreaRadiancePartials partials = AreaRadianceDerivative(light, id.triangle, b1, b2, side);
+  if (intensity >= 0) {
+    AddDiagonal(sum_.Entry(intensity), weight * partials.factor);
+  }
+  if (light.texture != nullptr) {
+    const Rgb d_value = weight * light.light->intensity;
+    Texels(light.light->texture, partials.lookup, d_value, false);
+    Uv(id, b1, b2, d_value * partials.lookup.du, d_value * partials.lookup.dv);
+  }
+}
+
+void AppearanceAdjoint::Environment(const LightSet::Environment& environment,
+                                    const Vec3& direction,
+                                    const Rgb& weight) {
+  const auto& blocks = active_.lights[static_cast<std::size_t>(environment.emitter)];
+  if (blocks.texels < 0 && blocks.intensity < 0) {
+    return;
+  }
+  const TexelWeights lookup = EnvironmentTexelWeights(
+      *environment.light, EnvironmentUv(environment.light_from_world * direction));
+  Rgb texel_mean;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (lookup.weight[i] == 0.0) {
+      continue;
+    }
+    texel_mean +=
+        environment.light->texels[static_cast<std::size_t>(lookup.texel[i])] * lookup.weight[i];
+    if (blocks.texels >= 0) {
+      AddDiagonal(sum_.Entry(blocks.texels + lookup.texel[i]),
+                  weight * environment.light->intensity * lookup.weight[i]);
+    }
+  }
+  if (blocks.intensity >= 0) {
+    AddDiagonal(sum_.Entry(blocks.intensity), weight * texel_mean);
+  }
+}
+
+void AppearanceAdjoint::Intensity(const LightSet::PointLight& light,
+                                  const IntensityPartials& partials,
+                                  const Rgb& weight) {
+  const auto& blocks = active_.lights[static_cast<std::size_t>(light.emitter)];
+  if (blocks.intensity >= 0) {
+    AddDiagonal(sum_.Entry(blocks.intensity), weight * partials.factor);
+  }
+  if (blocks.angles >= 0) {
+    auto& entry = sum_.Entry(blocks.angles);
+    AddComponent(entry, 0, weight * partials.d_inner);
+    AddComponent(entry, 1, weight * partials.d_outer);
+  }
+  if (const auto* projector = std::get_if<ProjectorEmitter>(&light.light->light);
+      projector != nullptr && light.texture != nullptr) {
+    Texels(projector->texture,
+           partials.lookup,
+           weight * projector->intensity * partials.texture_scale,
+           false);
+  }
+}
+
+void AppearanceAdjoint::Irradiance(const LightSet::Directional& light, const Rgb& weight) {
+  const std::int32_t block = active_.lights[static_cast<std::size_t>(light.emitter)].intensity;
+  if (block >= 0) {
+    AddDiagonal(sum_.Entry(block), weight);
+  }
+}
+
+ColorGradient AppearanceAdjoint::LabelGradient(const Vertex& v) const {
+  const SceneMesh& scene_mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
+  const Mesh& mesh = scene_mesh.mesh;
+  const renderer::Material& material = *v.p.material;
+  std::array<Rgb, 3> d_bary;  // by the weight of each corner
+  const auto add_texture = [&](int texture, const Rgb& d_value, bool is_color) {
+    const TextureLookup lookup =
+        LookUpTexture(context_.scene->textures[static_cast<std::size_t>(texture)],
+                      UvAt(mesh, v.p.id, v.p.b1, v.p.b2));
+    const Triangle& corners = CornersOf(mesh.uv_triangles, v.p.id);
+    const Rgb du = is_color ? lookup.du : Rgb::Constant(lookup.du.r);
+    const Rgb dv = is_color ? lookup.dv : Rgb::Constant(lookup.dv.r);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corners[i])];
+      d_bary[i] += d_value * (du * uv.x + dv * uv.y);
+    }
+  };
+  if (material.base_color_texture >= 0) {
+    add_texture(material.base_color_texture, v.d_base_color, true);
+  } else if (material.vertex_colors) {
+    const Triangle& corners = CornersOf(mesh.color_triangles, v.p.id);
+    for (std::size_t i = 0; i < 3; ++i) {
+      d_bary[i] += v.d_base_color * mesh.colors[static_cast<std::size_t>(corners[i])];
+    }
+  }
+  if (material.roughness_texture >= 0) {
+    add_texture(material.roughness_texture, v.d_roughness, false);
+  }
+  if (material.metallic_texture >= 0) {
+    add_texture(material.metallic_texture, v.d_metallic, false);
+  }
+  if (v.emission_weight > 0.0) {
+    const LightSet::AreaLight& light = *context_.lights.AreaLightOf(v.p.id.mesh);
+    if (light.texture != nullptr && (v.p.side > 0.0 || light.light->two_sided)) {
+      add_texture(light.light->texture, v.emission * light.light->intensity, true);
+    }
+  }
+  if (!mesh.normal_triangles.empty()) {
+    const Triangle& corners = CornersOf(mesh.normal_triangles, v.p.id);
+    const double norm = Norm(Interpolate(mesh.normals, corners, v.p.b1, v.p.b2));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3& m = mesh.normals[static_cast<std::size_t>(corners[i])];
+      const Vec3 change = (m - v.p.n * Dot(v.p.n, m)) * (v.p.side / norm);
+      d_bary[i] += Dot(v.d_n, change);
+    }
+  }
+  const std::array<Vec3, 3> gradients = BarycentricGradients(context_.caster->Geometry(v.p.id));
+  ColorGradient sum;
+  for (std::size_t i = 0; i < 3; ++i) {
+    sum += Outer(gradients[i], d_bary[i]);
+  }
+  return sum;
+}
+
+}  // namespace pathfit::renderer

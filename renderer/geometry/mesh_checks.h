@@ -1,0 +1,63 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "renderer/geometry/mesh.h"
+
+namespace pathfit::renderer {
+
+/// Twice the area over the squared longest edge below which a triangle's normal is rounding noise.
+inline constexpr double kMinRelativeArea = 1e-14;
+
+inline std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+/// Undirected edge as one integer: the smaller index in the high half.
+inline std::uint64_t EdgeKey(std::int32_t a, std::int32_t b) {
+  const auto [low, high] = std::minmax(a, b);
+  return (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint64_t>(high);
+}
+
+inline bool IsInRange(const Triangle& triangle, std::size_t count) {
+  return std::all_of(triangle.begin(), triangle.end(), [count](std::int32_t i) {
+    return i >= 0 && Index(i) < count;
+  });
+}
+
+/// The triangle's corners in ascending order: equal for triangles that cover each other.
+inline Triangle SortedCorners(Triangle triangle) {
+  std::sort(triangle.begin(), triangle.end());
+  return triangle;
+}
+
+/// Twice the vector area of a triangle.
+inline Vec3 TwiceArea(const Mesh& mesh, const Triangle& t) {
+  const Vec3& a = mesh.positions[Index(t[0])];
+  return Cross(mesh.positions[Index(t[1])] - a, mesh.positions[Index(t[2])] - a);
+}
+
+inline double SquaredLongestEdge(const Mesh& mesh, const Triangle& t) {
+  const Vec3& a = mesh.positions[Index(t[0])];
+  const Vec3& b = mesh.positions[Index(t[1])];
+  const Vec3& c = mesh.positions[Index(t[2])];
+  return std::max({SquaredNorm(b - a), SquaredNorm(c - b), SquaredNorm(a - c)});
+}
+
+/// The part of ValidateMesh that makes the arrays safe to read: there is a triangle, all numbers
+/// are finite, and the index lists fit the arrays.
+void ValidateMeshArrays(const Mesh& mesh, const std::string& name);
+
+/// Position, normal, UV and colour indices of a mesh: what any change of its triangles must treat
+/// alike. Lists of absent attributes are empty.
+template <class Visitor>
+void ForEachTriangleList(Mesh& mesh, Visitor&& visit) {
+  for (std::vector<Triangle>* list :
+       {&mesh.triangles, &mesh.normal_triangles, &mesh.uv_triangles, &mesh.color_triangles}) {
+    visit(*list);
+  }
+}
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,275 @@
+// The scene of a config: shapes, materials, textures, lights, sensors and what may be unknown of
+// them.
+#include <array>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "app/config/unknown_kinds.h"
+#include "tests/app/config/config_text.h"
+
+namespace pathfit::app {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+template <class List>
+const auto& Named(const List& list, const std::string& name) {
+  for (const auto& item : list) {
+    if (item.name == name) return item;
+  }
+  throw std::logic_error("nothing is called " + name);
+}
+
+TEST(SceneConfig, ReadsShapes) {
+  const ConfigFile file(kRichConfig);
+  const ExperimentConfig config = LoadExperimentConfig(file.path(), {});
+  EXPECT_EQ(std::get<DiskGeometry>(Named(config.geometry, "pane").geometry).segments, 12);
+  const GeometryConfig& room = Named(config.geometry, "room");
+  EXPECT_EQ(std::get<FileGeometry>(room.geometry).path, file.folder() / "room.obj");
+  using Group = std::pair<std::string, std::string>;
+  EXPECT_EQ(room.group_materials,
+            (std::vector<Group>{{"oak.001", "wood"}, {"brass lamp", "brass"}}));
+  EXPECT_EQ(room.normals, GeometryConfig::Normals::kFlat);
+  EXPECT_TRUE(room.repair);
+  const auto& tri = std::get<InlineGeometry>(Named(config.geometry, "tri").geometry);
+  EXPECT_EQ(tri.normals[2], (Triple{1, 0, 1}));
+  EXPECT_EQ(tri.uvs[1], (std::array<double, 2>{1, 0}));
+  EXPECT_EQ(Named(config.geometry, "bulb").normals, GeometryConfig::Normals::kSmooth);
+  EXPECT_EQ(Named(config.geometry, "floor").normals, GeometryConfig::Normals::kFile);
+}
+
+TEST(SceneConfig, ReadsMaterialsAndTextures) {
+  using Model = MaterialConfig::Model;
+  const ExperimentConfig config = LoadText(kRichConfig);
+  const MaterialConfig& wood = Named(config.materials, "wood");
+  EXPECT_EQ(wood.base_color_source, MaterialConfig::BaseColor::kTexture);
+  EXPECT_EQ(wood.base_color_texture, "oak");
+  EXPECT_EQ(wood.roughness_texture, "worn");
+  EXPECT_DOUBLE_EQ(wood.metallic, 0.1);
+  const MaterialConfig& brass = Named(config.materials, "brass");
+  EXPECT_EQ(brass.model, Model::kConductor);
+  EXPECT_EQ(brass.metal, "copper");
+  EXPECT_EQ(brass.base_color, (Triple{1, 1, 1})) << "a factor";
+  EXPECT_EQ(Named(config.materials, "alloy").k, (Triple{4, 5, 6}));
+  EXPECT_EQ(Named(config.materials, "plain").model, Model::kMirror);
+  EXPECT_DOUBLE_EQ(Named(config.materials, "frost").ior, 1.33);
+  EXPECT_DOUBLE_EQ(Named(config.materials, "clear").ior, 1.5);
+  EXPECT_EQ(Named(config.textures, "oak").role, TextureConfig::Role::kBaseColor)
+      << "though a light uses it, too";
+  EXPECT_FALSE(Named(config.textures, "oak").repeat);
+  EXPECT_EQ(Named(config.textures, "worn").role, TextureConfig::Role::kRoughness);
+  EXPECT_EQ(Named(config.textures, "worn").init, (Triple{0.4, 0.4, 0.4}));
+  EXPECT_EQ(Named(config.textures, "slide").role, TextureConfig::Role::kLight);
+}
+
+TEST(SceneConfig, ReadsLights) {
+  using Type = LightConfig::Type;
+  const ExperimentConfig config = LoadText(kRichConfig);
+  const LightConfig& lamp = Named(config.lights, "lamp");
+  EXPECT_EQ(lamp.type, Type::kSpot);
+  EXPECT_EQ(lamp.direction, (Triple{0, -2, 0})) << "towards the target";
+  EXPECT_NEAR(lamp.outer_angle, 40 * kDegree, 1e-15);
+  EXPECT_NEAR(lamp.inner_angle, 30 * kDegree, 1e-15);
+  const LightConfig& torch = Named(config.lights, "torch");
+  EXPECT_EQ(torch.direction, (Triple{0, 0, -2}));
+  EXPECT_NEAR(torch.inner_angle, 5 * kDegree, 1e-15);
+  EXPECT_TRUE(torch.camera_frame);
+  const LightConfig& beamer = Named(config.lights, "beamer");
+  EXPECT_EQ(beamer.type, Type::kProjector);
+  EXPECT_EQ(beamer.texture, "slide");
+  EXPECT_NEAR(beamer.fov, 30 * kDegree, 1e-15);
+  EXPECT_EQ(beamer.fov_axis, "x");
+  EXPECT_EQ(beamer.up, (Triple{0, 1, 0}));
+  EXPECT_NEAR(beamer.angle, std::numbers::pi, 1e-15);
+  const LightConfig& glow = Named(config.lights, "glow");
+  EXPECT_EQ(glow.type, Type::kArea);
+  EXPECT_EQ(glow.mesh, "bulb");
+  EXPECT_EQ(glow.intensity, (Triple{3, 3, 3}));
+  EXPECT_TRUE(glow.two_sided);
+}
+
+TEST(SceneConfig, ReadsSensorsAndBudgets) {
+  const ExperimentConfig config = LoadText(kRichConfig);
+  const SensorConfig& front = Named(config.sensors, "front");
+  EXPECT_EQ(front.filter, SensorConfig::Filter::kGaussian);
+  EXPECT_DOUBLE_EQ(front.filter_radius_px, 2.0);
+  EXPECT_DOUBLE_EQ(front.filter_sigma_px, 0.6);
+  const SensorConfig& plan = Named(config.sensors, "plan");
+  EXPECT_TRUE(plan.orthographic);
+  EXPECT_EQ(plan.focal_px, (std::array<double, 2>{4, 4})) << "20 px for 5 m";
+  EXPECT_EQ(plan.filter, SensorConfig::Filter::kTent);
+  EXPECT_DOUBLE_EQ(plan.filter_radius_px, 1.0);
+  const RenderConfig& render = config.render;
+  EXPECT_DOUBLE_EQ(render.spp_direct, 2.0);
+  EXPECT_DOUBLE_EQ(render.spp_indirect, 3.0);
+  EXPECT_DOUBLE_EQ(render.spp_pixel, 0.0);
+  EXPECT_TRUE(render.interior && render.direct);
+  EXPECT_FALSE(render.primary || render.indirect || render.pixel);
+  EXPECT_TRUE(render.material_form);
+  EXPECT_EQ(render.guiding, RenderConfig::Guiding::kGrid);
+  EXPECT_DOUBLE_EQ(render.guide_share, 0.5);
+}
+
+TEST(SceneConfig, UnknownsHaveDefaultsByTheirUse) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const ExperimentConfig config = LoadText(kRichConfig);
+  const auto expect = [&](const char* name, double lower, double upper, bool log) {
+    const UnknownConfig& unknown = Named(config.unknowns, name);
+    EXPECT_DOUBLE_EQ(unknown.lower, lower) << name;
+    EXPECT_DOUBLE_EQ(unknown.upper, upper) << name;
+    EXPECT_EQ(unknown.log_transform, log) << name;
+  };
+  expect("oak.texels", 0.01, 0.99, false);
+  expect("worn.texels", 0.1, 1.0, false);
+  expect("slide.texels", 1e-4, infinity, true);
+  expect("brass.eta", 0.02, 20.0, true);
+  expect("clear.eta", 1.01, 3.0, true);
+  expect("bulb.scale", 1e-3, infinity, true);
+  expect("bulb.rotation", -infinity, infinity, false);
+  expect("room-oak_001.translation", -0.1, 0.1, false);
+  expect("lamp.position", -infinity, infinity, false);
+  EXPECT_EQ(Named(config.unknowns, "camera.position").object, "camera");
+  EXPECT_EQ(Named(config.unknowns, "camera.position").property, "position");
+}
+
+// Every property of the renderer's parameters can be named.
+TEST(SceneConfig, EveryKindOfUnknownIsDescribed) {
+  for (const UnknownKind& kind : UnknownKinds()) {
+    EXPECT_NE(DescribeOwner(kind).find(kind.property), std::string::npos) << kind.property;
+  }
+}
+
+using Cases = std::vector<std::pair<std::string, std::string>>;
+
+void ExpectProblems(const Cases& cases) {
+  for (const auto& [assignment, expected] : cases) {
+    EXPECT_EQ(ProblemOf(kRichConfig, {assignment}), "--set #1: " + expected) << assignment;
+  }
+}
+
+TEST(SceneMistakes, MaterialsAndTexturesAreChecked) {
+  ExpectProblems(
+      {{"scene.materials.alloy={model: conductor}",
+        "scene.materials.alloy: one of the keys metal, eta is needed"},
+       {"scene.materials.brass.eta=[1, 1, 1]",
+        "scene.materials.brass: key 'eta' needs key 'k'\n"
+        "--set #1: scene.materials.brass: 'eta' and 'metal' cannot be given together"},
+       {"scene.materials.frost.ior=1",
+        "scene.materials.frost.ior: an ior of 1 is no surface; take the mesh out of the scene "
+        "instead"},
+       {"scene.materials.frost.two_sided=true",
+        "scene.materials.frost: key 'two_sided' does not belong to model 'dielectric', only to "
+        "diffuse, metallic_roughness, conductor, mirror"},
+       {"scene.materials.wall={model: diffuse}",
+        "scene.materials.wall: required key 'base_color' is missing (a map)"},
+       {"scene.materials.brass.metal=golt",
+        "scene.materials.brass.metal: 'golt' is not allowed; one of aluminium, chromium, copper, "
+        "gold, iron, nickel, platinum, silver, titanium, tungsten is needed (did you mean "
+        "'gold'?)"},
+       {"scene.materials.wall.base_color={texture: oka}",
+        "scene.materials.wall.base_color.texture: no texture is called 'oka' (did you mean "
+        "'oak'?)"},
+       {"scene.materials.wall.base_color={texture: worn}",
+        "scene.materials.wall.base_color.texture: texture 'worn' is used as roughness or metallic "
+        "already, so it cannot be a colour; name its file twice"},
+       {"scene.textures.worn.init.constant=0.05",
+        "scene.textures.worn.init.constant: 0.05 is out of range (allowed for roughness: from 0.1 "
+        "to 1)"},
+       {"scene.textures.worn.init.constant=[0.3, 0.4, 0.5]",
+        "scene.textures.worn.init.constant: roughness and metallic are one number, not a colour"},
+       {"scene.textures.worn.file=a.png",
+        "scene.textures.worn: 'file' and 'size_px' cannot be given together"},
+       {"scene.textures.oak.role=data",
+        "scene.textures.oak.role: key 'role' is not supported; what uses the texture decides"}});
+}
+
+TEST(SceneMistakes, LightsAreChecked) {
+  ExpectProblems(
+      {{"scene.lights.lamp.inner_deg=40",
+        "scene.lights.lamp.inner_deg: inner_deg 40 must be below outer_deg 40"},
+       {"scene.lights.lamp.direction=[0, 0, 1]",
+        "scene.lights.lamp: 'direction' and 'target_m' cannot be given together"},
+       {"scene.lights.lamp.target_m=[0, 2, 0]",
+        "scene.lights.lamp.target_m: the target is where the light stands"},
+       {"scene.lights.torch={type: spot, position_m: [0, 0, 0], outer_deg: 9}",
+        "scene.lights.torch: one of the keys target_m, direction is needed"},
+       {"scene.lights.torch={type: spot, position_m: [0, 0, 0], direction: 5, outer_deg: 9}",
+        "scene.lights.torch.direction: a list of 3 numbers is needed, not '5'"},
+       {"scene.lights.beamer.up=[0, 0, 1]",
+        "scene.lights.beamer.up: up must not be zero or along the direction of the light"},
+       {"scene.lights.glow.mesh=blub",
+        "scene.lights.glow.mesh: no mesh is called 'blub' (did you mean 'bulb'?)"},
+       {"scene.lights.glow.frame=camera",
+        "scene.lights.glow: key 'frame' does not belong to type 'area', only to envmap, constant, "
+        "point, directional, spot, projector"}});
+}
+
+TEST(SceneMistakes, GeometryAndSensorsAreChecked) {
+  ExpectProblems(
+      {{"scene.geometry.room.materials={oak.001: woood}",
+        "scene.geometry.room.materials.oak.001: no material is called 'woood' (did you mean "
+        "'wood'?)"},
+       {"scene.geometry.bulb.materials={a: wood}",
+        "scene.geometry.bulb: key 'materials' needs key 'file'"},
+       {"scene.geometry.tri.mesh.uvs=[[0, 0]]",
+        "scene.geometry.tri.mesh.uvs: 1 UVs for 3 vertices; one for each is needed"},
+       {"scene.geometry.tri.mesh.normals[1]=[0, 0, 0]",
+        "scene.geometry.tri.mesh.normals: a normal must not be [0, 0, 0]"},
+       {"scene.sensors.plan.fov_deg=30",
+        "scene.sensors.plan: key 'fov_deg' does not belong to type 'orthographic', only to "
+        "perspective"},
+       {"scene.sensors.front.filter={type: box, radius_px: 2}",
+        "scene.sensors.front.filter: key 'radius_px' does not belong to type 'box', only to tent, "
+        "gaussian"},
+       {"scene.sensors.front.filter=sinc",
+        "scene.sensors.front.filter: 'sinc' is not allowed; one of box, tent, gaussian, or a map "
+        "is needed"},
+       {"render.terms=[interior, shadow]",
+        "render.terms[1]: 'shadow' is not allowed; one of interior, primary, direct, indirect, "
+        "pixel is needed"},
+       {"render.terms=[interior, interior]", "render.terms: 'interior' is given twice"},
+       {"render.terms=[]",
+        "render.terms: a list of words (at least 1) out of interior, primary, direct, "
+        "indirect, pixel is needed, not 0 items"}});
+}
+
+TEST(SceneMistakes, UnknownsMustFitTheirObjects) {
+  const auto with = [](const std::string& name) {
+    return Replaced(kRichConfig, "  floor.uvs: {}", "  " + name + ": {}");
+  };
+  const Cases cases = {
+      {"wood.base_color", "'wood.base_color' is a texture; write oak.texels"},
+      {"wood.roughness", "'wood.roughness' is a texture; write worn.texels"},
+      {"wall.eta", "'wall.eta' needs a material of model conductor, mirror, dielectric or glass"},
+      {"plain.eta", "'plain.eta' needs a mirror with metal, or eta and k"},
+      {"sky.rotation",
+       "'sky.rotation' needs a light of type envmap, directional, spot or projector"},
+      {"glow.position", "'glow.position' needs a light of type point, spot or projector"},
+      {"lamp.angels", "nothing in the scene is called 'lamp.angels' (did you mean 'lamp.angles'?)"},
+      {"plan.distortion", "'plan.distortion' needs a perspective sensor"},
+      {"camera.distortion", "'camera.distortion' needs a perspective sensor"},
+      {"fornt.position", "no light or sensor is called 'fornt' (did you mean 'front'?)"},
+      {"front.exposure", "'front.exposure' is not known here; write exposure, for all sensors"},
+      {"slid.texels", "no texture or light is called 'slid' (did you mean 'slide'?)"},
+  };
+  for (const auto& [name, expected] : cases) {
+    EXPECT_EQ(ProblemOf(with(name)), "39:3: unknowns: " + expected) << name;
+  }
+  EXPECT_EQ(ProblemOf(Replaced(with("front.position"), "    plan: {", "    lamp: {")),
+            "50:3: unknowns: 'lamp.position' could be that of a light or of a sensor; give them "
+            "different names");
+  EXPECT_EQ(ProblemOf(kRichConfig, {"scene.lights.sky={type: area, mesh: bulb}"}),
+            "33:30: scene.lights.glow.mesh: mesh 'bulb' has an area light already");
+  ExpectProblems({{"unknowns.lamp.position.transform=log",
+                   "unknowns.lamp.position.transform: log does not fit position"},
+                  {"unknowns.clear.eta.bounds=[0.5, 2]",
+                   "unknowns.clear.eta.bounds: 0.5 is out of range (allowed: at least 1.001)"}});
+}
+
+}  // namespace
+}  // namespace pathfit::app

@@ -1,0 +1,311 @@
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "app/experiment/experiment.h"
+#include "renderer/bsdf/metals.h"
+#include "renderer/core/error.h"
+#include "renderer/image/image.h"
+#include "renderer/io/image_file.h"
+#include "tests/app/config/config_text.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::Rgb;
+using renderer::Vec3;
+
+constexpr double kRounding = 1e-12;
+
+Experiment Build(const std::string& text) {
+  const ConfigFile file(text);
+  return BuildExperiment(LoadExperimentConfig(file.path(), {}));
+}
+
+/// A scene of the given parts, one per line without indentation, seen by a small camera.
+std::string SceneOf(const std::string& geometry,
+                    const std::string& materials,
+                    const std::string& more = "") {
+  return "schema: 1\nscene:\n  geometry: {" + geometry + "}\n  materials: {" + materials + "}\n" +
+         more +
+         "  sensors: {eye: {size_px: [8, 8], focal_px: 8, pose: {look_at: {origin_m: [0, 0, 5], "
+         "target_m: [0, 0, 0]}}}}\n";
+}
+
+const char* const kGrey = "grey: {model: diffuse, base_color: {constant: [0.5, 0.5, 0.5]}}";
+
+template <class List>
+const auto& Named(const List& list, const std::string& name) {
+  for (const auto& item : list) {
+    if (item.name == name) return item;
+  }
+  throw std::logic_error("nothing is called " + name);
+}
+
+void ExpectNear(const Vec3& a, const Vec3& b, double tolerance = kRounding) {
+  EXPECT_NEAR(a.x, b.x, tolerance);
+  EXPECT_NEAR(a.y, b.y, tolerance);
+  EXPECT_NEAR(a.z, b.z, tolerance);
+}
+
+TEST(BuildScene, BuildsEveryTestScene) {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(fs::path(PATHFIT_SOURCE_DIR) / "tests/scenes")) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++count;
+    ExperimentConfig config = LoadExperimentConfig(entry.path(), {});
+    for (GeometryConfig& geometry : config.geometry) {
+      auto* sphere = std::get_if<SphereGeometry>(&geometry.geometry);
+      if (sphere != nullptr) sphere->subdivisions = 1;  // for speed
+    }
+    EXPECT_NO_THROW(BuildExperiment(config)) << entry.path();
+  }
+  EXPECT_GE(count, 20);
+}
+
+TEST(BuildScene, BuildsEveryModel) {
+  const Experiment experiment = Build(SceneOf(
+      "a: {primitive: {cube: {}}, material: gold}",
+      "gold: {model: conductor, metal: gold, roughness: {constant: 0.2}}, "
+      "own: {model: conductor, eta: [1, 2, 3], k: [4, 5, 6]}, "
+      "plain: {model: mirror}, glass: {model: glass, ior: 1.4}, "
+      "frost: {model: dielectric, roughness: {constant: 0.3}, base_color: {constant: [1, 0, 0]}}"));
+  const auto& materials = experiment.scene.materials;
+  const auto& gold = std::get<renderer::RoughConductorBsdf>(Named(materials, "gold").bsdf);
+  EXPECT_EQ(gold.eta, renderer::NamedMetal("gold")->eta);
+  EXPECT_EQ(gold.k, renderer::NamedMetal("gold")->k);
+  EXPECT_DOUBLE_EQ(gold.roughness, 0.2);
+  EXPECT_EQ(Named(materials, "gold").base_color, Rgb::Constant(1.0)) << "a factor";
+  const auto& own = std::get<renderer::RoughConductorBsdf>(Named(materials, "own").bsdf);
+  EXPECT_EQ(own.k, (Rgb{4, 5, 6}));
+  EXPECT_EQ(std::get<renderer::MirrorBsdf>(Named(materials, "plain").bsdf), renderer::MirrorBsdf{});
+  EXPECT_DOUBLE_EQ(std::get<renderer::SmoothDielectricBsdf>(Named(materials, "glass").bsdf).eta,
+                   1.4);
+  const auto& frost = std::get<renderer::RoughDielectricBsdf>(Named(materials, "frost").bsdf);
+  EXPECT_DOUBLE_EQ(frost.roughness, 0.3);
+  EXPECT_EQ(Named(materials, "frost").base_color, (Rgb{1, 0, 0}));
+}
+
+TEST(BuildScene, NormalsAreFlatSmoothOrGiven) {
+  const std::string mesh =
+      "mesh: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles: [[0, 1, 2]], "
+      "normals: [[0, 0, 2], [1, 0, 1], [0, 1, 1]]}, material: grey";
+  const Experiment experiment =
+      Build(SceneOf("given: {" + mesh + "}, flat: {" + mesh + ", normals: flat}, smooth: {" + mesh +
+                        ", normals: smooth}, ball: {primitive: {sphere: {subdivisions: 1}}, "
+                        "material: grey, normals: smooth, transform: {scale: [2, 1, 1]}}",
+                    kGrey));
+  const auto& meshes = experiment.scene.meshes;
+  EXPECT_TRUE(Named(meshes, "flat").mesh.normals.empty());
+  ASSERT_EQ(Named(meshes, "given").mesh.normals.size(), 3U);
+  ExpectNear(Named(meshes, "given").mesh.normals[1], {std::sqrt(0.5), 0.0, std::sqrt(0.5)});
+  ExpectNear(Named(meshes, "smooth").mesh.normals[1], {0, 0, 1});
+  // Of an ellipsoid, whose normal at (x, y, z) is along (x / 4, y, z).
+  const renderer::Mesh& ball = Named(meshes, "ball").mesh;
+  ASSERT_EQ(ball.normals.size(), ball.positions.size());
+  for (std::size_t i = 0; i < ball.positions.size(); ++i) {
+    const Vec3& p = ball.positions[i];
+    const Vec3 expected = Normalized(Vec3{p.x / 4, p.y, p.z});
+    EXPECT_GT(Dot(Normalized(ball.normals[i]), expected), 0.999);
+  }
+}
+
+TEST(BuildScene, PosesTurnAboutTheMiddleUnlessTold) {
+  const Experiment experiment = Build(
+      SceneOf("a: {primitive: {cube: {}}, material: grey, transform: {translate_m: [1, 2, 3]}}, "
+              "b: {primitive: {cube: {}}, material: grey, pivot_m: [0, 1, 0]}",
+              kGrey));
+  EXPECT_EQ(Named(experiment.scene.meshes, "a").pose.pivot, (Vec3{1, 2, 3}));
+  EXPECT_EQ(Named(experiment.scene.meshes, "b").pose.pivot, (Vec3{0, 1, 0}));
+  EXPECT_EQ(Named(experiment.scene.meshes, "a").pose.translation, Vec3{});
+}
+
+TEST(BuildScene, TexturesAreReadByTheirUse) {
+  const ConfigFile file("");
+  renderer::Image picture(2, 1, 3);
+  picture.data = {0.5F, 0.25F, 0.75F, 1.0F, 1.0F, 1.0F};
+  renderer::WritePng8(file.folder() / "p.png", picture);
+  file.Write(SceneOf("a: {primitive: {cube: {}}, material: paint}",
+                     "paint: {model: metallic_roughness, base_color: {texture: colour}, roughness: "
+                     "{texture: worn}}",
+                     "  textures: {colour: {file: p.png, wrap: clamp}, worn: {file: p.png}, spare: "
+                     "{size_px: [3, 2], init: {constant: [1, 2, 3]}}}\n"));
+  const Experiment experiment = BuildExperiment(LoadExperimentConfig(file.path(), {}));
+  const renderer::Scene& scene = experiment.scene;
+  ASSERT_EQ(scene.textures.size(), 3U);
+  const double code = 128.0 / 255.0;
+  EXPECT_NEAR(scene.textures[0].texels[0].r, std::pow((code + 0.055) / 1.055, 2.4), 1e-6);
+  EXPECT_EQ(scene.textures[0].wrap, renderer::TextureWrap::kClamp);
+  EXPECT_FALSE(scene.textures[0].scalar);
+  EXPECT_NEAR(scene.textures[1].texels[0].g, code, 1e-6) << "the red channel as it is";
+  EXPECT_TRUE(scene.textures[1].scalar);
+  EXPECT_EQ(scene.textures[2].texels, std::vector<Rgb>(6, Rgb{1, 2, 3}));
+  EXPECT_EQ(scene.materials[0].base_color_texture, 0);
+  EXPECT_EQ(scene.materials[0].roughness_texture, 1);
+  EXPECT_EQ(scene.materials[0].metallic_texture, -1);
+  EXPECT_EQ(experiment.input_files.size(), 2U);
+}
+
+TEST(BuildScene, LightsPointWhereTheyAreAimed) {
+  const Experiment experiment = Build(SceneOf(
+      "lamp: {primitive: {rectangle: {}}, material: grey}",
+      kGrey,
+      "  textures: {slide: {size_px: [4, 2]}}\n"
+      "  lights:\n"
+      "    down: {type: spot, position_m: [1, 2, 3], direction: [0, -3, 0], outer_deg: 20}\n"
+      "    turned: {type: spot, position_m: [0, 0, 0], target_m: [0, 0, -1], outer_deg: 20, "
+      "rotate: {axis: [0, 1, 0], angle_deg: 90}}\n"
+      "    sun: {type: directional, direction: [2, 0, 0], rotate: {axis: [0, 0, 1], angle_deg: "
+      "90}}\n"
+      "    beamer: {type: projector, position_m: [0, 0, 3], target_m: [0, 0, 0], fov_deg: 90, "
+      "fov_axis: x, texture: slide}\n"
+      "    glow: {type: area, mesh: lamp, radiance: [1, 2, 3], texture: slide, two_sided: "
+      "true}\n"));
+  const auto& lights = experiment.scene.emitters;
+  const Vec3 forward{0, 0, -1};
+  const auto& down = std::get<renderer::SpotEmitter>(Named(lights, "down").light);
+  ExpectNear(down.frame_from_light * forward, {0, -1, 0});
+  EXPECT_EQ(down.position, (Vec3{1, 2, 3}));
+  EXPECT_NEAR(down.outer_angle, std::numbers::pi / 9.0, kRounding);
+  const auto& turned = std::get<renderer::SpotEmitter>(Named(lights, "turned").light);
+  ExpectNear(turned.frame_from_light * forward, {-1, 0, 0});
+  EXPECT_EQ(Named(lights, "turned").rotation, Vec3{}) << "the parameter starts at zero";
+  const auto& sun = std::get<renderer::DirectionalEmitter>(Named(lights, "sun").light);
+  ExpectNear(sun.direction, {0, 1, 0});
+  const auto& beamer = std::get<renderer::ProjectorEmitter>(Named(lights, "beamer").light);
+  EXPECT_NEAR(beamer.tan_half_width, 1.0, kRounding);
+  EXPECT_NEAR(beamer.tan_half_height, 0.5, kRounding);
+  ExpectNear(beamer.frame_from_light * Vec3{1, 0, 0}, {1, 0, 0});
+  ExpectNear(beamer.frame_from_light * Vec3{0, 1, 0}, {0, 1, 0});
+  EXPECT_EQ(beamer.texture, 0);
+  const auto& glow = std::get<renderer::AreaEmitter>(Named(lights, "glow").light);
+  EXPECT_EQ(glow.mesh, 0);
+  EXPECT_EQ(glow.intensity, (Rgb{1, 2, 3}));
+  EXPECT_TRUE(glow.two_sided);
+}
+
+TEST(BuildScene, SensorsHaveFiltersAndParallelRays) {
+  const Experiment experiment = Build(
+      "schema: 1\nscene:\n  geometry: {a: {primitive: {cube: {}}, material: grey}}\n  materials: "
+      "{" +
+      std::string(kGrey) +
+      "}\n  sensors:\n"
+      "    plan: {type: orthographic, size_px: [40, 20], height_m: 5, filter: tent, crop_px: [10, "
+      "0, 10, 20], pose: {look_at: {origin_m: [0, 0, 9], target_m: [0, 0, 0]}}}\n"
+      "    soft: {size_px: [8, 8], focal_px: 8, filter: {type: gaussian, radius_px: 1.5}, pose: "
+      "{look_at: {origin_m: [0, 0, 9], target_m: [0, 0, 0]}}}\n");
+  const renderer::Camera& plan = experiment.scene.sensors[0];
+  EXPECT_EQ(plan.projection, renderer::ProjectionKind::kOrthographic);
+  EXPECT_DOUBLE_EQ(plan.fy, 4.0);
+  EXPECT_DOUBLE_EQ(plan.cx, 10.0);
+  EXPECT_EQ(plan.filter, (renderer::PixelFilter{renderer::PixelFilter::Shape::kTent, 1.0}));
+  // The middle of the whole picture, at the left border of the part.
+  const auto seen = renderer::CameraModel(plan).Project({0, 0, 0});
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->u, 10.0, kRounding);
+  const renderer::PixelFilter& soft = experiment.scene.sensors[1].filter;
+  EXPECT_EQ(soft, (renderer::PixelFilter{renderer::PixelFilter::Shape::kGaussian, 1.5, 0.5}));
+}
+
+class ObjGroups : public testing::Test {
+ protected:
+  ObjGroups() : file_("") {
+    std::ofstream(file_.folder() / "room.obj")
+        << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 2\n"
+           "usemtl oak.001\nf 1 2 3\nusemtl wall\nf 1 4 2\nusemtl lamp\nf 1 3 4\n";
+  }
+  Experiment Build(const std::string& keys) {
+    file_.Write(SceneOf("room: {file: room.obj, material: grey, " + keys + "}",
+                        std::string(kGrey) + ", wood: {model: mirror}"));
+    return BuildExperiment(LoadExperimentConfig(file_.path(), {}));
+  }
+  ConfigFile file_;
+};
+
+TEST_F(ObjGroups, BecomeMeshesWithTheirMaterials) {
+  const Experiment experiment = Build("materials: {oak.001: wood}");
+  const auto& meshes = experiment.scene.meshes;
+  ASSERT_EQ(meshes.size(), 2U);
+  EXPECT_EQ(meshes[0].name, "room");
+  EXPECT_EQ(meshes[0].mesh.triangles.size(), 2U) << "wall and lamp, welded along their edge";
+  EXPECT_EQ(meshes[0].mesh.positions.size(), 4U);
+  EXPECT_EQ(meshes[0].material, 0);
+  EXPECT_EQ(meshes[1].name, "room-oak_001");
+  EXPECT_EQ(meshes[1].mesh.triangles.size(), 1U);
+  EXPECT_EQ(meshes[1].material, 1);
+  EXPECT_EQ(meshes[0].pose.pivot, (Vec3{0.5, 0.5, 1.0}));
+  EXPECT_EQ(meshes[1].pose.pivot, meshes[0].pose.pivot) << "they move together";
+}
+
+TEST_F(ObjGroups, ThatDoNotExistAreNamed) {
+  try {
+    Build("materials: {oak: wood}");
+    FAIL();
+  } catch (const renderer::SceneError& error) {
+    EXPECT_NE(std::string(error.what()).find("has no usemtl 'oak' (known: oak.001, wall, lamp)"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(BuildScene, SaysWhatWasRepaired) {
+  const std::string twice =
+      "mesh: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], triangles: [[0, 1, 2], [1, "
+      "2, 3], [0, 1, 2]]}, material: grey";
+  EXPECT_THROW(Build(SceneOf("a: {" + twice + "}", kGrey)), renderer::SceneError);
+  const Experiment experiment = Build(SceneOf("a: {" + twice + ", repair: true}", kGrey));
+  EXPECT_EQ(experiment.scene.meshes[0].mesh.triangles.size(), 2U);
+  ASSERT_EQ(experiment.assumptions.size(), 1U);
+  EXPECT_EQ(experiment.assumptions[0].rfind("Mesh a was repaired: ", 0), 0U)
+      << experiment.assumptions[0];
+}
+
+TEST(BuildScene, UnknownsFindTheirObjects) {
+  const std::string text = SceneOf(
+      "bulb: {primitive: {sphere: {}}, material: brass}",
+      "brass: {model: conductor, metal: copper}",
+      "  textures: {slide: {size_px: [4, 2]}}\n"
+      "  lights: {lamp: {type: spot, position_m: [0, 2, 0], target_m: [0, 0, 0], outer_deg: 40}, "
+      "beamer: {type: projector, position_m: [0, 0, 3], target_m: [0, 0, 0], fov_deg: 30, texture: "
+      "slide}}\n");
+  const Experiment experiment =
+      Build(text +
+            "unknowns: {bulb.rotation: {}, brass.eta: {}, brass.k: {}, slide.texels: {}, "
+            "lamp.position: {}, beamer.rotation: {}, lamp.angles: {}, camera.focal: {}, "
+            "eye.rotation: {}, exposure: {}}\n");
+  using Kind = renderer::ParameterKind;
+  const std::vector<std::pair<Kind, int>> expected = {{Kind::kObjectRotation, 0},
+                                                      {Kind::kEta, 0},
+                                                      {Kind::kExtinction, 0},
+                                                      {Kind::kTextureTexels, 0},
+                                                      {Kind::kLightPosition, 0},
+                                                      {Kind::kLightRotation, 1},
+                                                      {Kind::kSpotAngles, 0},
+                                                      {Kind::kFocal, -1},
+                                                      {Kind::kCameraRotation, 0},
+                                                      {Kind::kExposure, -1}};
+  ASSERT_EQ(experiment.fit.unknowns.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(experiment.fit.unknowns[i].kind, expected[i].first) << i;
+    EXPECT_EQ(experiment.fit.unknowns[i].object, expected[i].second) << i;
+  }
+}
+
+TEST(BuildScene, RenderOptionsFollowTheConfig) {
+  ExperimentConfig config = LoadText(kRichConfig);
+  const renderer::RenderOptions options = MakeRenderOptions(config);
+  EXPECT_EQ(options.spp, 16);
+  EXPECT_DOUBLE_EQ(options.spp_indirect, 3.0);
+  EXPECT_EQ(options.form, renderer::DerivativeForm::kMaterial);
+  EXPECT_EQ(options.guide, renderer::GuideKind::kGrid);
+  EXPECT_TRUE(options.terms.interior && options.terms.direct);
+  EXPECT_FALSE(options.terms.primary || options.terms.indirect || options.terms.pixel);
+}
+
+}  // namespace
+}  // namespace pathfit::app

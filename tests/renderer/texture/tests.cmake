@@ -1,0 +1,1 @@
+pathfit_test(renderer/texture/texture_test LABEL unit LINK pathfit_renderer)

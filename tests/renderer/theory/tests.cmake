@@ -1,0 +1,11 @@
+# Templates only: these tests need no library, so they build first and alone.
+find_package(Ceres REQUIRED)
+pathfit_test(renderer/theory/boundary_answers_test LABEL unit LINK pathfit_flags)
+pathfit_test(renderer/theory/boundary_segment_test LABEL unit LINK pathfit_flags Ceres::ceres)
+pathfit_test(renderer/theory/closed_forms_test LABEL unit LINK pathfit_flags)
+pathfit_test(renderer/theory/decomposition_test LABEL unit LINK pathfit_flags)
+pathfit_test(renderer/theory/directional_dual_test LABEL unit LINK pathfit_flags Ceres::ceres)
+pathfit_test(renderer/theory/evolving_surface_test LABEL unit LINK pathfit_flags Ceres::ceres)
+pathfit_test(renderer/theory/geometry_term_test LABEL unit LINK pathfit_flags Ceres::ceres)
+pathfit_test(renderer/theory/interior_answers_test LABEL unit LINK pathfit_flags)
+pathfit_test(renderer/theory/triangle_motion_test LABEL unit LINK pathfit_flags Ceres::ceres)
