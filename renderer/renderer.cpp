@@ -6,6 +6,7 @@
 #include "renderer/boundary/boundary_pass.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
+#include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/pixel_estimator.h"
 
 namespace pathfit::renderer {
@@ -121,10 +122,12 @@ Film Renderer::RenderDerivative(const Camera& camera,
                                 DerivativeSink& sink,
                                 RenderStats* stats) const {
   PATHFIT_CHECK(options.spp > 0);
+  CheckDerivative(impl_->scene, layout, options);
   const CameraModel model(camera);
   const PathContext context = impl_->Context(model, options);
   const ActiveParameters active = ActiveParameters::Make(impl_->scene, layout, model, sensor);
-  const AdjointContext adjoint{context, model, active, options.form};
+  const NearMotion near_motion(impl_->caster, active);
+  const AdjointContext adjoint{context, model, active, options.form, &near_motion};
   Film film(camera.width, camera.height);
   RenderStats sum;
   ForEachRow(camera.height, options, sum, [&](int y, RenderStats& row_stats) {

@@ -26,12 +26,12 @@ namespace fs = std::filesystem;
 
 constexpr int kTile = 4;
 
-/// Directions to check: names from the command line or config, where a glob stands for matching
-/// unknowns; all unknowns without any.
+/// Directions to check, together all of the named parameters: those of the command line or config,
+/// where a glob stands for matching unknowns; all unknowns without any.
 std::vector<Direction> ChooseDirections(const Experiment& experiment,
                                         const std::vector<std::string>& params) {
   std::vector<std::string> names;
-  for (const std::string& param : params) {
+  for (const std::string& param : params.empty() ? std::vector<std::string>{"*"} : params) {
     if (param.find_first_of("*?") == std::string::npos) {
       names.push_back(param);
       continue;
@@ -43,24 +43,39 @@ std::vector<Direction> ChooseDirections(const Experiment& experiment,
       }
     }
     if (names.size() == before) {
-      throw renderer::SceneError("no unknown matches '" + param + "'");
-    }
-  }
-  if (params.empty()) {
-    names.reserve(experiment.fit.unknowns.size());
-    for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
-      names.push_back(unknown.name);
+      throw renderer::SceneError(
+          params.empty() ? "nothing to check: give --params, gradcheck.params or unknowns"
+                         : "no unknown matches '" + param + "'");
     }
   }
   std::vector<Direction> directions;
-  directions.reserve(names.size());
   for (const std::string& name : names) {
-    directions.push_back(ParseDirection(experiment.scene, name));
-  }
-  if (directions.empty()) {
-    throw renderer::SceneError("nothing to check: give --params, gradcheck.params or unknowns");
+    for (const std::string& direction : DirectionNames(experiment.scene, name)) {
+      directions.push_back(ParseDirection(experiment.scene, direction));
+    }
   }
   return directions;
+}
+
+optim::GradientCheckOptions OptionsOf(const ExperimentConfig& config) {
+  optim::GradientCheckOptions options;
+  options.replicates = config.gradcheck.replicates;
+  options.spp = config.gradcheck.spp;
+  options.difference_spp = 2 * config.gradcheck.spp;
+  const renderer::RenderOptions render = MakeRenderOptions(config);
+  options.sppe = render.sppe;
+  options.spp_direct = render.spp_direct;
+  options.spp_indirect = render.spp_indirect;
+  options.spp_pixel = render.spp_pixel;
+  options.terms = render.terms;
+  options.form = render.form;
+  options.guide = render.guide;
+  options.guide_share = render.guide_share;
+  options.step = config.gradcheck.step;
+  options.max_bounces = render.max_bounces;
+  options.rr_depth = render.rr_depth;
+  options.seed = config.seed;
+  return options;
 }
 
 void WriteImages(const optim::GradientCheckResult& result, const fs::path& stem) {
@@ -184,21 +199,7 @@ ExitStatus GradcheckCommand(CommandContext& context) {
   const Experiment experiment = BuildExperiment(config);
   const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
   const StopSignals signals;
-  optim::GradientCheckOptions options;
-  options.replicates = config.gradcheck.replicates;
-  options.spp = config.gradcheck.spp;
-  options.difference_spp = 2 * config.gradcheck.spp;
-  const renderer::RenderOptions render = MakeRenderOptions(config);
-  options.sppe = render.sppe;
-  options.spp_direct = render.spp_direct;
-  options.spp_indirect = render.spp_indirect;
-  options.spp_pixel = render.spp_pixel;
-  options.form = render.form;
-  options.guide = render.guide;
-  options.step = config.gradcheck.step;
-  options.max_bounces = config.render.max_bounces;
-  options.rr_depth = config.render.rr_depth;
-  options.seed = config.seed;
+  optim::GradientCheckOptions options = OptionsOf(config);
   options.cancel = &signals.flag();
   if (!line.output.empty()) {
     std::error_code error;

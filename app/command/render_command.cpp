@@ -18,6 +18,7 @@
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/round/state_scene.h"
 #include "renderer/core/error.h"
+#include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/image_file.h"
@@ -166,6 +167,9 @@ ExitStatus RenderCommand(CommandContext& context) {
     directions.push_back(ParseDirection(experiment.scene, name));
   }
   const renderer::ParameterLayout layout = UnionLayout(experiment.scene, directions);
+  for (const std::string& limit_of : renderer::DerivativeLimits(experiment.scene, layout)) {
+    context.log.Warn(limit_of);
+  }
   const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
   const fs::path folder =
       fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);

@@ -86,7 +86,8 @@ struct GeometryConfig {
   std::string material;
   /// Materials of an OBJ file's groups by `usemtl` name; the rest has `material`.
   std::vector<std::pair<std::string, std::string>> group_materials;
-  enum class Normals { kFile, kFlat, kSmooth } normals = Normals::kFile;
+  /// kDefault: kFile, or kFlat where the vertices are unknown.
+  enum class Normals { kDefault, kFile, kFlat, kSmooth } normals = Normals::kDefault;
   bool repair = false;
   TransformConfig transform;
   std::optional<Triple> pivot;  ///< of the pose; absent: middle of the bounding box
@@ -190,13 +191,13 @@ struct RenderConfig {
 };
 
 struct GaussianConfig {
-  std::vector<double> mean;  ///< 1 or 3 values
+  std::vector<double> mean;  ///< 1, or one per component; empty: the start
   double sigma = 1.0;
 };
 
 struct UnknownConfig {
   std::string name;      ///< "axe.vertices"
-  std::string object;    ///< "axe"; empty for all sensors
+  std::string object;    ///< "axe", "camera", a photo's name; empty: exposure
   std::string property;  ///< as in the names: "vertices"
   bool log_transform = false;
   double lower = -std::numeric_limits<double>::infinity();
@@ -222,7 +223,7 @@ struct StageConfig {
   int spp = 8;
   int max_spp = 64;
   double spp_growth = 1.5;
-  double sppe = 4.0;
+  double sppe = 4.0, spp_direct = 1.0, spp_indirect = 1.0;
   double stop_relative_cost = 0.0;
 };
 

@@ -113,7 +113,8 @@ GeometryConfig ReadGeometry(const YamlEntry& entry, ConfigReading& reading) {
   const std::string normals = map.TextOf("normals");
   geometry.normals = normals == "flat"     ? GeometryConfig::Normals::kFlat
                      : normals == "smooth" ? GeometryConfig::Normals::kSmooth
-                                           : GeometryConfig::Normals::kFile;
+                     : normals == "file"   ? GeometryConfig::Normals::kFile
+                                           : GeometryConfig::Normals::kDefault;
   map.Get("repair", geometry.repair);
   const MapReader transform = map.Map("transform");
   if (const YamlNode* scale = transform.Find("scale")) {

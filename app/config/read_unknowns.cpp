@@ -124,10 +124,16 @@ void ReadPrior(const YamlEntry& entry,
     GaussianConfig& gaussian = unknown.gaussian.emplace();
     prior.Get("sigma", gaussian.sigma);
     const YamlNode* mean = prior.Find("mean");
-    if (mean == nullptr) return;
+    if (mean == nullptr || (mean->IsScalar() && mean->text == "start")) return;
     gaussian.mean = NumbersOf(*mean);
-    if (gaussian.mean.size() > 1 && kind.num_components == 1) {
+    const auto count = gaussian.mean.size();
+    if (count > 1 && kind.num_components == 1) {
       reading.Report(mean->place, path + ".gaussian.mean", kind.property + " is one number");
+    } else if (count > 1 && count != static_cast<std::size_t>(kind.num_components)) {
+      reading.Report(
+          mean->place,
+          path + ".gaussian.mean",
+          fmt::format("{} has {} numbers, not {}", kind.property, kind.num_components, count));
     }
   }
 }
@@ -153,21 +159,6 @@ void ReadPriors(const MapReader& map,
   }
 }
 
-// What no fit can move must be held where there is one.
-void CheckFit(const YamlEntry& entry,
-              const UnknownKind& kind,
-              ConfigReading& reading,
-              const UnknownConfig& unknown) {
-  const YamlNode* stages = reading.root.Find("stages");
-  const bool fits = stages != nullptr && !stages->items.empty();
-  if (kind.can_be_fitted || unknown.hold || !fits) return;
-  reading.Report(entry.key_place,
-                 "unknowns",
-                 "'" + entry.key +
-                     "' cannot be fitted, only checked and rendered; take it out, or write hold: "
-                     "true");
-}
-
 }  // namespace
 
 void ReadUnknowns(ConfigReading& reading) {
@@ -176,7 +167,7 @@ void ReadUnknowns(ConfigReading& reading) {
   for (YamlEntry& entry : unknowns->entries) {
     UnknownConfig unknown;
     unknown.name = entry.key;
-    const std::size_t dot = entry.key.find('.');
+    const std::size_t dot = entry.key.rfind('.');  // names of photos have dots
     unknown.object = dot == std::string::npos ? "" : entry.key.substr(0, dot);
     unknown.property = dot == std::string::npos ? entry.key : entry.key.substr(dot + 1);
     const auto [kind, problem] = FindUnknown(entry.key, reading);
@@ -189,7 +180,6 @@ void ReadUnknowns(ConfigReading& reading) {
       ReadPriors(map, *kind, path, reading, unknown);
       ReadBounds(entry.value, *kind, path, reading, unknown);
       ReadTransform(entry.value, *kind, path, reading, unknown);
-      CheckFit(entry, *kind, reading, unknown);
     }
     reading.config.unknowns.push_back(std::move(unknown));
   }

@@ -14,9 +14,11 @@ SchemaNode PriorSchema() {
               weighted("smooth", "Texels and vertex colours: neighbours alike."),
               weighted("neutral", "Texels: light near grey."),
               Map("gaussian",
-                  {Either("mean",
-                          {Number("", ""), List("", Number("", ""), "").Items(3, 3)},
-                          "Expected value, or one for each channel.")
+                  {Either(
+                       "mean",
+                       {Number("", "").Words({"start"}), List("", Number("", ""), "").Items(2, 3)},
+                       "Expected value, or one for each component; `start`: what the fit begins "
+                       "with.")
                        .Required(),
                    Number("sigma", "How far from it the value is believed to be.")
                        .Above(0.0)
@@ -85,9 +87,17 @@ SchemaNode StagesSchema() {
            Number("spp_growth", "Factor of spp from round to round.")
                .From(1.0, 10.0)
                .Default("1.5"),
-           Number("sppe", "Samples of silhouettes, borders and creases, per pixel.")
+           Number("sppe",
+                  "Samples of silhouettes, borders and creases, per pixel of their length, in the "
+                  "first round; grows as spp does, and so do the two below.")
                .From(0.0, 65536)
                .Default("4"),
+           Number("spp_direct", "Samples per pixel of edges that throw shadows.")
+               .From(0.0, 65536)
+               .Default("1"),
+           Number("spp_indirect", "Samples per pixel of edges between two surfaces.")
+               .From(0.0, 65536)
+               .Default("1"),
            Map("stop",
                {Number(
                     "relative_cost",

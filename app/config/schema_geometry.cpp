@@ -82,7 +82,7 @@ SchemaNode GeometrySchema() {
                          "How triangles are shaded: by the normals of the file (or of `mesh`) if "
                          "there are any, else flat; `flat`: each by its own; `smooth`: by "
                          "interpolated normals of the vertices.")
-                      .Default("file"),
+                      .DefaultIs("`file`; `flat` where `MESH.vertices` is unknown"),
                   Bool("repair",
                        "Mend what else is refused (not manifold, degenerate, inconsistently wound) "
                        "and say what was mended.")

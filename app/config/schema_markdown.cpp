@@ -110,8 +110,13 @@ constexpr const char* kUnknownsNotes = R"(
   angles are radians, `focal` and `principal_point` are pixels. An object turns and grows about the
   middle of its bounding box, a light about its place, a camera about its centre.
 * `exposure` needs `input.exposure.model: gain` where there are photos. `camera.PROPERTY` is that of
-  all sensors; `SENSOR.PROPERTY` that of one of `scene.sensors`.
-* Not fitted: known to `gradcheck` and `render --derivative` only; in a fit they need `hold: true`.
+  all sensors; `SENSOR.PROPERTY` that of one of `scene.sensors`, or of one photo:
+  `IMG_1.JPG.position`.
+* In a fit, cameras without a `gaussian` prior have one around their start, of sigma: `position` 2 %
+  of the distance to the middle of the objects, `rotation` 0.02, `focal` 2 %, `principal_point` 1 %
+  of the picture's width, `distortion` 0.05, `tangential` 0.01. It keeps what the photos leave open,
+  such as where everything is together. Held-out views keep the cameras they have at the start.
+* A spot's `angles` move as inner / outer and outer: inner stays below.
 * `gradcheck.params` and `render --derivative` take these names with a component behind:
   `mug.vertices.x` (all vertices along x), `mug.vertices[17].y` (one number), `mug.rotation.y`,
   `paint.base_color.r`, `camera.principal_point.x`, `camera.distortion.1`, `lamp.angles.i` (inner)
@@ -132,9 +137,8 @@ std::string UnknownsTable() {
     const std::string transform = kind.default_bounds.empty() ? "none"
                                   : kind.default_log          ? "`log`"
                                                               : "`identity`";
-    out += fmt::format("| {}{} | {} | {} | {} |\n",
+    out += fmt::format("| {} | {} | {} | {} |\n",
                        DescribeOwner(kind),
-                       kind.can_be_fitted ? "" : " (not fitted)",
                        RangeText(kind),
                        transform,
                        kind.priors.empty() ? "none" : Joined(kind.priors, ", "));

@@ -16,18 +16,13 @@ constexpr const char* kLight = "[1e-4, .inf]";
 constexpr const char* kIndex = "[0.02, 20]";
 
 UnknownKind Without(const char* property, Owner owner, Of of, std::vector<std::string> priors) {
-  return {property, owner, of, "", "", 0.0, 0.0, false, 3, true, std::move(priors)};
+  return {property, owner, of, "", "", 0.0, 0.0, false, 3, std::move(priors)};
 }
 
-// Without a range of its own: metres, radians.
-UnknownKind Free(const char* property, Owner owner, Of of) {
-  return {property, owner, of, kFree, "", -kInfinity, kInfinity, false, 3, true, {"gaussian"}};
-}
-
-UnknownKind Known(const char* property, Owner owner, Of of) {
-  UnknownKind kind = Without(property, owner, of, {});
-  kind.can_be_fitted = false;
-  return kind;
+// Without a range of its own: metres, radians, pixels.
+UnknownKind Free(const char* property, Owner owner, Of of, int num_components = 3) {
+  return {
+      property, owner, of, kFree, "", -kInfinity, kInfinity, false, num_components, {"gaussian"}};
 }
 
 UnknownKind Bounded(const char* property,
@@ -37,17 +32,7 @@ UnknownKind Bounded(const char* property,
                     double smallest,
                     double largest,
                     int num_components) {
-  return {property,
-          owner,
-          of,
-          bounds,
-          "",
-          smallest,
-          largest,
-          false,
-          num_components,
-          true,
-          {"gaussian"}};
+  return {property, owner, of, bounds, "", smallest, largest, false, num_components, {"gaussian"}};
 }
 
 UnknownKind Log(UnknownKind kind) {
@@ -60,11 +45,19 @@ UnknownKind WithPriors(UnknownKind kind, std::vector<std::string> priors) {
   return kind;
 }
 
+UnknownKind Texels(Of of, const char* bounds, double smallest, double largest, int num_components) {
+  return WithPriors(
+      Bounded("texels", Owner::kTexture, of, bounds, smallest, largest, num_components),
+      {"smooth", "gaussian"});
+}
+
 std::vector<UnknownKind> AllKinds() {
   constexpr double kMinRoughness = 0.1;
   constexpr double kMinIor = 1.001;
   UnknownKind exposure = Without("exposure", Owner::kSensors, Of::kExposure, {});
   exposure.bounds_advice = "; write input.exposure.max_ev";
+  UnknownKind angles = Without("angles", Owner::kLight, Of::kSpot, {});
+  angles.bounds_advice = "; inner stays below outer, and outer below a right angle";
   return {
       Without("vertices", Owner::kMesh, Of::kAll, {"laplacian"}),
       Without("normals", Owner::kMesh, Of::kAll, {}),
@@ -81,23 +74,23 @@ std::vector<UnknownKind> AllKinds() {
       Log(Bounded("eta", Owner::kMaterial, Of::kMetal, kIndex, 0.0, kInfinity, 3)),
       Log(Bounded("eta", Owner::kMaterial, Of::kDielectric, "[1.01, 3]", kMinIor, kInfinity, 1)),
       Log(Bounded("k", Owner::kMaterial, Of::kMetal, kIndex, 0.0, kInfinity, 3)),
-      Bounded("texels", Owner::kTexture, Of::kColorTexture, kColor, 0.0, 1.0, 3),
-      Log(Bounded("texels", Owner::kTexture, Of::kLightTexture, kLight, 0.0, kInfinity, 3)),
-      Bounded("texels", Owner::kTexture, Of::kRoughnessTexture, "[0.1, 1]", kMinRoughness, 1.0, 1),
-      Bounded("texels", Owner::kTexture, Of::kMetallicTexture, "[0, 1]", 0.0, 1.0, 1),
+      Texels(Of::kColorTexture, kColor, 0.0, 1.0, 3),
+      Log(Texels(Of::kLightTexture, kLight, 0.0, kInfinity, 3)),
+      Texels(Of::kRoughnessTexture, "[0.1, 1]", kMinRoughness, 1.0, 1),
+      Texels(Of::kMetallicTexture, "[0, 1]", 0.0, 1.0, 1),
       Log(Bounded("intensity", Owner::kLight, Of::kAll, kLight, 0.0, kInfinity, 3)),
       WithPriors(Log(Bounded("texels", Owner::kLight, Of::kEnvmap, kLight, 0.0, kInfinity, 3)),
                  {"smooth", "neutral"}),
       Free("position", Owner::kLight, Of::kPlaced),
       Free("rotation", Owner::kLight, Of::kOriented),
-      Known("angles", Owner::kLight, Of::kSpot),
+      angles,
       exposure,
-      Known("position", Owner::kSensors, Of::kAll),
-      Known("rotation", Owner::kSensors, Of::kAll),
-      Known("focal", Owner::kSensors, Of::kAll),
-      Known("principal_point", Owner::kSensors, Of::kAll),
-      Known("distortion", Owner::kSensors, Of::kPerspective),
-      Known("tangential", Owner::kSensors, Of::kPerspective),
+      Free("position", Owner::kSensors, Of::kAll),
+      Free("rotation", Owner::kSensors, Of::kAll),
+      Bounded("focal", Owner::kSensors, Of::kAll, "[1, .inf]", 0.0, kInfinity, 2),
+      Free("principal_point", Owner::kSensors, Of::kAll, 2),
+      Free("distortion", Owner::kSensors, Of::kPerspective),
+      Free("tangential", Owner::kSensors, Of::kPerspective, 2),
   };
 }
 

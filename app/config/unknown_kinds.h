@@ -38,7 +38,6 @@ struct UnknownKind {
   double largest;
   bool default_log;
   int num_components;  ///< of a Gaussian prior's mean, besides one for all
-  bool can_be_fitted;  ///< false: `gradcheck` and `render --derivative` only
   std::vector<std::string> priors;
 };
 

@@ -239,6 +239,18 @@ UnknownName NothingCalled(const std::string& name,
                  NameHint(name, own.empty() ? possible : own));
 }
 
+// A property of the camera of one photo, whose name (with a dot) is known when the photos are read.
+const UnknownKind* KindOfPhoto(const std::string& object,
+                               const std::string& property,
+                               const ConfigReading& reading) {
+  if (!reading.has_input || object.find('.') == std::string::npos) return nullptr;
+  const auto& kinds = UnknownKinds();
+  const auto kind = std::find_if(kinds.begin(), kinds.end(), [&](const UnknownKind& k) {
+    return k.owner == Owner::kSensors && k.of != Of::kExposure && k.property == property;
+  });
+  return kind == kinds.end() ? nullptr : &*kind;
+}
+
 UnknownName FindExposure(const ConfigReading& reading) {
   const auto& kinds = UnknownKinds();
   const auto kind = std::find_if(
@@ -254,9 +266,10 @@ UnknownName FindExposure(const ConfigReading& reading) {
 
 UnknownName FindUnknown(const std::string& name, const ConfigReading& reading) {
   if (name == "exposure") return FindExposure(reading);
-  const std::size_t dot = name.find('.');
+  const std::size_t dot = name.rfind('.');
   const std::string object = name.substr(0, dot);
   const std::string property = dot == std::string::npos ? "" : name.substr(dot + 1);
+  if (const UnknownKind* kind = KindOfPhoto(object, property, reading)) return {kind, ""};
   std::vector<const UnknownKind*> fitting;
   std::vector<std::string> objects;  // of those that could have the property
   const UnknownKind* lacking = nullptr;

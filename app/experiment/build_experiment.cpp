@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <fstream>
+#include <optional>
+
+#include <fmt/format.h>
 
 #include "app/experiment/experiment.h"
 #include "app/experiment/parameter_names.h"
@@ -60,6 +63,53 @@ ParameterRef ParameterOf(const UnknownConfig& unknown, const renderer::Scene& sc
   }
 }
 
+double MeanDistanceToObjects(const renderer::Scene& scene) {
+  renderer::Vec3 middle;
+  double count = 0.0;
+  for (const renderer::SceneMesh& mesh : renderer::PlacedScene(scene).meshes) {
+    for (const renderer::Vec3& p : mesh.mesh.positions) {
+      middle += p;
+      count += 1.0;
+    }
+  }
+  middle *= 1.0 / std::max(1.0, count);
+  double distance = 0.0;
+  for (const renderer::Camera& sensor : scene.sensors) {
+    distance += Norm(renderer::CameraPose(sensor).translation - middle) /
+                static_cast<double>(scene.sensors.size());
+  }
+  return distance;
+}
+
+/// Around the start, unless something else is asked for: without it, nothing says where all cameras
+/// and objects are together. Absent for what is no camera's.
+std::optional<optim::GaussianPriorSpec> DefaultPrior(const ParameterRef& parameter,
+                                                     const renderer::Scene& scene) {
+  constexpr double kShare = 0.02;
+  const auto& sensors = scene.sensors;
+  const auto mean_of = [&](auto number) {
+    double sum = 0.0;
+    for (const renderer::Camera& sensor : sensors) sum += number(sensor);
+    return sum / static_cast<double>(sensors.size());
+  };
+  switch (parameter.kind) {
+    case ParameterKind::kCameraPosition:
+      return optim::GaussianPriorSpec{{}, std::max(1e-9, kShare * MeanDistanceToObjects(scene))};
+    case ParameterKind::kCameraRotation:
+      return optim::GaussianPriorSpec{{}, kShare};
+    case ParameterKind::kFocal:
+      return optim::GaussianPriorSpec{{}, kShare * mean_of([](const auto& s) { return s.fx; })};
+    case ParameterKind::kPrincipalPoint:
+      return optim::GaussianPriorSpec{{}, 0.01 * mean_of([](const auto& s) { return s.width; })};
+    case ParameterKind::kRadialDistortion:
+      return optim::GaussianPriorSpec{{}, 0.05};
+    case ParameterKind::kTangentialDistortion:
+      return optim::GaussianPriorSpec{{}, 0.01};
+    default:
+      return std::nullopt;
+  }
+}
+
 optim::UnknownSpec MakeUnknown(const UnknownConfig& config, const renderer::Scene& scene) {
   optim::UnknownSpec unknown;
   unknown.name = config.name;
@@ -77,6 +127,8 @@ optim::UnknownSpec MakeUnknown(const UnknownConfig& config, const renderer::Scen
   unknown.neutral_weight = config.neutral_weight;
   if (config.gaussian) {
     unknown.gaussian = optim::GaussianPriorSpec{config.gaussian->mean, config.gaussian->sigma};
+  } else {
+    unknown.gaussian = DefaultPrior(parameter, scene);
   }
   return unknown;
 }
@@ -117,6 +169,8 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
     stage.max_spp = s.max_spp;
     stage.spp_growth = s.spp_growth;
     stage.sppe = s.sppe;
+    stage.spp_direct = s.spp_direct;
+    stage.spp_indirect = s.spp_indirect;
     stage.stop_relative_cost = s.stop_relative_cost;
     fit.stages.push_back(stage);
   }
@@ -130,8 +184,12 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
     fit.exposure_max_ev = config.input->exposure_max_ev;
   }
   fit.seed = config.seed;
-  fit.max_bounces = config.render.max_bounces;
-  fit.rr_depth = config.render.rr_depth;
+  const renderer::RenderOptions render = MakeRenderOptions(config);
+  fit.max_bounces = render.max_bounces;
+  fit.rr_depth = render.rr_depth;
+  fit.terms = render.terms;
+  fit.guide = render.guide;
+  fit.guide_share = render.guide_share;
   fit.linear_solver = config.solver.linear_solver == "gram" ? optim::LinearSolverChoice::kGram
                       : config.solver.linear_solver == "cholesky"
                           ? optim::LinearSolverChoice::kCholesky
@@ -155,7 +213,15 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   experiment.scene =
       BuildScene(config, experiment.observations, experiment.input_files, experiment.assumptions);
   experiment.fit = BuildFitSpec(config, experiment.scene);
-  for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+  for (std::size_t i = 0; i < config.unknowns.size(); ++i) {
+    const optim::UnknownSpec& unknown = experiment.fit.unknowns[i];
+    if (unknown.gaussian && !config.unknowns[i].gaussian && !unknown.hold && config.input) {
+      experiment.assumptions.push_back(
+          fmt::format("{} is believed to be near its start, within {:.3g} (one sigma); write a "
+                      "gaussian prior for another belief.",
+                      unknown.name,
+                      unknown.gaussian->sigma));
+    }
     if (unknown.kind != ParameterKind::kVertexPositions || unknown.hold) continue;
     const auto& mesh = experiment.scene.meshes[static_cast<std::size_t>(unknown.object)];
     if (!mesh.mesh.normals.empty()) {

@@ -150,9 +150,35 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
   return parts;
 }
 
-void SetNormals(GeometryConfig::Normals normals, Mesh& mesh) {
-  if (normals == GeometryConfig::Normals::kFlat) renderer::RemoveVertexNormals(mesh);
-  if (normals == GeometryConfig::Normals::kSmooth) renderer::ComputeVertexNormals(mesh);
+bool IsUnknown(const ExperimentConfig& config, const std::string& mesh, const char* property) {
+  return std::any_of(config.unknowns.begin(), config.unknowns.end(), [&](const auto& unknown) {
+    return unknown.object == mesh && unknown.property == property && !unknown.hold;
+  });
+}
+
+void SetNormals(GeometryConfig::Normals normals,
+                const ExperimentConfig& config,
+                const BuildContext& context,
+                NamedPart& part) {
+  switch (normals) {
+    case GeometryConfig::Normals::kFile:
+      break;
+    case GeometryConfig::Normals::kFlat:
+      renderer::RemoveVertexNormals(part.mesh);
+      break;
+    case GeometryConfig::Normals::kSmooth:
+      renderer::ComputeVertexNormals(part.mesh);
+      break;
+    case GeometryConfig::Normals::kDefault:
+      // Normals that stay behind while the vertices move would be wrong.
+      if (!part.mesh.normals.empty() && IsUnknown(config, part.name, "vertices") &&
+          !IsUnknown(config, part.name, "normals")) {
+        renderer::RemoveVertexNormals(part.mesh);
+        context.notes.push_back("Mesh " + part.name +
+                                " is shaded flat, since its vertices are unknown; normals: file "
+                                "keeps the normals it came with.");
+      }
+  }
 }
 
 void SetColors(const std::string& mesh_name, const MaterialConfig& material, Mesh& mesh) {
@@ -205,7 +231,7 @@ std::vector<renderer::SceneMesh> BuildMeshes(const GeometryConfig& geometry,
       if (!done.empty())
         context.notes.push_back("Mesh " + part.name + " was repaired: " + done + ".");
     }
-    SetNormals(geometry.normals, part.mesh);
+    SetNormals(geometry.normals, config, context, part);
     renderer::ApplyTransform({linear, ToVec3(t.translate)}, part.mesh);
   }
   const Vec3 pivot = geometry.pivot ? ToVec3(*geometry.pivot) : MiddleOf(parts);

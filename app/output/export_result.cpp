@@ -39,32 +39,73 @@ Json RowsJson(const Mat3& m) {
   return Json::array({ToJson(rows.x), ToJson(rows.y), ToJson(rows.z)});
 }
 
-Json EnvironmentJson(const EnvironmentEmitter& environment) {
+Json EnvironmentJson(const EnvironmentEmitter& environment, const Mat3& turn) {
   return {{"type", "environment"},
           {"size_px", Json::array({environment.width, environment.height})},
           {"files", Json::array({"environment.exr", "environment.hdr"})},
           {"file_values", "radiance: intensity times texels, linear Rec.709"},
           {"intensity", ToJson(environment.intensity)},
-          {"frame_from_light", RowsJson(environment.frame_from_light)},
+          {"frame_from_light", RowsJson(turn * environment.frame_from_light)},
           {"mapping",
            "a direction d in the light's own frame is at u = atan2(d.x, -d.z) / (2 pi) mod 1 from "
            "the left and v = acos(d.y) / pi from the top; frame_from_light (rows) turns d into "
            "`frame`"}};
 }
 
-Json LightJson(const renderer::Emitter& emitter) {
+// Name of the item, null without one.
+template <class List>
+Json NameIn(const List& list, int index) {
+  return index < 0 ? Json() : Json(list.at(static_cast<std::size_t>(index)).name);
+}
+
+Json LightJson(const renderer::Emitter& emitter, const Scene& scene) {
+  const Mat3 turn = renderer::RotationFromVector(emitter.rotation);
   if (const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light)) {
-    return EnvironmentJson(*environment);
+    return EnvironmentJson(*environment, turn);
   }
   if (const auto* point = std::get_if<PointEmitter>(&emitter.light)) {
     return {{"type", "point"},
             {"position_m", ToJson(point->position)},
             {"intensity_w_per_sr", ToJson(point->intensity)}};
   }
-  const auto& directional = std::get<DirectionalEmitter>(emitter.light);
-  return {{"type", "directional"},
-          {"direction", ToJson(directional.direction)},
-          {"irradiance_w_per_m2", ToJson(directional.irradiance)}};
+  if (const auto* directional = std::get_if<DirectionalEmitter>(&emitter.light)) {
+    return {{"type", "directional"},
+            {"direction", ToJson(turn * directional->direction)},
+            {"irradiance_w_per_m2", ToJson(directional->irradiance)}};
+  }
+  if (const auto* spot = std::get_if<renderer::SpotEmitter>(&emitter.light)) {
+    return {{"type", "spot"},
+            {"position_m", ToJson(spot->position)},
+            {"direction", ToJson(turn * -spot->frame_from_light.z)},
+            {"inner_angle_rad", spot->inner_angle},
+            {"outer_angle_rad", spot->outer_angle},
+            {"intensity_w_per_sr", ToJson(spot->intensity)}};
+  }
+  if (const auto* projector = std::get_if<renderer::ProjectorEmitter>(&emitter.light)) {
+    return {{"type", "projector"},
+            {"position_m", ToJson(projector->position)},
+            {"frame_from_light", RowsJson(turn * projector->frame_from_light)},
+            {"tan_half_size", Json::array({projector->tan_half_width, projector->tan_half_height})},
+            {"intensity", ToJson(projector->intensity)},
+            {"texture", NameIn(scene.textures, projector->texture)}};
+  }
+  const auto& area = std::get<renderer::AreaEmitter>(emitter.light);
+  return {{"type", "area"},
+          {"mesh", NameIn(scene.meshes, area.mesh)},
+          {"radiance", ToJson(area.intensity)},
+          {"texture", NameIn(scene.textures, area.texture)},
+          {"two_sided", area.two_sided}};
+}
+
+void WriteTexture(const fs::path& path, const renderer::Texture& texture) {
+  renderer::Image image(texture.width, texture.height, 3);
+  PATHFIT_CHECK(image.data.size() == 3 * texture.texels.size());
+  for (std::size_t i = 0; i < texture.texels.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      image.data[3 * i + static_cast<std::size_t>(c)] = static_cast<float>(texture.texels[i][c]);
+    }
+  }
+  renderer::WriteExr(path, image);
 }
 
 void WriteEnvironment(const fs::path& folder, const EnvironmentEmitter& environment) {
@@ -83,7 +124,7 @@ void WriteEnvironment(const fs::path& folder, const EnvironmentEmitter& environm
 void WriteMesh(const fs::path& stem,
                const renderer::SceneMesh& scene_mesh,
                const renderer::Material& material) {
-  renderer::Mesh mesh = scene_mesh.mesh;
+  renderer::Mesh mesh = renderer::WorldMesh(scene_mesh);
   renderer::GlbMaterial glb{.name = material.name, .double_sided = material.two_sided};
   if (const auto* metal = std::get_if<renderer::MetallicRoughnessBsdf>(&material.bsdf)) {
     glb.roughness = metal->roughness;
@@ -113,7 +154,7 @@ std::string LightsJson(const Scene& scene) {
   for (const renderer::Emitter& emitter : scene.emitters) {
     Json light = {{"name", emitter.name},
                   {"frame", emitter.frame == renderer::LightFrame::kWorld ? "world" : "camera"}};
-    light.update(LightJson(emitter));
+    light.update(LightJson(emitter, scene));
     lights.push_back(std::move(light));
   }
   const Json file = {
@@ -148,6 +189,13 @@ void ExportResult(const fs::path& folder,
   for (std::size_t i = 0; i < files.size(); ++i) {
     const auto material = static_cast<std::size_t>(scene.meshes[i].material);
     WriteMesh(folder / files[i], scene.meshes[i], scene.materials.at(material));
+  }
+  std::vector<std::string> texture_names;
+  for (const renderer::Texture& texture : scene.textures) texture_names.push_back(texture.name);
+  const std::vector<std::string> texture_files = ViewFolderNames(texture_names);
+  for (std::size_t i = 0; i < texture_files.size(); ++i) {
+    CreateFolder(folder / "textures");
+    WriteTexture(folder / "textures" / (texture_files[i] + ".exr"), scene.textures[i]);
   }
   for (const renderer::Emitter& emitter : scene.emitters) {
     const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light);

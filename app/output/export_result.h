@@ -17,10 +17,10 @@ struct ExportedView {
 };
 
 /// Writes a result folder, in the frame and unit of the scene:
-/// <mesh>.glb and <mesh>.ply with vertex colours; environment.exr and .hdr (intensity times texels,
-/// in the light's own frame) and lights.json, which says how they are turned; cameras/;
-/// exposure.csv; parameters.csv. Throws IoError (not writable, a value that a format cannot hold),
-/// NumericalError (not finite).
+/// <mesh>.glb and <mesh>.ply with vertex colours, where their poses place them; textures/<name>.exr
+/// with linear values; environment.exr and .hdr (intensity times texels, in the light's own frame)
+/// and lights.json, which says how they are turned; cameras/; exposure.csv; parameters.csv. Throws
+/// IoError (not writable, a value that a format cannot hold), NumericalError (not finite).
 void ExportResult(const std::filesystem::path& folder,
                   const renderer::Scene& scene,
                   const std::vector<ExportedView>& views,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <variant>
@@ -23,12 +24,27 @@ constexpr double kAtBoundRelative = 1e-6;
 std::string Unit(const optim::UnknownSpec& unknown, const Scene& scene) {
   switch (unknown.kind) {
     case ParameterKind::kVertexPositions:
+    case ParameterKind::kObjectTranslation:
+    case ParameterKind::kLightPosition:
+    case ParameterKind::kCameraPosition:
       return "m";
+    case ParameterKind::kObjectRotation:
+    case ParameterKind::kLightRotation:
+    case ParameterKind::kSpotAngles:
+    case ParameterKind::kCameraRotation:
+      return "rad";
+    case ParameterKind::kFocal:
+    case ParameterKind::kPrincipalPoint:
+      return "px";
     case ParameterKind::kExposure:
       return "gain";
     case ParameterKind::kLightIntensity: {
       const auto& light = scene.emitters.at(static_cast<std::size_t>(unknown.object)).light;
-      if (std::holds_alternative<renderer::PointEmitter>(light)) return "W/sr";
+      if (std::holds_alternative<renderer::PointEmitter>(light) ||
+          std::holds_alternative<renderer::SpotEmitter>(light)) {
+        return "W/sr";
+      }
+      if (std::holds_alternative<renderer::ProjectorEmitter>(light)) return "1";
       return std::holds_alternative<renderer::DirectionalEmitter>(light) ? "W/m²" : "W/(sr m²)";
     }
     default:
@@ -36,16 +52,43 @@ std::string Unit(const optim::UnknownSpec& unknown, const Scene& scene) {
   }
 }
 
-std::vector<double> ValuesOf(const optim::UnknownSpec& unknown, const Scene& scene) {
+renderer::ParameterLayout LayoutOf(const optim::UnknownSpec& unknown, const Scene& scene) {
   renderer::ParameterLayout layout(scene);
-  if (unknown.kind == ParameterKind::kExposure && unknown.object < 0) {
+  if (unknown.object < 0) {
     for (std::size_t i = 0; i < scene.sensors.size(); ++i) {
       layout.Add(unknown.kind, static_cast<int>(i));
     }
   } else {
     layout.Add(unknown.kind, unknown.object);
   }
-  return layout.Gather(scene);
+  return layout;
+}
+
+std::vector<double> ValuesOf(const optim::UnknownSpec& unknown, const Scene& scene) {
+  return LayoutOf(unknown, scene).Gather(scene);
+}
+
+// ".x" of a scalar that has a component.
+std::string ComponentOf(const optim::UnknownSpec& unknown, const Scene& scene, std::size_t scalar) {
+  const renderer::ParameterLayout layout = LayoutOf(unknown, scene);
+  const auto size = static_cast<std::size_t>(layout.groups().front().block_size);
+  const auto block = static_cast<std::int32_t>(scalar / size);
+  const std::string name = layout.ScalarName(block, static_cast<int>(scalar % size));
+  return name.substr(layout.GroupOfBlock(block).name.size());
+}
+
+// Whether numbers of many points have no mean that says something.
+bool ArePlaces(ParameterKind kind) {
+  switch (kind) {
+    case ParameterKind::kVertexPositions:
+    case ParameterKind::kVertexNormals:
+    case ParameterKind::kUvs:
+    case ParameterKind::kCameraPosition:
+    case ParameterKind::kCameraRotation:
+      return true;
+    default:
+      return false;
+  }
 }
 
 bool AtBound(double value, double bound) {
@@ -114,11 +157,10 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
               : Summary(
                     std::span(initial).subspan(i, 1), std::span(final).subspan(i, 1), lower, upper);
       summary.name = unknown.name;
-      if (!whole) summary.name += std::string(".") + "rgb"[i];
+      if (!whole) summary.name += ComponentOf(unknown, result, i);
       summary.unit = Unit(unknown, result);
       summary.hold = unknown.hold;
-      if (unknown.kind == ParameterKind::kVertexPositions) {
-        // A mean over x, y and z says nothing.
+      if (whole && final.size() > 1 && ArePlaces(unknown.kind)) {
         summary.initial = summary.final = std::nan("");
       }
       summaries.push_back(std::move(summary));

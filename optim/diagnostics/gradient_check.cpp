@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/core/check.h"
+#include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
 
 namespace pathfit::optim {
@@ -67,45 +68,26 @@ double StudentQuantile(double tail, double nu) {
   return z + first / nu + second / (nu * nu) + third / (nu * nu * nu);
 }
 
-bool IsAppearance(renderer::ParameterKind kind) {
-  using renderer::ParameterKind;
-  switch (kind) {
-    case ParameterKind::kVertexColors:
-    case ParameterKind::kBaseColor:
-    case ParameterKind::kRoughness:
-    case ParameterKind::kMetallic:
-    case ParameterKind::kEta:
-    case ParameterKind::kExtinction:
-    case ParameterKind::kTextureTexels:
-    case ParameterKind::kLightIntensity:
-    case ParameterKind::kSpotAngles:
-    case ParameterKind::kEnvironmentTexels:
-    case ParameterKind::kExposure:
-      return true;
-    default:
-      return false;
-  }
-}
-
 /// Whether samples can change sides of an edge.
 bool MovesEdges(const renderer::ParameterLayout& layout) {
   return std::any_of(layout.groups().begin(), layout.groups().end(), [](const auto& group) {
-    return !IsAppearance(group.kind);
+    return renderer::MovesGeometry(group.kind);
   });
 }
 
 bool CanContribute(Term term, const GradientCheckOptions& options, bool moves) {
+  const renderer::DerivativeTerms& on = options.terms;
   switch (term) {
     case Term::kInterior:
-      return true;
+      return on.interior;
     case Term::kPrimary:
-      return moves;
+      return on.primary && moves;
     case Term::kDirect:
-      return moves && options.max_bounces > 0;
+      return on.direct && moves && options.max_bounces > 0;
     case Term::kIndirect:
-      return moves && options.max_bounces > 1;
+      return on.indirect && moves && options.max_bounces > 1;
     case Term::kPixel:
-      return moves && options.form == renderer::DerivativeForm::kMaterial;
+      return on.pixel && moves && options.form == renderer::DerivativeForm::kMaterial;
   }
   return false;
 }
@@ -177,6 +159,7 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   render.spp_pixel = options.spp_pixel;
   render.form = options.form;
   render.guide = options.guide;
+  render.guide_share = options.guide_share;
   render.cancel = options.cancel;
   const bool moves = MovesEdges(layout);
   GradientCheckResult result;

@@ -18,8 +18,10 @@ struct GradientCheckOptions {
   double spp_direct = 4.0;
   double spp_indirect = 4.0;
   double spp_pixel = 8.0;
+  renderer::DerivativeTerms terms;
   renderer::DerivativeForm form = renderer::DerivativeForm::kImage;
   renderer::GuideKind guide = renderer::GuideKind::kAdaptive;
+  double guide_share = 0.25;
   double step = 1e-3;  ///< half distance of the central difference, in units of the direction
   int max_bounces = 1;
   int rr_depth = 5;
@@ -66,8 +68,8 @@ struct TermScales {
 };
 
 /// Derivative in `direction` (flat, over the scalars of `layout`) as seen by `camera`, the scene's
-/// sensor of that index at any size, or any camera if `sensor` is -1. Terms that cannot contribute
-/// (form, number of bounces, nothing moves) are not run.
+/// sensor of that index at any size, or any camera if `sensor` is -1. Terms that are off or
+/// cannot contribute (form, number of bounces, nothing moves) are not run.
 /// Throws SceneError when a step leaves the valid scenes.
 GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const renderer::Camera& camera,

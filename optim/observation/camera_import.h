@@ -15,7 +15,7 @@ struct ImportedCamera {
   std::string image;  ///< as written in the file, relative to its folder (or to the image folder)
   std::filesystem::path
       mask;  ///< `mask_path` of the file, absolute or relative like `image`; may be empty
-  renderer::Camera camera;  ///< pose in the file's units
+  renderer::Camera camera;    ///< pose in the file's units
   double view_angle_x = 0.0;  ///< radians; positive when only the view angle is known, fx is then 0
   bool has_principal_point = true;  ///< false: the image centre
   std::string place;                ///< where it stands, for messages: "transforms.json: frames[3]"

@@ -16,8 +16,8 @@ namespace pathfit::optim {
 namespace {
 
 namespace fs = std::filesystem;
-using renderer::Image;
 using renderer::Camera;
+using renderer::Image;
 
 constexpr int kFirstSwappingOrientation = 5;  // EXIF: 5 to 8 exchange width and height
 

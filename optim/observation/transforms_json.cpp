@@ -100,9 +100,7 @@ class Intrinsics {
   const Entry& file_;
 };
 
-void ReadDistortion(const Intrinsics& source,
-                    const Entry& frame,
-                    renderer::Camera& camera) {
+void ReadDistortion(const Intrinsics& source, const Entry& frame, renderer::Camera& camera) {
   const std::string model = source.Model();
   const std::initializer_list<const char*> known = {
       "", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};

@@ -12,6 +12,14 @@ namespace {
 
 // A logarithmic unknown cannot be zero: darker values count as this.
 constexpr double kSmallestLogValue = 1e-6;
+constexpr double kSmallestScale = 1e-6;  // an object of size zero has no surface
+// Spots: inner over outer angle, and the outer one, below a right angle.
+constexpr double kLargestRatio = 0.99;
+constexpr double kSmallestOuterAngle = 0.01, kLargestOuterAngle = 1.55;
+
+bool IsOfSensors(renderer::ParameterKind kind) {
+  return renderer::ObjectListOf(kind) == renderer::ObjectList::kSensors;
+}
 
 }  // namespace
 
@@ -36,7 +44,7 @@ ParameterSet::ParameterSet(const renderer::Scene& scene,
   });
   for (const int index : order) {
     const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
-    if (unknown.kind == renderer::ParameterKind::kExposure) {
+    if (IsOfSensors(unknown.kind) && unknown.object < 0) {
       for (const int sensor : sensors) {
         AddGroup(unknown, index, sensor, exposure);
       }
@@ -57,6 +65,9 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
   const bool is_log = is_gain || unknown.parameterization == Parameterization::kLog;
   double lower = unknown.lower;
   double upper = unknown.upper;
+  if (unknown.kind == renderer::ParameterKind::kObjectScale) {
+    lower = std::max(lower, kSmallestScale);
+  }
   if (is_log && !is_gain) {
     lower = std::log(std::max(lower, kSmallestLogValue));
     upper = std::log(std::max(upper, kSmallestLogValue));
@@ -67,21 +78,33 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
   }
   const auto block_size = static_cast<std::size_t>(group.block_size);
   for (std::size_t i = 0; i < static_cast<std::size_t>(group.num_blocks); ++i) {
-    block_offset_.push_back(is_log_.size() + i * block_size);
+    block_offset_.push_back(mapping_.size() + i * block_size);
     block_size_.push_back(group.block_size);
   }
   const std::size_t count =
-      is_log_.size() + static_cast<std::size_t>(group.num_blocks) * block_size;
-  is_log_.resize(count, static_cast<char>(is_log));
+      mapping_.size() + static_cast<std::size_t>(group.num_blocks) * block_size;
+  mapping_.resize(count, is_log ? Mapping::kLog : Mapping::kIdentity);
   lower_.resize(count, lower);
   upper_.resize(count, upper);
+  if (unknown.kind == renderer::ParameterKind::kSpotAngles) {
+    mapping_[count - 2] = Mapping::kRatio;
+    lower_[count - 2] = 0.0;
+    upper_[count - 2] = kLargestRatio;
+    lower_[count - 1] = kSmallestOuterAngle;
+    upper_[count - 1] = kLargestOuterAngle;
+  }
 }
 
 std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& values) const {
   PATHFIT_CHECK(values.size() == NumScalars());
   std::vector<double> theta(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const double t = IsLog(i) ? std::log(std::max(values[i], kSmallestLogValue)) : values[i];
+    double t = values[i];
+    if (IsLog(i)) {
+      t = std::log(std::max(t, kSmallestLogValue));
+    } else if (mapping_[i] == Mapping::kRatio) {
+      t /= std::max(values[i + 1], kSmallestOuterAngle);
+    }
     theta[i] = std::clamp(t, lower_[i], upper_[i]);
   }
   return theta;
@@ -91,7 +114,9 @@ std::vector<double> ParameterSet::ValuesFromTheta(const std::vector<double>& the
   PATHFIT_CHECK(theta.size() == NumScalars());
   std::vector<double> values(theta.size());
   for (std::size_t i = 0; i < theta.size(); ++i) {
-    values[i] = IsLog(i) ? std::exp(theta[i]) : theta[i];
+    values[i] = IsLog(i)                         ? std::exp(theta[i])
+                : mapping_[i] == Mapping::kRatio ? theta[i] * theta[i + 1]
+                                                 : theta[i];
   }
   return values;
 }

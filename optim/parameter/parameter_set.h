@@ -18,14 +18,14 @@ struct ExposureModel {
 };
 
 /// The scalars that move in a stage. Two flat vectors with the same offsets: values x in units of
-/// the scene (ParameterLayout's order) and unknowns theta, what the solver moves (theta = x or log
-/// x; gains always log). Groups are ordered by kind, vertices first, so that a pixel's nearest
+/// the scene (ParameterLayout's order) and unknowns theta, what the solver moves
+/// (Parameterization). Groups are ordered by kind, vertices first, so that a pixel's nearest
 /// vertices lead its sorted block list.
 class ParameterSet {
  public:
-  /// `active`: indices into `unknowns`; held unknowns are left out. `sensors`: those whose gain an
-  /// exposure unknown frees. Throws SceneError for an index out of range or an unknown the scene
-  /// does not have.
+  /// `active`: indices into `unknowns`; held unknowns are left out. `sensors`: those that an
+  /// unknown of all sensors frees. Throws SceneError for an index out of range or an unknown the
+  /// scene does not have.
   ParameterSet(const renderer::Scene& scene,
                const std::vector<UnknownSpec>& unknowns,
                const std::vector<int>& active,
@@ -33,7 +33,7 @@ class ParameterSet {
                const ExposureModel& exposure);
 
   [[nodiscard]] const renderer::ParameterLayout& layout() const { return layout_; }
-  [[nodiscard]] std::size_t NumScalars() const { return is_log_.size(); }
+  [[nodiscard]] std::size_t NumScalars() const { return mapping_.size(); }
   [[nodiscard]] std::size_t NumBlocks() const { return block_offset_.size(); }
   [[nodiscard]] int BlockSize(std::int32_t block) const {
     return block_size_[static_cast<std::size_t>(block)];
@@ -43,7 +43,11 @@ class ParameterSet {
   }
   /// Index of the unknown that group `group` of the layout belongs to.
   [[nodiscard]] int UnknownOfGroup(std::size_t group) const { return unknown_of_group_[group]; }
-  [[nodiscard]] bool IsLog(std::size_t scalar) const { return is_log_[scalar] != 0; }
+  [[nodiscard]] bool IsLog(std::size_t scalar) const { return mapping_[scalar] == Mapping::kLog; }
+  /// Whether the block's unknowns are (x0 / x1, x1).
+  [[nodiscard]] bool IsRatio(std::int32_t block) const {
+    return mapping_[BlockOffset(block)] == Mapping::kRatio;
+  }
   /// Bounds of theta, infinite where there is none.
   [[nodiscard]] const std::vector<double>& lower() const { return lower_; }
   [[nodiscard]] const std::vector<double>& upper() const { return upper_; }
@@ -51,19 +55,25 @@ class ParameterSet {
   /// Theta of the scene's values, moved into the bounds.
   [[nodiscard]] std::vector<double> ThetaFromValues(const std::vector<double>& values) const;
   [[nodiscard]] std::vector<double> ValuesFromTheta(const std::vector<double>& theta) const;
-  /// d x / d theta of one scalar, by its value.
+  /// d x / d theta of one scalar that is no ratio, by its value.
   [[nodiscard]] double Slope(std::size_t scalar, double value) const {
     return IsLog(scalar) ? value : 1.0;
   }
 
  private:
+  enum class Mapping : char {
+    kIdentity,
+    kLog,
+    kRatio,  ///< to the next scalar
+  };
+
   void AddGroup(const UnknownSpec& unknown, int index, int object, const ExposureModel& exposure);
 
   renderer::ParameterLayout layout_;
   std::vector<int> unknown_of_group_;
   std::vector<int> block_size_;
   std::vector<std::size_t> block_offset_;
-  std::vector<char> is_log_;
+  std::vector<Mapping> mapping_;
   std::vector<double> lower_, upper_;
 };
 

@@ -10,20 +10,22 @@
 namespace pathfit::optim {
 
 /// How an unknown's scalars are mapped to what the solver moves: theta = x, or theta = log x (x >
-/// 0).
+/// 0). Gains are always logarithmic; spot angles always (inner / outer, outer), so that the inner
+/// one stays below.
 enum class Parameterization { kIdentity, kLog };
 
 struct GaussianPriorSpec {
-  std::vector<double> mean;  ///< one value for all components, or one per component
-  double sigma = 1.0;        ///< in units of the parameter
+  /// One value for all components, or one per component; empty: the values that the run began with.
+  std::vector<double> mean;
+  double sigma = 1.0;  ///< in units of the parameter
 };
 
 /// Prior beliefs and step control of one unknown; weight 0 or empty = absent. Only those that fit
 /// the kind may be set. How the weights compare with the photos: optim/prior/prior_terms.h.
 struct UnknownSpec {
-  std::string name;  ///< "axe.vertices", "sky.texels", "exposure"
+  std::string name;  ///< "axe.vertices", "sky.texels", "exposure", "camera.position"
   renderer::ParameterKind kind = renderer::ParameterKind::kVertexPositions;
-  int object = 0;  ///< -1 for exposure: all sensors
+  int object = 0;  ///< -1 for what sensors have: each of them
   Parameterization parameterization = Parameterization::kIdentity;
   double lower =
       -std::numeric_limits<double>::infinity();  ///< per scalar, in units of the parameter
@@ -32,7 +34,7 @@ struct UnknownSpec {
 
   double laplacian_weight = 0.0;    ///< vertices: weight of |x - mean of neighbours|^2 / edge^2
   double large_steps_lambda = 0.0;  ///< vertices: metric I + lambda L of the proximal damping
-  double smooth_weight = 0.0;   ///< environment texels, vertex colours: differences of neighbours
+  double smooth_weight = 0.0;       ///< texels, vertex colours: differences of neighbours
   double neutral_weight = 0.0;  ///< environment texels: distance of each texel from its own grey
   std::optional<GaussianPriorSpec> gaussian;
 };

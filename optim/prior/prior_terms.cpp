@@ -17,6 +17,7 @@ using renderer::ParameterGroup;
 using renderer::ParameterKind;
 
 struct Context {
+  const renderer::Scene& run_start;
   const renderer::Scene& scene;
   const ParameterSet& set;
   double num_channels;
@@ -74,7 +75,7 @@ void AddDifferences(const Context& context, const std::vector<BlockPair>& pairs,
   }
 }
 
-void AddTexelSmoothness(const Context& context, const ParameterGroup& group, double weight) {
+void AddEnvironmentSmoothness(const Context& context, const ParameterGroup& group, double weight) {
   const auto& light = context.scene.emitters[static_cast<std::size_t>(group.object)].light;
   const auto& environment = std::get<renderer::EnvironmentEmitter>(light);
   const int width = environment.width;
@@ -91,6 +92,29 @@ void AddTexelSmoothness(const Context& context, const ParameterGroup& group, dou
     }
     for (int x = 0; x < width && y + 1 < height; ++x) {
       pairs.push_back({block(x, y), block(x, y + 1), cosine(y + 1.0)});
+    }
+  }
+  AddDifferences(context, pairs, weight);
+}
+
+// The last of two or more is next to the first where the texture repeats; two are one pair.
+int NumPairs(int count, bool repeats) { return repeats && count > 2 ? count : count - 1; }
+
+void AddTextureSmoothness(const Context& context, const ParameterGroup& group, double weight) {
+  const renderer::Texture& texture = context.scene.textures[static_cast<std::size_t>(group.object)];
+  const bool repeats = texture.wrap == renderer::TextureWrap::kRepeat;
+  const auto block = [&](int x, int y) {
+    return group.first_block + y % texture.height * texture.width + x % texture.width;
+  };
+  std::vector<BlockPair> pairs;
+  for (int y = 0; y < texture.height; ++y) {
+    for (int x = 0; x < NumPairs(texture.width, repeats); ++x) {
+      pairs.push_back({block(x, y), block(x + 1, y), 1.0});
+    }
+  }
+  for (int y = 0; y < NumPairs(texture.height, repeats); ++y) {
+    for (int x = 0; x < texture.width; ++x) {
+      pairs.push_back({block(x, y), block(x, y + 1), 1.0});
     }
   }
   AddDifferences(context, pairs, weight);
@@ -126,17 +150,26 @@ void AddNeutral(const Context& context, const ParameterGroup& group, double weig
 void AddGaussian(const Context& context,
                  const ParameterGroup& group,
                  const GaussianPriorSpec& gaussian) {
-  if (gaussian.mean.size() != 1 &&
+  if (gaussian.mean.size() > 1 &&
       gaussian.mean.size() != static_cast<std::size_t>(group.block_size)) {
     throw renderer::SceneError(group.name + ": the prior's mean has " +
                                std::to_string(gaussian.mean.size()) + " values; allowed: 1 or " +
                                std::to_string(group.block_size));
   }
+  const auto size = static_cast<std::size_t>(group.block_size);
+  std::vector<double> start;
+  if (gaussian.mean.empty()) {
+    renderer::ParameterLayout layout(context.run_start);
+    layout.Add(group.kind, group.object);
+    start = layout.Gather(context.run_start);
+  }
   const double scale = kGaussianResidual / gaussian.sigma;
   for (std::int32_t i = 0; i < group.num_blocks; ++i) {
     PriorTerm term{{group.first_block + i}, {scale}, {}, false, false};
-    for (std::size_t c = 0; c < static_cast<std::size_t>(group.block_size); ++c) {
-      term.offset[c] = scale * gaussian.mean[gaussian.mean.size() == 1 ? 0 : c];
+    for (std::size_t c = 0; c < size; ++c) {
+      const double mean = start.empty() ? gaussian.mean[gaussian.mean.size() == 1 ? 0 : c]
+                                        : start[static_cast<std::size_t>(i) * size + c];
+      term.offset[c] = scale * mean;
     }
     context.terms.push_back(std::move(term));
   }
@@ -153,13 +186,14 @@ void AddExposure(const Context& context,
 
 }  // namespace
 
-std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& scene,
+std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
+                                       const renderer::Scene& scene,
                                        const std::vector<UnknownSpec>& unknowns,
                                        const ParameterSet& set,
                                        const ExposureModel& exposure,
                                        double num_channels) {
   std::vector<PriorTerm> terms;
-  const Context context{scene, set, num_channels, terms};
+  const Context context{run_start, scene, set, num_channels, terms};
   const auto& groups = set.layout().groups();
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const ParameterGroup& group = groups[g];
@@ -168,7 +202,10 @@ std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& scene,
       AddLaplacian(context, group, unknown.laplacian_weight);
     }
     if (group.kind == ParameterKind::kEnvironmentTexels && unknown.smooth_weight > 0.0) {
-      AddTexelSmoothness(context, group, unknown.smooth_weight);
+      AddEnvironmentSmoothness(context, group, unknown.smooth_weight);
+    }
+    if (group.kind == ParameterKind::kTextureTexels && unknown.smooth_weight > 0.0) {
+      AddTextureSmoothness(context, group, unknown.smooth_weight);
     }
     if (group.kind == ParameterKind::kVertexColors && unknown.smooth_weight > 0.0) {
       AddColorSmoothness(context, group, unknown.smooth_weight);

@@ -20,19 +20,21 @@ struct PriorTerm {
   bool neutral = false;
 };
 
-/// Prior terms of the active unknowns. `num_channels` is the solver's unit of cost
+/// Prior terms of the active unknowns. `run_start` has the values of Gaussian priors around the
+/// start, `scene` everything else. `num_channels` is the solver's unit of cost
 /// (problem/fit_views.h): the photos cost the sum over valid pixel-channels of half the squared
 /// residual there, and reports divide by num_channels. In reported units the weights w mean
 ///   Laplacian:  w/2 * mean over vertices of |x - mean of neighbours|^2 / edge^2, edge = the mesh's
-///   mean edge length in `scene`; smooth:     w/2 * mean over neighbouring texels (or mesh edges)
-///   of |difference|^2, channels summed; texel pairs
-///               count by the cosine of their latitude, rows wrap around;
+///               mean edge length in `scene`;
+///   smooth:     w/2 * mean over neighbouring texels (or mesh edges) of |difference|^2, channels
+///               summed; an environment's pairs count by the cosine of their latitude, its rows
+///               wrap around; those of a texture wrap around in both directions if it repeats;
 ///   neutral:    w/2 * mean over texels of |texel - its grey|^2;
 ///   Gaussian:   (x - mean)/sigma = 1 costs as much as one pixel-channel with residual
-///   kGaussianResidual, so that it
-///               decides only what the photos leave open. The gains' prior is of this kind, on log2
-///               gain.
-std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& scene,
+///               kGaussianResidual, so that it decides only what the photos leave open. The gains'
+///               prior is of this kind, on log2 gain.
+std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
+                                       const renderer::Scene& scene,
                                        const std::vector<UnknownSpec>& unknowns,
                                        const ParameterSet& set,
                                        const ExposureModel& exposure,

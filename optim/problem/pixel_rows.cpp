@@ -16,6 +16,18 @@ std::string Place(const std::string& view_name, std::size_t pixel, int width) {
          std::to_string(pixel / w) + ")";
 }
 
+// Derivatives by (inner / outer, outer) from those by inner and outer.
+PixelDerivative ByRatio(const PixelDerivative& by_angles, double inner, double outer) {
+  PixelDerivative by_ratio = by_angles;
+  for (std::size_t channel = 0; channel < 4; ++channel) {
+    const auto d_inner = static_cast<double>(by_angles.d[channel]);
+    const auto d_outer = static_cast<double>(by_angles.d[4 + channel]);
+    by_ratio.d[channel] = static_cast<float>(outer * d_inner);
+    by_ratio.d[4 + channel] = static_cast<float>(inner / outer * d_inner + d_outer);
+  }
+  return by_ratio;
+}
+
 class RowMerger {
  public:
   RowMerger(const ViewHalves& halves,
@@ -58,7 +70,14 @@ class RowMerger {
       const bool take_b = i == a.size() || (k < b.size() && b[k].block <= a[i].block);
       const PixelDerivative& da = take_a ? a[i++] : none;
       const PixelDerivative& db = take_b ? b[k++] : none;
-      AddEntry(unit, v, take_a ? da.block : db.block, da, db, rows);
+      const std::int32_t block = take_a ? da.block : db.block;
+      if (set_.IsRatio(block)) {
+        const double inner = values_[set_.BlockOffset(block)];
+        const double outer = values_[set_.BlockOffset(block) + 1];
+        AddEntry(unit, v, block, ByRatio(da, inner, outer), ByRatio(db, inner, outer), rows);
+      } else {
+        AddEntry(unit, v, block, da, db, rows);
+      }
     }
     unit.num_entries = static_cast<std::int32_t>(rows.entries.size() - unit.first_entry);
     if (unit.num_entries == 0) {

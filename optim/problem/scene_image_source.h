@@ -7,8 +7,8 @@
 
 namespace pathfit::optim {
 
-/// The renderer as an ImageSource: view i is seen by the scene's sensor i, whose pose, lens and gain
-/// may be parameters, at the size of cameras[i].
+/// The renderer as an ImageSource: view i is seen by the scene's sensor i, whose pose, lens and
+/// gain may be parameters, at the size of cameras[i].
 class SceneImageSource : public ImageSource {
  public:
   /// `options`: bounces and cancel flag; samples and seeds come with each call.

@@ -108,6 +108,15 @@ void FitDriver::Validate() const {
   if (spec_.stages.empty()) {
     throw renderer::SceneError("the fit has no stages");
   }
+  for (const UnknownSpec& unknown : spec_.unknowns) {
+    const bool of_one_view =
+        renderer::ObjectListOf(unknown.kind) == renderer::ObjectList::kSensors &&
+        unknown.object >= 0 && !unknown.hold;
+    if (of_one_view && observations_.views[static_cast<std::size_t>(unknown.object)].validation) {
+      throw renderer::SceneError("'" + unknown.name +
+                                 "' cannot be fitted: its view is held out for validation");
+    }
+  }
 }
 
 const FitViews& FitDriver::ViewsAt(double scale) {
@@ -128,6 +137,9 @@ std::unique_ptr<SceneImageSource> FitDriver::MakeSource(const renderer::Scene& s
   renderer::RenderOptions options;
   options.max_bounces = spec_.max_bounces;
   options.rr_depth = spec_.rr_depth;
+  options.terms = spec_.terms;
+  options.guide = spec_.guide;
+  options.guide_share = spec_.guide_share;
   options.cancel = controls_.cancel;
   return std::make_unique<SceneImageSource>(scene, layout, std::move(cameras), options);
 }
@@ -225,7 +237,7 @@ void FitDriver::StartStage() {
   all_.layout().Scatter(state_.stage_start, start);
   ParameterSet set(start, spec_.unknowns, spec.free, views.fitted, exposure_);
   std::vector<PriorTerm> priors =
-      BuildPriorTerms(start, spec_.unknowns, set, exposure_, views.num_channels);
+      BuildPriorTerms(start_, start, spec_.unknowns, set, exposure_, views.num_channels);
   auto source = MakeSource(scene_, set.layout(), views);
   stage_ = std::make_unique<Stage>(
       Stage{spec, views, std::move(start), std::move(set), std::move(priors), std::move(source)});

@@ -6,6 +6,7 @@
 
 #include "optim/parameter/unknown_spec.h"
 #include "optim/problem/loss_spec.h"
+#include "renderer/render_options.h"
 
 namespace pathfit::optim {
 
@@ -31,6 +32,9 @@ struct FitSpec {
   std::uint64_t seed = 0;
   int max_bounces = 1;
   int rr_depth = 5;
+  renderer::DerivativeTerms terms;  ///< in the image form
+  renderer::GuideKind guide = renderer::GuideKind::kAdaptive;
+  double guide_share = 0.25;
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;   ///< 0 = no limit
   double exposure_sigma_ev = 0.3;  ///< prior of each photo's log2 gain

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "optim/problem/camera_guard.h"
 #include "optim/problem/image_problem.h"
 #include "optim/problem/vertex_guard.h"
 #include "optim/round/evaluation.h"
@@ -99,6 +100,7 @@ SolveOutcome Solve(const StageContext& context,
                    RoundReport& report) {
   const std::vector<double> values = context.set.ValuesFromTheta(theta);
   const VertexGuard guard(scene, context.set, values);
+  const CameraGuard cameras(scene, context.set);
   const double mu = ProximalWeight(state.damping,
                                    MeanVertexDiagonal(context.set, problem.sums().diagonal),
                                    report.noise_relative);
@@ -111,7 +113,9 @@ SolveOutcome Solve(const StageContext& context,
                                                                   context.spec.max_memory_bytes);
   options.radius = TrustRadius(report.noise_relative, state.radius_factor);
   options.eta = report.noise_relative > kNoisyRound ? 0.1 : 0.01;
-  options.admits = [&](const std::vector<double>& trial) { return guard.Admits(trial); };
+  options.admits = [&](const std::vector<double>& trial) {
+    return guard.Admits(trial) && cameras.Admits(trial);
+  };
   report.linear_solver = LinearSolverName(options.linear_solver);
   report.trust_radius = options.radius;
   return SolveRound(problem, context.priors, proximal, theta, options);

@@ -198,7 +198,7 @@ void EmitSecondary(const BoundaryContext& context, DerivativeSink& sink, RenderS
 
 }  // namespace
 
-void EmitBoundaries(const PathContext& path,
+void EmitBoundaries(const PathContext& interior,
                     const CameraModel& camera,
                     const ActiveParameters& active,
                     const RenderOptions& options,
@@ -208,6 +208,8 @@ void EmitBoundaries(const PathContext& path,
   if (!active.any_geometry) {
     return;
   }
+  PathContext path = interior;
+  path.antithetic = false;  // boundary samples trace single paths
   const bool secondary = (options.terms.direct && path.max_bounces > 0) ||
                          (options.terms.indirect && path.max_bounces > 1);
   const EdgeTree edges(secondary ? SceneEdges(*path.scene, topologies, active, camera.Origin())

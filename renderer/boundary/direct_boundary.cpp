@@ -13,6 +13,9 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A ray that should reach a light may fall short of it by this share.
 constexpr double kReachTolerance = 1e-4;
+// The wedge way takes over where drawing by the light is this much rarer: close to the light. It
+// gets few samples, so a larger share would make each of them heavy.
+constexpr double kWedgeShare = 0.2;
 
 }  // namespace
 
@@ -71,7 +74,8 @@ void DirectBoundary::Sample(int way,
 
 double DirectBoundary::LightShare(double pdf) const {
   const double by_light = pdf / silhouette_length_;
-  return by_light / (by_light + wedge_density_);
+  const double by_wedge = kWedgeShare * wedge_density_;
+  return by_light * by_light / (by_light * by_light + by_wedge * by_wedge);
 }
 
 void DirectBoundary::Connect(const BoundarySegment& segment,

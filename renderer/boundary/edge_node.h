@@ -23,8 +23,9 @@ struct EdgeNode {
   Lanes<double> x{}, y{}, z{};  ///< center of the bounding sphere
   std::array<Lanes<float>, 3> normal{};
   std::array<Lanes<float>, 3> axis1{}, axis2{};
-  Lanes<float> squared_round{}, depth{}, thickness{};
-  Lanes<float> squared_radius{};
+  // Where there is no subtree: values that keep its importance a number, zero.
+  Lanes<float> squared_round{}, depth{1, 1, 1, 1}, thickness{1, 1, 1, 1};
+  Lanes<float> squared_radius{1, 1, 1, 1};
   Lanes<float> weight{};        ///< sum of weight * length, in units of the tree's; 0: no subtree
   Lanes<float> arcs{};          ///< the same times the angle between the normals
   Lanes<std::int32_t> child{};  ///< into the nodes, or ~index into the leaves

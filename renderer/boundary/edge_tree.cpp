@@ -63,7 +63,7 @@ void WeighChildren(const View& view, const EdgeNode& n, Children& out) {
     const float chord = std::sqrt(Greater(kLeastSquaredChord, 1.0F - beyond * beyond));
     const float squared = Greater(x * x + y * y + z * z, n.squared_radius[k] * view.place);
     const float crossing = kCrossing * n.arcs[k] * chord * std::sqrt(squared) / reach;
-    const float expected = Lesser(n.weight[k], crossing);
+    const float expected = Lesser(crossing, n.weight[k]);
     out.importance[k] = facing > reach ? 0.0F : (by_distance ? expected / squared : expected);
   }
 }

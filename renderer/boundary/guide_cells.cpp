@@ -22,13 +22,13 @@ constexpr double kSlabPilots = 2.0;       // what the mean of a slab counts in e
 
 // Adaptive.
 constexpr int kNumRounds = 6;
-constexpr double kFirstRound = 0.25;     // share of the pilots that is spread evenly
-constexpr double kEvenShare = 0.2;       // of later rounds, over the cells
-constexpr std::size_t kLeastPilots = 8;  // of a cell, on average over the halves of a split
-constexpr double kParentPilots = 4.0;    // what the parent's mean square counts in a cell
-constexpr std::size_t kMaxSlabs = 64;    // looked at to choose an axis
-constexpr double kLeastGain = 0.01;      // of a cell's root mean square by splitting it
-constexpr double kNoiseFactor = 2.0;     // times the gain that noise alone is expected to feign
+constexpr double kFirstRound = 0.25;      // share of the pilots that is spread evenly
+constexpr double kEvenShare = 0.4;        // of later rounds, over the cells
+constexpr std::size_t kLeastPilots = 16;  // of a cell, on average over the halves of a split
+constexpr double kParentPilots = 8.0;     // what the parent's mean square counts in a cell
+constexpr std::size_t kMaxSlabs = 1024;   // looked at to choose an axis
+constexpr double kLeastGain = 0.01;       // of a cell's root mean square by splitting it
+constexpr double kNoiseFactor = 2.0;      // times the gain that noise alone is expected to feign
 
 // Multiples of these fill the cube evenly: powers of the inverse of the root of x^4 = x + 1.
 constexpr std::array<double, 3> kSteps = {
@@ -96,8 +96,8 @@ double SplitGain(const Leaf& leaf, std::size_t axis) {
   while (2 * slabs <= kMaxSlabs && 2 * slabs * kLeastPilots <= leaf.pilots.size()) {
     slabs *= 2;
   }
-  std::array<double, kMaxSlabs> sums{};
-  std::array<double, kMaxSlabs> counts{};
+  std::vector<double> sums(slabs);
+  std::vector<double> counts(slabs);
   const double scale = static_cast<double>(slabs) / leaf.cell.size[axis];
   for (const PilotSample& p : leaf.pilots) {
     const auto at = static_cast<std::size_t>((p.u[axis] - leaf.cell.low[axis]) * scale);

@@ -26,6 +26,7 @@ std::vector<PixelBoundary::Line> PixelBoundary::LinesOf(int size, double radius)
   const bool shared = width == std::floor(width);
   const int step = shared ? static_cast<int>(width) : 0;
   std::vector<Line> lines;
+  lines.reserve(2 * static_cast<std::size_t>(size));
   for (int i = 0; i < size; ++i) {
     lines.push_back({i + 0.5 - radius, i, shared && i >= step ? i - step : -1});
   }

@@ -200,7 +200,7 @@ void PrimaryBoundary::Sample(std::int64_t index,
   Rgb in_material;
   const auto add = [&](TriangleId face, double side) {
     if (face.IsValid()) {
-      const bool counts = !of_edge.Empty() && IsInImageForm(context_, Hit{face, 0.0, 0.0, 0.0});
+      const bool counts = context_.options.form == DerivativeForm::kImage && !of_edge.Empty();
       in_image += Rgba(counts ? ShadeFace(*point, face) : Rgb{}, 1.0) * -side;
       return;
     }

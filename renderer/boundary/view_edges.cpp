@@ -23,9 +23,7 @@ struct Candidates {
   bool resting = false;
 };
 
-Candidates CandidatesOf(const BoundaryContext& context,
-                        std::size_t mesh,
-                        const Material& material) {
+Candidates CandidatesOf(const BoundaryContext& context, std::size_t mesh) {
   const ActiveParameters& active = context.active;
   const bool sweeps = active.meshes[mesh].moves || active.camera.Any();
   if (context.options.form == DerivativeForm::kImage) {
@@ -34,7 +32,7 @@ Candidates CandidatesOf(const BoundaryContext& context,
   const auto& environment = context.path.lights.environment;
   const bool sky_moves =
       environment && active.lights[static_cast<std::size_t>(environment->emitter)].moves;
-  return {sweeps || active.any_mesh_moves || sky_moves, sweeps && IsDelta(material.bsdf), !sweeps};
+  return {sweeps || active.any_mesh_moves || sky_moves, false, !sweeps};
 }
 
 struct FaceNormal {
@@ -235,7 +233,7 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     const Mesh& mesh = scene.meshes[m].mesh;
     const Material& material = scene.materials[static_cast<std::size_t>(scene.meshes[m].material)];
-    const Candidates candidates = CandidatesOf(context, m, material);
+    const Candidates candidates = CandidatesOf(context, m);
     if (!candidates.outlines) {
       continue;
     }

@@ -26,10 +26,10 @@ struct ViewEdge {
 };
 
 /// Distribution over the edges whose motion changes a sensor's image: outlines (silhouettes and
-/// borders) and, of surfaces that are in image form, all edges at which the radiance jumps (creases
-/// of flat shading, seams of vertex colours, normals and texture coordinates). Edges are weighted
-/// by projected length in pixels times an estimate of how much the radiance can jump (kMinJump for
-/// a nearly flat crease, 1 for an outline).
+/// borders) and in image form all edges at which the radiance jumps (creases of flat shading, seams
+/// of vertex colours, normals and texture coordinates). Edges are weighted by projected length in
+/// pixels times an estimate of how much the radiance can jump (kMinJump for a nearly flat crease, 1
+/// for an outline).
 ///
 /// Image form: edges of what moves in the image, all if the camera does. Material form: outlines of
 /// all meshes, since a resting edge bounds a background that moves. Edges that only the inside of a

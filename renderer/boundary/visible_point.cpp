@@ -3,15 +3,8 @@
 namespace pathfit::renderer {
 
 bool IsInImageForm(const BoundaryContext& context, const std::optional<Hit>& hit) {
-  if (context.options.form == DerivativeForm::kImage) {
-    return true;
-  }
-  if (!hit) {
-    return context.camera.IsOrthographic();
-  }
-  const Scene& scene = *context.path.scene;
-  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(hit->id.mesh)];
-  return IsDelta(scene.materials[static_cast<std::size_t>(mesh.material)].bsdf);
+  return context.options.form == DerivativeForm::kImage ||
+         (!hit && context.camera.IsOrthographic());
 }
 
 void AddMotionOfVisiblePoint(const BoundaryContext& context,

@@ -7,8 +7,8 @@
 namespace pathfit::renderer {
 
 /// Whether the interior estimator keeps what a sensor ray meets at its place in the image: always
-/// in image form; in material form mirrors and glass (their reflection does not stick to them) and
-/// the environment of an orthographic camera (one direction fills its image). No hit: environment.
+/// in image form; in material form the environment of an orthographic camera, one direction of
+/// which fills the image. No hit: environment.
 bool IsInImageForm(const BoundaryContext& context, const std::optional<Hit>& hit);
 
 /// Adds the gradient of m . u', u' the image velocity of the material point that sensor ray `ray`

@@ -29,7 +29,7 @@ void AccumulateMissAdjoint(const AdjointContext& context,
   if (!light_moves && !context.active.camera.Any()) {
     return;
   }
-  if (context.form == DerivativeForm::kImage) {
+  if (context.form == DerivativeForm::kImage || context.camera.IsOrthographic()) {
     const ColorGradient d_w = SkyGradient(environment, w, Rgb::Constant(pixel.weight));
     motion.LightSpin(environment.emitter, -Cross(w, d_w));
     motion.CameraRay(pixel.ray, pixel.u, pixel.v, ColorGradient{}, d_w);

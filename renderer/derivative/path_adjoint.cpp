@@ -58,7 +58,7 @@ class Sweep {
     }
     if (moving_) {
       GeometryScatter(
-          {{context_, camera_, active_, form_}, pixel_, vertices_, motion_, appearance_})
+          {{context_, camera_, active_, form_, nullptr}, pixel_, vertices_, motion_, appearance_})
           .Run(beyond, first_rough_, std::min(count, frozen_));
     }
     if (active_.any_material) {

@@ -2,6 +2,7 @@
 
 #include "renderer/derivative/derivative_accumulator.h"
 #include "renderer/derivative/motion_adjoint.h"
+#include "renderer/derivative/near_motion.h"
 #include "renderer/derivative/path_recorder.h"
 #include "renderer/render_options.h"
 
@@ -42,6 +43,7 @@ struct AdjointContext {
   const CameraModel& camera;
   const ActiveParameters& active;
   DerivativeForm form = DerivativeForm::kImage;
+  const NearMotion* near_motion = nullptr;  ///< pixel estimates only
 };
 
 /// Adds the derivative of pixel.weight times the path's radiance by every active parameter to

@@ -1,5 +1,7 @@
 #include "renderer/derivative/pixel_estimator.h"
 
+#include <utility>
+
 #include "renderer/sensor/pixel_filter.h"
 
 namespace pathfit::renderer {
@@ -8,6 +10,8 @@ namespace {
 constexpr std::uint64_t kShiftDomain = 1;
 constexpr std::uint64_t kInteriorDomain = 2;
 constexpr int kMirrorGroup = 4;
+// Shifts by multiples of (1 / n, 1 / golden ratio) fill the unit square evenly.
+constexpr double kGoldenStep = 0.6180339887498949;
 
 /// One camera path. `on_miss(pixel)` and `on_path(pixel)` are called after the path, if its
 /// radiance is finite.
@@ -67,6 +71,13 @@ PixelSample CoverSupport(
   pixel.weight = h_u * h_v * inverse_pdf;
   pixel.slope_u = FilterSlope(filter, du) * h_v * inverse_pdf;
   pixel.slope_v = h_u * FilterSlope(filter, dv) * inverse_pdf;
+  return pixel;
+}
+
+PixelSample Scaled(PixelSample pixel, double share) {
+  pixel.weight *= share;
+  pixel.slope_u *= share;
+  pixel.slope_v *= share;
   return pixel;
 }
 
@@ -143,20 +154,42 @@ Rgba EstimatePixelWithDerivative(const AdjointContext& context,
                        y,
                        pair * points,
                        stats,
-                       [&](LatticeSampler& sampler, int s) {
-                         const PixelSample pixel =
-                             spread ? CoverSupport(camera, x, y, s / pair % points, sampler)
-                                    : FollowFilter(camera, x, y, sampler);
-                         recorder.Clear();
-                         const Rgba value = SamplePixel(
-                             context.path,
-                             pixel,
-                             s % pair == 1,
-                             sampler,
-                             recorder,
-                             [&] { AccumulateMissAdjoint(context, pixel, sum); },
-                             [&] { AccumulatePathAdjoint(context, pixel, recorder, sum); });
-                         return value * pixel.weight;
+                       [&](const LatticeSampler& start, int s) {
+                         bool on_surface = false;
+                         // Records the path of these numbers.
+                         const auto trace = [&](LatticeSampler numbers) {
+                           const PixelSample pixel =
+                               spread ? CoverSupport(camera, x, y, s / pair % points, numbers)
+                                      : FollowFilter(camera, x, y, numbers);
+                           recorder.Clear();
+                           on_surface = false;
+                           const Rgba value = SamplePixel(
+                               context.path,
+                               pixel,
+                               s % pair == 1,
+                               numbers,
+                               recorder,
+                               [&] { AccumulateMissAdjoint(context, pixel, sum); },
+                               [&] { on_surface = true; });
+                           return std::pair{value * pixel.weight, pixel};
+                         };
+                         const auto [value, pixel] = trace(start);
+                         if (!on_surface) {
+                           return value;
+                         }
+                         const NearMotion::Split split = context.near_motion->FirstSplit(recorder);
+                         const double share = 1.0 / split.count;
+                         const PixelSample part = Scaled(pixel, share);
+                         AccumulatePathAdjoint(context, part, recorder, sum);
+                         for (int i = 1; i < split.count; ++i) {
+                           LatticeSampler numbers = start;
+                           numbers.ShiftDirection(split.vertex + 1, i * share, i * kGoldenStep);
+                           trace(numbers);
+                           if (on_surface) {
+                             AccumulatePathAdjoint(context, part, recorder, sum);
+                           }
+                         }
+                         return value;
                        });
 }
 

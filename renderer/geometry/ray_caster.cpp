@@ -1,10 +1,12 @@
 #include "renderer/geometry/ray_caster.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/embree_compat.h"
 
 namespace pathfit::renderer {
@@ -154,6 +156,49 @@ bool RayCaster::Occluded(const Ray& ray, double max_distance) const {
   FillRay(ray, center_, 0.0, max_distance, query);
   EmbreeOccluded(handles_->scene, query);
   return query.tfar < 0.0F;
+}
+
+namespace {
+
+struct NearestQuery {
+  const RayCaster* caster;
+  const std::vector<bool>* wanted;
+  Vec3 x;
+  double squared_distance;
+};
+
+bool VisitTriangle(RTCPointQueryFunctionArguments* arguments) {
+  auto& nearest = *static_cast<NearestQuery*>(arguments->userPtr);
+  const TriangleId id{static_cast<std::int32_t>(arguments->geomID),
+                      static_cast<std::int32_t>(arguments->primID)};
+  if (!(*nearest.wanted)[static_cast<std::size_t>(id.mesh)]) {
+    return false;
+  }
+  const double squared = SquaredDistanceToTriangle(nearest.x, nearest.caster->Geometry(id));
+  if (squared >= nearest.squared_distance) {
+    return false;
+  }
+  nearest.squared_distance = squared;
+  arguments->query->radius = static_cast<float>(std::sqrt(squared));
+  return true;
+}
+
+}  // namespace
+
+double RayCaster::DistanceTo(const Vec3& x,
+                             const std::vector<bool>& wanted,
+                             double max_distance) const {
+  NearestQuery nearest{this, &wanted, x, max_distance * max_distance};
+  RTCPointQuery query;
+  query.x = static_cast<float>(x.x - center_.x);
+  query.y = static_cast<float>(x.y - center_.y);
+  query.z = static_cast<float>(x.z - center_.z);
+  query.time = 0.0F;
+  query.radius = static_cast<float>(max_distance);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(handles_->scene, &query, &context, VisitTriangle, &nearest);
+  return std::sqrt(nearest.squared_distance);
 }
 
 }  // namespace pathfit::renderer

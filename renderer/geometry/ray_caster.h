@@ -34,6 +34,12 @@ class RayCaster {
   /// Whether anything lies within `max_distance` (infinity allowed).
   [[nodiscard]] bool Occluded(const Ray& ray, double max_distance) const;
 
+  /// Distance from x to the nearest triangle of the meshes with `wanted[mesh]`, at most
+  /// `max_distance`.
+  [[nodiscard]] double DistanceTo(const Vec3& x,
+                                  const std::vector<bool>& wanted,
+                                  double max_distance) const;
+
   [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
     return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] +
                                                id.triangle)];

@@ -66,6 +66,7 @@ class IndependentSampler {
  public:
   explicit IndependentSampler(CounterRng rng) : rng_(rng) {}
   double Next() { return rng_.Next(); }
+  double NextDirection(int /*bounce*/, int /*component*/) { return Next(); }
 
  private:
   CounterRng rng_;
@@ -85,6 +86,22 @@ inline double SurvivalProbability(const Rgb& throughput) {
 /// A shadow ray's length to a point: short of it by the offset at both ends.
 inline double ShadowDistance(const RayCaster& caster, double distance) {
   return distance * (1.0 - kShadowShortening) - 2.0 * kRayOffset * caster.Extent();
+}
+
+/// Whether nothing lies between a vertex and a light in unit direction wi; `distance` 0 means at
+/// infinity. The ray starts off the surface and must end at the light's own point all the same:
+/// beside it, a light seen edge-on would hide itself.
+inline bool LightVisible(const RayCaster& caster,
+                         const SurfacePoint& p,
+                         const Vec3& wi,
+                         double distance) {
+  const Vec3 origin = caster.OffsetPoint(p.x, Dot(p.ng, wi) > 0.0 ? p.ng : -p.ng);
+  if (!(distance > 0.0)) {
+    return !caster.Occluded({origin, wi}, std::numeric_limits<double>::infinity());
+  }
+  const Vec3 to_light = p.x + wi * distance - origin;
+  const double length = Norm(to_light);
+  return !caster.Occluded({origin, to_light * (1.0 / length)}, ShadowDistance(caster, length));
 }
 
 /// Density of BSDF sampling as MIS sees it.
@@ -112,12 +129,11 @@ Rgb SampleLights(const PathContext& context,
   const RayCaster& caster = *context.caster;
   const LightSet& lights = context.lights;
   Rgb sum;
-  const auto add = [&](const DirectContribution& direct, const Rgb& bsdf, double max_distance) {
+  const auto add = [&](const DirectContribution& direct, const Rgb& bsdf) {
     if (!Recorder::kDifferentiates && IsBlack(bsdf * direct.radiance)) {
       return;
     }
-    const Vec3 origin = caster.OffsetPoint(p.x, Dot(p.ng, direct.wi) > 0.0 ? p.ng : -p.ng);
-    if (!caster.Occluded({origin, direct.wi}, max_distance)) {
+    if (LightVisible(caster, p, direct.wi, direct.distance)) {
       recorder.OnDirect(direct);
       sum += bsdf * direct.radiance * direct.factor;
     }
@@ -138,8 +154,7 @@ Rgb SampleLights(const PathContext& context,
            std::abs(cosines.cos_i) / (sample.pdf + other),
            EnvironmentRadianceAt(*environment.light, sample.uv),
            {}},
-          EvalBsdf(p.material->bsdf, p.inputs, cosines),
-          std::numeric_limits<double>::infinity());
+          EvalBsdf(p.material->bsdf, p.inputs, cosines));
     }
   }
   if (!lights.areas.empty()) {
@@ -168,8 +183,7 @@ Rgb SampleLights(const PathContext& context,
              sample.id,
              sample.b1,
              sample.b2},
-            EvalBsdf(p.material->bsdf, p.inputs, cosines),
-            ShadowDistance(caster, distance));
+            EvalBsdf(p.material->bsdf, p.inputs, cosines));
       }
     }
   }
@@ -186,16 +200,14 @@ Rgb SampleLights(const PathContext& context,
            std::abs(cosines.cos_i) / distance2,
            IntensityTowards(light, -wi),
            {}},
-          EvalBsdf(p.material->bsdf, p.inputs, cosines),
-          ShadowDistance(caster, distance));
+          EvalBsdf(p.material->bsdf, p.inputs, cosines));
     }
   }
   for (const auto& light : lights.directionals) {
     if (p.Accepts(light.to_light)) {
       const BsdfCosines cosines = p.Cosines(light.to_light);
       add({light.emitter, light.to_light, 0.0, std::abs(cosines.cos_i), light.irradiance, {}},
-          EvalBsdf(p.material->bsdf, p.inputs, cosines),
-          std::numeric_limits<double>::infinity());
+          EvalBsdf(p.material->bsdf, p.inputs, cosines));
     }
   }
   return sum;
@@ -234,8 +246,8 @@ Rgb TraceRadiance(const PathContext& context,
         break;
       }
     }
-    const double u0 = sampler.Next();
-    const double u1 = sampler.Next();
+    const double u0 = sampler.NextDirection(bounce, 0);
+    const double u1 = sampler.NextDirection(bounce, 1);
     const double u2 = sampler.Next();
     const auto sample =
         SampleBsdf(p.material->bsdf, p.inputs, p.n, p.wo, u0, u1, u2, range.mirrored);

@@ -19,6 +19,22 @@ class LatticeSampler {
   LatticeSampler(CounterRng shift, CounterRng independent, std::uint64_t sample)
       : shift_(shift), independent_(independent), sample_(static_cast<double>(sample)) {}
 
+  /// Moves the two numbers that choose the direction at the vertex of this bounce (from 1) around
+  /// the unit square.
+  void ShiftDirection(int bounce, double shift0, double shift1) {
+    shifted_bounce_ = bounce;
+    direction_shift_ = {shift0, shift1};
+  }
+  /// The next number, as component 0 or 1 of the direction choice at a bounce.
+  double NextDirection(int bounce, int component) {
+    const double x = Next();
+    if (bounce != shifted_bounce_) {
+      return x;
+    }
+    const double moved = x + direction_shift_[static_cast<std::size_t>(component)];
+    return moved - std::floor(moved);
+  }
+
   double Next() {
     if (dimension_ >= kDimensions) {
       return independent_.Next();
@@ -42,6 +58,8 @@ class LatticeSampler {
   CounterRng shift_, independent_;
   double sample_;
   int dimension_ = 0;
+  int shifted_bounce_ = 0;
+  std::array<double, 2> direction_shift_{};
 };
 
 }  // namespace pathfit::renderer

@@ -328,10 +328,10 @@ inline C19Answer C19Indirect(const C19Scene& s) {
   const double lowest = s.edge_z * s.distance / s.occluder_x;
   const double border =
       Integrate([&](double y) { return kernel(y, lowest); }, -s.wall_half_y, s.wall_half_y);
-  return {Integrate2D(kernel, -s.wall_half_y, s.wall_half_y, lowest, s.wall_top),
-          -s.distance / s.occluder_x * border,
-          C3Rectangle(s.x0, s.x1, -s.half_y - s.receiver_y, s.half_y - s.receiver_y, s.height)
-              .value};
+  return {
+      Integrate2D(kernel, -s.wall_half_y, s.wall_half_y, lowest, s.wall_top),
+      -s.distance / s.occluder_x * border,
+      C3Rectangle(s.x0, s.x1, -s.half_y - s.receiver_y, s.half_y - s.receiver_y, s.height).value};
 }
 
 /// C21: sky of radiance base + gradient . w, turned by t about x, at t = 0.

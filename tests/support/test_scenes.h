@@ -10,10 +10,10 @@ renderer::Mesh Rectangle();
 renderer::Mesh Cube();
 
 renderer::Camera CameraAt(const renderer::Vec3& origin,
-                                     const renderer::Vec3& target,
-                                     double focal_px,
-                                     int width,
-                                     int height);
+                          const renderer::Vec3& target,
+                          double focal_px,
+                          int width,
+                          int height);
 
 /// Smooth colourful environment of w x h texels.
 renderer::Emitter GradientEnvironment(int width, int height);

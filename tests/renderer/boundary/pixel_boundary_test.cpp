@@ -1,7 +1,8 @@
 #include "renderer/boundary/pixel_boundary.h"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -178,84 +179,104 @@ Scene SmallView(const PixelFilter& filter, ProjectionKind projection) {
   return scene;
 }
 
-/// z-scores of the difference of two estimates, root mean square over pixels and
-/// channels; infinite where two estimates without noise differ.
-double RmsZ(const std::vector<Film>& a, const std::vector<Film>& b) {
-  double sum = 0.0;
-  int count = 0;
-  for (std::size_t pixel = 0; pixel < a[0].pixels.size(); ++pixel) {
-    for (int channel = 0; channel < 4; ++channel) {
-      const auto at = [&](const std::vector<Film>& films) {
-        std::vector<double> values;
-        for (const Film& f : films) values.push_back(f.pixels[pixel][channel]);
-        return tests::EstimateMean(values);
-      };
-      const tests::MeanAndError ma = at(a);
-      const tests::MeanAndError mb = at(b);
-      const double error = std::hypot(ma.error, mb.error);
-      if (error > 1e-9) {
-        sum += (ma.mean - mb.mean) * (ma.mean - mb.mean) / (error * error);
-        ++count;
-      } else if (std::abs(ma.mean - mb.mean) > 1e-8) {
-        return std::numeric_limits<double>::infinity();
+/// z-scores of the difference of two estimates over pixels, for one colour (all are grey) and
+/// coverage. A stratum of edge samples that crosses a pixel's border is met so rarely that the
+/// replicates may miss it: errors below a thousandth of the largest value are not told apart.
+class ZScores {
+ public:
+  void Compare(const std::vector<Film>& a, const std::vector<Film>& b, const std::string& name) {
+    for (const int channel : {0, 3}) {
+      double scale = 0.0;
+      for (const Rgba& p : b[0].pixels) scale = std::max(scale, std::abs(p[channel]));
+      for (std::size_t pixel = 0; pixel < a[0].pixels.size(); ++pixel) {
+        const tests::MeanAndError ma = At(a, pixel, channel);
+        const tests::MeanAndError mb = At(b, pixel, channel);
+        const double error =
+            std::sqrt(ma.error * ma.error + mb.error * mb.error + 1e-6 * scale * scale + 1e-24);
+        const double z = (ma.mean - mb.mean) / error;
+        EXPECT_LT(std::abs(z), 4.5) << name << ", pixel " << pixel << ", channel " << channel
+                                    << ": " << ma.mean << " and " << mb.mean << " +- " << error;
+        sum_ += z * z;
+        ++count_;
       }
     }
   }
-  return std::sqrt(sum / std::max(count, 1));
+  [[nodiscard]] double Rms() const { return std::sqrt(sum_ / count_); }
+
+ private:
+  static tests::MeanAndError At(const std::vector<Film>& films, std::size_t pixel, int channel) {
+    std::vector<double> values;
+    for (const Film& f : films) values.push_back(f.pixels[pixel][channel]);
+    return tests::EstimateMean(values);
+  }
+  double sum_ = 0.0;
+  int count_ = 0;
+};
+
+struct Case {
+  ParameterKind kind;
+  std::vector<double> direction;
+  int object;
+};
+std::vector<Case> Cases() {
+  using Kind = ParameterKind;
+  return {{Kind::kObjectTranslation, {0.3, -0.2, 0.5}, 0},
+          {Kind::kObjectRotation, {0.2, 0.3, -0.4}, 1},
+          {Kind::kObjectScale, {1.0}, 0},
+          {Kind::kCameraPosition, {0.4, 0.3, -0.2}, 0},
+          {Kind::kCameraRotation, {0.2, -0.3, 0.4}, 0},
+          {Kind::kFocal, {0.7, -0.4}, 0},
+          {Kind::kPrincipalPoint, {0.5, 0.3}, 0},
+          {Kind::kLightRotation, {0.3, 0.5, -0.2}, 2}};
 }
 
 TEST(PixelBoundary, BothFormsAgreePerPixel) {
-  using Kind = ParameterKind;
-  struct Case {
-    Kind kind;
-    std::vector<double> direction;
-    int object;
-  };
-  const std::vector<Case> cases = {{Kind::kObjectTranslation, {0.3, -0.2, 0.5}, 0},
-                                   {Kind::kObjectRotation, {0.2, 0.3, -0.4}, 1},
-                                   {Kind::kObjectScale, {1.0}, 0},
-                                   {Kind::kCameraPosition, {0.4, 0.3, -0.2}, 0},
-                                   {Kind::kCameraRotation, {0.2, -0.3, 0.4}, 0},
-                                   {Kind::kFocal, {0.7, -0.4}, 0},
-                                   {Kind::kPrincipalPoint, {0.5, 0.3}, 0},
-                                   {Kind::kLightRotation, {0.3, 0.5, -0.2}, 2}};
-  const std::vector<PixelFilter> filters = {{PixelFilter::Shape::kBox, 0.5, 0.5},
-                                            {PixelFilter::Shape::kBox, 1.0, 0.5},
-                                            {PixelFilter::Shape::kBox, 0.8, 0.5},
-                                            {PixelFilter::Shape::kTent, 1.0, 0.5}};
-  for (const ProjectionKind projection :
-       {ProjectionKind::kPerspective, ProjectionKind::kOrthographic}) {
-    for (std::size_t f = 0; f < filters.size(); ++f) {
-      const Scene scene = SmallView(filters[f], projection);
-      for (const Case& c : cases) {
-        const auto motion = tests::Change(scene, c.kind, c.direction, c.object);
-        RenderOptions options = Material(Terms(true, true, true), 256);
-        options.sppe = 40;
-        const auto material = tests::DerivativeFilms(scene, motion, options, kReplicates);
-        options.form = DerivativeForm::kImage;
-        options.spp = 64;
-        const auto image = tests::DerivativeFilms(scene, motion, options, kReplicates);
-        EXPECT_LT(RmsZ(material, image), 1.35) << PropertyName(c.kind) << ", filter " << f
-                                               << ", projection " << static_cast<int>(projection);
-      }
+  ZScores scores;
+  const auto compare = [&](const PixelFilter& filter, ProjectionKind projection) {
+    const Scene scene = SmallView(filter, projection);
+    for (const Case& c : Cases()) {
+      const auto motion = tests::Change(scene, c.kind, c.direction, c.object);
+      RenderOptions options = Material(Terms(true, true, true), 512);
+      options.sppe = 80;
+      options.spp_pixel = 128;
+      const auto material = tests::DerivativeFilms(scene, motion, options, kReplicates);
+      options.form = DerivativeForm::kImage;
+      options.spp = 128;
+      const auto image = tests::DerivativeFilms(scene, motion, options, kReplicates);
+      scores.Compare(material,
+                     image,
+                     std::string(PropertyName(c.kind)) + " of " + std::to_string(c.object) +
+                         ", radius " + std::to_string(filter.radius) +
+                         (projection == ProjectionKind::kOrthographic ? ", parallel" : ""));
     }
-  }
+  };
+  const PixelFilter box;
+  const PixelFilter tent{PixelFilter::Shape::kTent, 1.0, 0.5};
+  compare(box, ProjectionKind::kPerspective);
+  compare(tent, ProjectionKind::kPerspective);
+  compare({PixelFilter::Shape::kBox, 1.0, 0.5}, ProjectionKind::kPerspective);
+  compare({PixelFilter::Shape::kBox, 0.8, 0.5}, ProjectionKind::kPerspective);
+  compare(box, ProjectionKind::kOrthographic);
+  compare(tent, ProjectionKind::kOrthographic);
+  EXPECT_LT(scores.Rms(), 1.1);
 }
 
-// Mirrors keep their place in the image in both forms.
-TEST(PixelBoundary, MirrorsAreInImageForm) {
-  Scene scene = Shining(HalfPlane(), 0.0, kF);
-  scene.emitters = {tests::LinearEnvironment(1.0, {0.4, 0.3, -0.2}, 32)};
-  scene.materials[0].bsdf = MirrorBsdf{};
-  scene.materials[0].base_color = {0.8, 0.8, 0.8};
-  for (const auto& direction : {Vec3{1, 0, 0}, Vec3{0, 0, -1}}) {
-    const auto motion = tests::Translate(scene, direction);
-    RenderOptions options = Material(Terms(true, true, true), 256);
+// Pairs of mirrored paths are the interior's: boundary samples stand alone.
+TEST(PixelBoundary, AntitheticPairsDoNotConcernIt) {
+  Scene scene = tests::SceneOf(HalfPlane(),
+                               MetallicRoughnessBsdf{0.6, 1.0},
+                               {0.9, 0.9, 0.9},
+                               {tests::LinearEnvironment(1.0, {0.5, 0.2, 0.6}, 16)});
+  scene.sensors = {tests::CameraAt({-5, 0, -1}, {kX, 0, -kZ}, kF, 1, 1)};
+  const auto motion = tests::Translate(scene, {1, 0, 0});
+  for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
+    RenderOptions options = Material(Terms(false, true, true));
+    options.form = form;
     options.max_bounces = 1;
-    const auto material = tests::DerivativeFilms(scene, motion, options, kReplicates);
-    options.form = DerivativeForm::kImage;
-    const auto image = tests::DerivativeFilms(scene, motion, options, kReplicates);
-    EXPECT_LT(RmsZ(material, image), 2.0);
+    const Rgba alone = tests::DerivativeFilms(scene, motion, options, 1)[0].pixels[0];
+    options.antithetic = true;
+    EXPECT_EQ(tests::DerivativeFilms(scene, motion, options, 1)[0].pixels[0], alone);
+    EXPECT_NE(alone.Color(), Rgb());
   }
 }
 

@@ -122,6 +122,27 @@ TEST(PrimaryBoundary, FiltersReachOverTheFilmsBorder) {
   EXPECT_TRUE(AgreesWithExact(tests::SumsOf(films, 0), 0.4 * kF / kZ));
 }
 
+// A flash at the sensor: the shadow ray of the wall behind the edge passes beside the edge.
+TEST(PrimaryBoundary, BackgroundIsLitByALightAtTheSensor) {
+  Scene scene = HalfPlane(kX, kZ, 0.0, 0.0);
+  scene.meshes.push_back({"wall", tests::Plate(30, 30, -5), 1, {}});
+  scene.materials.push_back({"white", LambertBsdf{}, {1, 1, 1}});
+  scene.emitters = {{"flash", LightFrame::kCamera, {}, PointEmitter{{0, 0, 0}, {100, 100, 100}}}};
+  scene.sensors = {tests::OnePixelCamera(kF)};
+  const auto films =
+      tests::DerivativeFilms(scene, tests::Translate(scene, {1, 0, 0}), Options(500), kReplicates);
+  const double wall = tests::Integrate(
+      [](double v) {
+        constexpr double kS = kF * kX / kZ;
+        const double cosine = kF / std::sqrt(kF * kF + v * v + kS * kS);
+        return 4.0 / 3.14159265358979324 * cosine * cosine * cosine;
+      },
+      -0.5,
+      0.5);
+  // The shaded point is a little beside the edge.
+  EXPECT_TRUE(AgreesWithExact(tests::SumsOf(films, 0), -wall * kF / kZ, 0.01, 2e-4));
+}
+
 TEST(PrimaryBoundary, EdgesOutsideThePixelDoNothing) {
   const Scene scene = HalfPlane(0.3, kZ, 0.0, 1.0);  // s = 0.6, just beside the pixel
   for (const Rgba& d : Derivative(scene, tests::OnePixelCamera(kF), Options(200), Right))

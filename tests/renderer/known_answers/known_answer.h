@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -10,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/geometry/mesh_primitives.h"
+#include "tests/support/closed_forms.h"
 #include "tests/support/probe.h"
 #include "tests/support/statistics.h"
 
@@ -100,8 +102,19 @@ inline renderer::Mesh Ceiling(double x0, double x1, double y0, double y1, double
   return mesh;
 }
 
-/// Irradiance at x with normal n from a convex body of radiance 1 above the horizon: its front
-/// faces, polygon by polygon.
-double BodyIrradiance(const renderer::Mesh& mesh, const renderer::Vec3& x);
+/// Irradiance at x, normal +z, from a convex body of radiance 1 above the horizon: face by face.
+inline double BodyIrradiance(const renderer::Mesh& mesh, const renderer::Vec3& x) {
+  double sum = 0.0;
+  for (const renderer::Triangle& t : mesh.triangles) {
+    std::array<renderer::Vec3, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i) {
+      corners[i] = mesh.positions[static_cast<std::size_t>(t[i])] - x;
+    }
+    if (Dot(Cross(corners[1] - corners[0], corners[2] - corners[0]), corners[0]) < 0.0) {
+      sum += PolygonIrradiance(corners);
+    }
+  }
+  return sum;
+}
 
 }  // namespace pathfit::tests

@@ -1,0 +1,44 @@
+#include "renderer/derivative/near_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pathfit::renderer {
+
+NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active)
+    : caster_(caster), any_(active.any_mesh_moves) {
+  const std::size_t count = active.meshes.size();
+  for (const auto& mesh : active.meshes) {
+    moving_.push_back(mesh.moves);
+  }
+  all_but_.resize(count);
+  for (std::size_t m = 0; m < count; ++m) {
+    if (moving_[m]) {
+      all_but_[m].assign(count, true);
+      all_but_[m][m] = false;
+    }
+  }
+}
+
+NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path) const {
+  if (!any_) {
+    return {};
+  }
+  const double reach = kReach * caster_.Extent();
+  for (std::size_t k = 0; k < path.vertices.size(); ++k) {
+    const PathRecorder::Vertex& v = path.vertices[k];
+    if (IsDelta(v.p.material->bsdf) || !v.p.Reflects()) {
+      continue;
+    }
+    const auto mesh = static_cast<std::size_t>(v.p.id.mesh);
+    const double distance =
+        caster_.DistanceTo(v.p.x, moving_[mesh] ? all_but_[mesh] : moving_, reach);
+    const double count = std::min(reach / distance, static_cast<double>(kMaxCount));
+    if (count > 1.0) {
+      return {static_cast<int>(k), static_cast<int>(std::ceil(count))};
+    }
+  }
+  return {};
+}
+
+}  // namespace pathfit::renderer
