@@ -1,10 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "renderer/core/parallel.h"
 
 namespace pathfit::renderer {
+
+class GuideStore;
 
 /// Which estimators of the derivative run.
 struct DerivativeTerms {
@@ -49,6 +52,11 @@ struct RenderOptions {
   DerivativeForm form = DerivativeForm::kImage;
   GuideKind guide = GuideKind::kAdaptive;
   double guide_share = 0.25;  ///< share of the boundary samples spent on building the guide
+  /// Keeps guides between passes (renderer/boundary/guide_store.h); null: learned in every pass.
+  GuideStore* guides = nullptr;
+  /// What an error in each pixel costs, e.g. the size of its residual: guides draw where that is
+  /// large. One per pixel of the image; null: all alike.
+  const std::vector<float>* pixel_weights = nullptr;
   const CancelFlag* cancel = nullptr;  ///< polled per image row; throws Cancelled
 };
 

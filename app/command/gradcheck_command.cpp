@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 #include "app/output/signed_image.h"
 #include "optim/diagnostics/gradient_check.h"
 #include "renderer/core/error.h"
+#include "renderer/derivative/derivative_limits.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/image_file.h"
 
@@ -198,6 +200,14 @@ ExitStatus GradcheckCommand(CommandContext& context) {
   const renderer::ThreadLimit limit(NumThreads(line, config));
   const Experiment experiment = BuildExperiment(config);
   const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
+  std::set<std::string> limits;
+  for (const Direction& direction : directions) {
+    for (const std::string& text : renderer::DerivativeLimits(experiment.scene, direction.layout)) {
+      if (limits.insert(text).second) {
+        context.log.Warn(text);
+      }
+    }
+  }
   const StopSignals signals;
   optim::GradientCheckOptions options = OptionsOf(config);
   options.cancel = &signals.flag();

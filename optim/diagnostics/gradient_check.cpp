@@ -68,10 +68,18 @@ double StudentQuantile(double tail, double nu) {
   return z + first / nu + second / (nu * nu) + third / (nu * nu * nu);
 }
 
+bool Moves(const renderer::ParameterLayout& layout) {
+  return std::any_of(layout.groups().begin(), layout.groups().end(), [](const auto& group) {
+    return renderer::MovesGeometry(group.kind);
+  });
+}
+
 /// Whether samples can change sides of an edge.
 bool MovesEdges(const renderer::ParameterLayout& layout) {
   return std::any_of(layout.groups().begin(), layout.groups().end(), [](const auto& group) {
-    return renderer::MovesGeometry(group.kind);
+    return renderer::MovesGeometry(group.kind) &&
+           group.kind != renderer::ParameterKind::kVertexNormals &&
+           group.kind != renderer::ParameterKind::kUvs;
   });
 }
 
@@ -161,7 +169,8 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   render.guide = options.guide;
   render.guide_share = options.guide_share;
   render.cancel = options.cancel;
-  const bool moves = MovesEdges(layout);
+  const bool moves = Moves(layout);
+  const bool moves_edges = MovesEdges(layout);
   GradientCheckResult result;
   for (int r = 0; r < options.replicates; ++r) {
     render.seed = options.seed + 2 * static_cast<std::uint64_t>(r);
@@ -180,7 +189,7 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
     const Film plus = at_plus.RenderPrimal(camera_of(at_plus), render);
     const Film minus = at_minus.RenderPrimal(camera_of(at_minus), render);
     result.difference.push_back(CentralDifference(plus, minus, options.step));
-    for (int c = 0; c < 4 && moves; ++c) {
+    for (int c = 0; c < 4 && moves_edges; ++c) {
       for (const Rgba& p : plus.pixels) {
         result.quantum[c] = std::max(result.quantum[c], p[c]);
       }

@@ -15,6 +15,7 @@ SceneImageSource::SceneImageSource(renderer::Scene scene,
       options_(options) {}
 
 void SceneImageSource::SetValues(const std::vector<double>& values) {
+  guides_.Clear();
   renderer_.SetParameters(layout_, values);
 }
 
@@ -42,7 +43,9 @@ renderer::Film SceneImageSource::RenderPrimal(int view, const SampleSet& samples
 renderer::Film SceneImageSource::RenderDerivative(int view,
                                                   const SampleSet& samples,
                                                   renderer::DerivativeSink& sink) const {
-  return renderer_.RenderDerivative(CameraOf(view), view, OptionsOf(view, samples), layout_, sink);
+  renderer::RenderOptions options = OptionsOf(view, samples);
+  options.guides = &guides_;
+  return renderer_.RenderDerivative(CameraOf(view), view, options, layout_, sink);
 }
 
 }  // namespace pathfit::optim

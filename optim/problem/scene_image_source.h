@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "optim/problem/image_source.h"
+#include "renderer/boundary/guide_store.h"
 #include "renderer/renderer.h"
 
 namespace pathfit::optim {
@@ -33,6 +34,9 @@ class SceneImageSource : public ImageSource {
   renderer::ParameterLayout layout_;
   std::vector<renderer::Camera> cameras_;
   renderer::RenderOptions options_;
+  /// The second half of a linearisation draws by the guides that the first one learned; new values
+  /// start anew, so that a resumed fit has the same bits.
+  mutable renderer::GuideStore guides_;
 };
 
 }  // namespace pathfit::optim

@@ -13,6 +13,7 @@
 #include "optim/round/step_control.h"
 #include "optim/round/stopping_rule.h"
 #include "renderer/core/error.h"
+#include "renderer/derivative/derivative_limits.h"
 
 namespace pathfit::optim {
 namespace {
@@ -157,6 +158,9 @@ FitResult FitDriver::Run() {
     observer_.OnMessage(
         "assumption: the gain of each held-out view is estimated from its own photo, one number "
         "per view; nothing else of it enters the fit");
+  }
+  for (const std::string& limit : renderer::DerivativeLimits(start_, all_.layout())) {
+    observer_.OnMessage("not in the derivative: " + limit);
   }
   try {
     if (!controls_.resume) {

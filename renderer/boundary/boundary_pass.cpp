@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "renderer/boundary/direct_boundary.h"
+#include "renderer/boundary/guide_store.h"
 #include "renderer/boundary/indirect_boundary.h"
 #include "renderer/boundary/pixel_boundary.h"
 #include "renderer/boundary/primary_boundary.h"
@@ -95,7 +96,8 @@ void LearnGuides(const BoundaryContext& context,
                                                 0));
           SplatBuffer splats;
           way.sample(u, 1.0, sampler, splats);
-          return splats.MagnitudeSince({});
+          return options.pixel_weights != nullptr ? splats.WeightedMagnitude(*options.pixel_weights)
+                                                  : splats.MagnitudeSince({});
         });
   }
 }
@@ -114,6 +116,36 @@ void DivideBudget(std::int64_t budget, std::vector<Way>& ways) {
   }
 }
 
+/// Takes kept guides or learns new ones; returns what it spent.
+std::int64_t PrepareGuides(const BoundaryContext& context,
+                           std::int64_t budget,
+                           std::uint64_t stream,
+                           std::vector<Way>& ways) {
+  const RenderOptions& options = context.options;
+  if (options.guide == GuideKind::kNone) {
+    return 0;
+  }
+  if (options.guides != nullptr) {
+    const std::vector<PrimaryGuide>* kept = options.guides->Find(options.view, stream);
+    if (kept != nullptr && kept->size() == ways.size()) {
+      for (std::size_t w = 0; w < ways.size(); ++w) {
+        ways[w].guide = (*kept)[w];
+      }
+      return 0;
+    }
+  }
+  const auto pilots = static_cast<std::int64_t>(options.guide_share * static_cast<double>(budget));
+  LearnGuides(context, pilots, stream, ways);
+  if (options.guides != nullptr) {
+    std::vector<PrimaryGuide> learned;
+    for (const Way& way : ways) {
+      learned.push_back(way.guide);
+    }
+    options.guides->Keep(options.view, stream, std::move(learned));
+  }
+  return pilots;
+}
+
 /// `stream` separates the random numbers of different estimators.
 void RunWays(const BoundaryContext& context,
              std::int64_t budget,
@@ -125,11 +157,7 @@ void RunWays(const BoundaryContext& context,
     return;
   }
   const RenderOptions& options = context.options;
-  std::int64_t pilots = 0;
-  if (options.guide != GuideKind::kNone) {
-    pilots = static_cast<std::int64_t>(options.guide_share * static_cast<double>(budget));
-    LearnGuides(context, pilots, stream, ways);
-  }
+  const std::int64_t pilots = PrepareGuides(context, budget, stream, ways);
   DivideBudget(budget - pilots, ways);
   for (std::size_t w = 0; w < ways.size(); ++w) {
     const Way& way = ways[w];

@@ -12,10 +12,10 @@ namespace pathfit::renderer {
 /// Several ways to draw the segment, each a map of three uniform numbers: a point on an area light
 /// or a direction to the environment, then an edge that can be a silhouette from there; a tangent
 /// direction of an edge; for point and directional lights only the edge is free. Ways that find the
-/// same segments share them by the power heuristic over their unguided densities, with the densities
-/// of edges replaced by their means (any weights that add up to one are right).
-/// Source: path_space 1.7 (B), (K), 1.8, 2.3; for lights without extent the integral over x_S is
-/// dropped like that over x_D in (B0).
+/// same segments share them by the power heuristic over their unguided densities, with the
+/// densities of edges replaced by their means (any weights that add up to one are right). Source:
+/// path_space 1.7 (B), (K), 1.8, 2.3; for lights without extent the integral over x_S is dropped
+/// like that over x_D in (B0).
 class DirectBoundary {
  public:
   explicit DirectBoundary(const BoundaryContext& context);

@@ -18,10 +18,29 @@ constexpr double kClearance = 10.0;
 // fold, but at most this share of the way to their centre.
 constexpr double kInset = 20.0;
 constexpr double kMaxInset = 0.1;
+// That point's distance from the sensor differs by less than this share.
+constexpr double kNearby = 0.1;
+// It stays on its triangle, which ends at most this share of the way to the border: a surface seen
+// under a grazing angle goes on elsewhere than its plane.
+constexpr double kMostOfTriangle = 0.9;
 // An edge point is hidden if something lies this share of the scene's extent in front of it.
 constexpr double kDepthTolerance = 2e-5;
 // A face seen under a smaller cosine covers nothing.
 constexpr double kEdgeOn = 1e-12;
+
+/// From a point of a triangle towards another one of its plane, as far as the triangle allows.
+Vec2 MoveInside(const Hit& from, const PlaneHit& to) {
+  double share = 1.0;
+  const auto stop_at_border = [&](double at_from, double at_to) {
+    if (at_to < 0.0 && at_to < at_from) {
+      share = std::min(share, kMostOfTriangle * std::max(0.0, at_from) / (at_from - at_to));
+    }
+  };
+  stop_at_border(from.b1, to.b1);
+  stop_at_border(from.b2, to.b2);
+  stop_at_border(1.0 - from.b1 - from.b2, 1.0 - to.b1 - to.b2);
+  return {from.b1 + share * (to.b1 - from.b1), from.b2 + share * (to.b2 - from.b2)};
+}
 
 }  // namespace
 
@@ -155,14 +174,19 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
   const Vec2 shift = point.m * (step / std::hypot(point.m.x, point.m.y));
   const Ray ray =
       context_.camera.RayThrough(point.projection.u + shift.x, point.projection.v + shift.y);
-  const PlaneHit beside = IntersectPlane(caster.Geometry(hit->id), ray.origin, ray.direction);
-  // A background seen edge on has no such neighbour on the same triangle.
-  const bool usable = beside.distance > point.distance;
-  const SurfacePoint p =
-      MakeSurfacePoint(*context_.path.scene,
-                       caster,
-                       usable ? Hit{hit->id, beside.b1, beside.b2, beside.distance} : *hit,
-                       usable ? ray : point.ray);
+  const TriangleGeometry& geometry = caster.Geometry(hit->id);
+  const PlaneHit beside = IntersectPlane(geometry, ray.origin, ray.direction);
+  // A background seen edge on has no such neighbour on the same triangle. Where the edge touches
+  // the background, the neighbour may be nearer than the edge.
+  const bool usable = std::abs(beside.distance - hit->distance) < kNearby * hit->distance;
+  const Vec2 b = usable ? MoveInside(*hit, beside) : Vec2{hit->b1, hit->b2};
+  const SurfacePoint p = MakeSurfacePoint(*context_.path.scene,
+                                          caster,
+                                          hit->id,
+                                          b.x,
+                                          b.y,
+                                          geometry.Point(b.x, b.y),
+                                          usable ? -ray.direction : -point.ray.direction);
   IndependentSampler sampler(point.rng);
   NullPathRecorder recorder;
   return TraceRadiance(context_.path, p, sampler, recorder, {context_.path.max_bounces});

@@ -88,8 +88,22 @@ class SplatBuffer {
   }
   /// Sum of the absolute values added after `mark`: what guides learn. Not finite if one is not.
   [[nodiscard]] double MagnitudeSince(const Mark& mark) const {
+    return MagnitudeOf(mark.entries, entries_.size());
+  }
+  /// The same, each pixel's part times its weight.
+  [[nodiscard]] double WeightedMagnitude(const std::vector<float>& pixel_weights) const {
     double sum = 0.0;
-    for (std::size_t i = mark.entries; i < entries_.size(); ++i) {
+    for (const Entry& s : splats_) {
+      sum += MagnitudeOf(s.first, s.first + s.count) *
+             static_cast<double>(pixel_weights[static_cast<std::size_t>(s.pixel)]);
+    }
+    return sum;
+  }
+
+ private:
+  [[nodiscard]] double MagnitudeOf(std::size_t first, std::size_t end) const {
+    double sum = 0.0;
+    for (std::size_t i = first; i < end; ++i) {
       for (const Rgba& d : entries_[i].d) {
         sum += std::abs(d.r) + std::abs(d.g) + std::abs(d.b);
       }
@@ -97,7 +111,6 @@ class SplatBuffer {
     return sum;
   }
 
- private:
   struct Entry {
     std::int64_t pixel;
     std::size_t first, count;  // into entries_

@@ -20,12 +20,16 @@ NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active)
   }
 }
 
-NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path) const {
+NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
+                                         const PathContext& context) const {
   if (!any_) {
     return {};
   }
   const double reach = kReach * caster_.Extent();
-  for (std::size_t k = 0; k < path.vertices.size(); ++k) {
+  // The last reflection only looks for light.
+  const auto last = static_cast<std::size_t>(context.max_bounces) -
+                    (context.lights.areas.empty() && context.max_bounces > 0 ? 1 : 0);
+  for (std::size_t k = 0; k < std::min(last, path.vertices.size()); ++k) {
     const PathRecorder::Vertex& v = path.vertices[k];
     if (IsDelta(v.p.material->bsdf) || !v.p.Reflects()) {
       continue;

@@ -23,7 +23,7 @@ class NearMotion {
     int vertex = 0;
     int count = 1;
   };
-  [[nodiscard]] Split FirstSplit(const PathRecorder& path) const;
+  [[nodiscard]] Split FirstSplit(const PathRecorder& path, const PathContext& context) const;
 
   static constexpr double kReach = 0.03;  ///< splits begin at this distance, half diagonals
   static constexpr int kMaxCount = 64;

@@ -147,50 +147,50 @@ Rgba EstimatePixelWithDerivative(const AdjointContext& context,
                       camera.camera().filter.shape != PixelFilter::Shape::kBox;
   const int pair = context.path.antithetic ? 2 : 1;
   const int points = spread ? kMirrorGroup : 1;
-  return MeanOfSamples(context.path,
-                       camera,
-                       options,
-                       x,
-                       y,
-                       pair * points,
-                       stats,
-                       [&](const LatticeSampler& start, int s) {
-                         bool on_surface = false;
-                         // Records the path of these numbers.
-                         const auto trace = [&](LatticeSampler numbers) {
-                           const PixelSample pixel =
-                               spread ? CoverSupport(camera, x, y, s / pair % points, numbers)
-                                      : FollowFilter(camera, x, y, numbers);
-                           recorder.Clear();
-                           on_surface = false;
-                           const Rgba value = SamplePixel(
-                               context.path,
-                               pixel,
-                               s % pair == 1,
-                               numbers,
-                               recorder,
-                               [&] { AccumulateMissAdjoint(context, pixel, sum); },
-                               [&] { on_surface = true; });
-                           return std::pair{value * pixel.weight, pixel};
-                         };
-                         const auto [value, pixel] = trace(start);
-                         if (!on_surface) {
-                           return value;
-                         }
-                         const NearMotion::Split split = context.near_motion->FirstSplit(recorder);
-                         const double share = 1.0 / split.count;
-                         const PixelSample part = Scaled(pixel, share);
-                         AccumulatePathAdjoint(context, part, recorder, sum);
-                         for (int i = 1; i < split.count; ++i) {
-                           LatticeSampler numbers = start;
-                           numbers.ShiftDirection(split.vertex + 1, i * share, i * kGoldenStep);
-                           trace(numbers);
-                           if (on_surface) {
-                             AccumulatePathAdjoint(context, part, recorder, sum);
-                           }
-                         }
-                         return value;
-                       });
+  return MeanOfSamples(
+      context.path,
+      camera,
+      options,
+      x,
+      y,
+      pair * points,
+      stats,
+      [&](const LatticeSampler& start, int s) {
+        bool on_surface = false;
+        // Records the path of these numbers.
+        const auto trace = [&](LatticeSampler numbers) {
+          const PixelSample pixel = spread ? CoverSupport(camera, x, y, s / pair % points, numbers)
+                                           : FollowFilter(camera, x, y, numbers);
+          recorder.Clear();
+          on_surface = false;
+          const Rgba value = SamplePixel(
+              context.path,
+              pixel,
+              s % pair == 1,
+              numbers,
+              recorder,
+              [&] { AccumulateMissAdjoint(context, pixel, sum); },
+              [&] { on_surface = true; });
+          return std::pair{value * pixel.weight, pixel};
+        };
+        const auto [value, pixel] = trace(start);
+        if (!on_surface) {
+          return value;
+        }
+        const NearMotion::Split split = context.near_motion->FirstSplit(recorder, context.path);
+        const double share = 1.0 / split.count;
+        const PixelSample part = Scaled(pixel, share);
+        AccumulatePathAdjoint(context, part, recorder, sum);
+        for (int i = 1; i < split.count; ++i) {
+          LatticeSampler numbers = start;
+          numbers.ShiftDirection(split.vertex + 1, i * share, i * kGoldenStep);
+          trace(numbers);
+          if (on_surface) {
+            AccumulatePathAdjoint(context, part, recorder, sum);
+          }
+        }
+        return value;
+      });
 }
 
 }  // namespace pathfit::renderer

@@ -1,1 +1,1 @@
-pathfit_test(golden/mitsuba_reference_test LABEL golden LINK pathfit_test_support)
+pathfit_test(golden/mitsuba_reference_test LABEL golden LINK pathfit_app)

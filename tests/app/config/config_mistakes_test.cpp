@@ -182,10 +182,8 @@ TEST(ConfigMistakes, UnknownsMustFitTheScene) {
   for (const auto& [name, expected] : cases) {
     EXPECT_EQ(ProblemOf(with(name)), "29:3: unknowns: " + expected) << name;
   }
-  EXPECT_EQ(ProblemOf(with("camera.position")),
-            "29:3: unknowns: 'camera.position' cannot be fitted, only checked and rendered; take "
-            "it out, or write hold: true");
-  EXPECT_EQ(ProblemOf(Replaced(kFitConfig, "glaze.metallic:", "camera.position:")), "") << "held";
+  EXPECT_EQ(ProblemOf(with("camera.position")), "");
+  EXPECT_EQ(ProblemOf(with("IMG_1.JPG.position")), "") << "known when the photos are read";
   EXPECT_EQ(ProblemOf(kFitConfig, {"input.exposure.model=none"}),
             "32:3: unknowns: 'exposure' needs input.exposure.model: gain");
   ExpectProblems(
@@ -207,7 +205,11 @@ TEST(ConfigMistakes, UnknownsMustFitTheScene) {
         "unknowns.glaze.roughness.priors[0]: prior 'laplacian' does not fit roughness (allowed: "
         "gaussian)"},
        {"unknowns.glaze.roughness.priors=[{gaussian: {mean: [1, 1, 1], sigma: 1}}]",
-        "unknowns.glaze.roughness.priors[0].gaussian.mean: roughness is one number"}});
+        "unknowns.glaze.roughness.priors[0].gaussian.mean: roughness is one number"},
+       {"unknowns.mug.translation={priors: [{gaussian: {mean: [1, 1], sigma: 1}}]}",
+        "unknowns.mug.translation.priors[0].gaussian.mean: translation has 3 numbers, not 2"},
+       {"unknowns.mug.translation={priors: [{gaussian: {mean: begin, sigma: 1}}]}",
+        "unknowns.mug.translation.priors[0].gaussian.mean: 'begin' is not a number"}});
 }
 
 TEST(ConfigMistakes, StagesAreChecked) {

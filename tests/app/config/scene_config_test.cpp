@@ -40,7 +40,7 @@ TEST(SceneConfig, ReadsShapes) {
   EXPECT_EQ(tri.normals[2], (Triple{1, 0, 1}));
   EXPECT_EQ(tri.uvs[1], (std::array<double, 2>{1, 0}));
   EXPECT_EQ(Named(config.geometry, "bulb").normals, GeometryConfig::Normals::kSmooth);
-  EXPECT_EQ(Named(config.geometry, "floor").normals, GeometryConfig::Normals::kFile);
+  EXPECT_EQ(Named(config.geometry, "floor").normals, GeometryConfig::Normals::kDefault);
 }
 
 TEST(SceneConfig, ReadsMaterialsAndTextures) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -42,26 +43,40 @@ inline optim::TermScales Mutant(optim::Term term, double scale) {
   return scales;
 }
 
+/// Names of the terms that are missed when they are taken away.
+inline std::string NeededTerms(const optim::GradientCheckResult& result, int tile) {
+  std::string names;
+  for (const optim::Term term : optim::kAllTerms) {
+    if (!result[term].empty() && !Accepts(optim::Compare(result, Mutant(term, 0.0), tile))) {
+      names += std::string(" ") + optim::TermName(term);
+    }
+  }
+  return names;
+}
+
 /// The estimate agrees with central differences tile by tile, sharply; and every mutant (a term off
 /// or with its sign flipped) is found out by the same bounds.
 inline void ExpectRightDerivative(const std::string& name,
                                   const optim::GradientCheckResult& result,
-                                  const ExpectedTerms& terms) {
-  const optim::GradientComparison c = optim::Compare(result, {}, kTile);
-  std::printf("%-34s z_rms %5.2f  z_max %5.2f  limit %5.2f  SNR %7.1f  tiles %lld\n",
+                                  const ExpectedTerms& terms,
+                                  int tile = kTile) {
+  const optim::GradientComparison c = optim::Compare(result, {}, tile);
+  std::printf("%-34s z_rms %5.2f  z_max %5.2f  limit %5.2f  SNR %7.1f  tiles %4lld  needs%s\n",
               name.c_str(),
               c.z_rms,
               c.z_max,
               c.z_limit,
               c.signal_to_noise,
-              static_cast<long long>(c.count));
+              static_cast<long long>(c.count),
+              NeededTerms(result, tile).c_str());
+  std::fflush(stdout);
   EXPECT_TRUE(Accepts(c)) << name << ": z_rms " << c.z_rms << " z_max " << c.z_max << " limit "
                           << c.z_limit;
   EXPECT_GT(c.signal_to_noise, kMinSignalToNoise) << name;
   EXPECT_GT(c.count, 0) << name;
   for (const optim::Term term : terms) {
     for (const double mutant : {0.0, -1.0}) {
-      EXPECT_FALSE(Accepts(optim::Compare(result, Mutant(term, mutant), kTile)))
+      EXPECT_FALSE(Accepts(optim::Compare(result, Mutant(term, mutant), tile)))
           << name << ": " << optim::TermName(term) << " times " << mutant;
     }
   }
@@ -74,12 +89,12 @@ inline void CheckKind(const std::string& name,
                       int object,
                       const optim::GradientCheckOptions& options,
                       double scale = 1.0,
-                      ExpectedTerms terms = {}) {
+                      ExpectedTerms terms = {},
+                      int tile = kTile) {
   renderer::ParameterLayout layout(scene);
   layout.Add(kind, object);
   const bool moves = kind == renderer::ParameterKind::kVertexPositions;
-  const int sensor =
-      renderer::ObjectListOf(kind) == renderer::ObjectList::kSensors ? 0 : -1;
+  const int sensor = renderer::ObjectListOf(kind) == renderer::ObjectList::kSensors ? 0 : -1;
   std::vector<double> direction = RandomDirection(layout, 5);
   for (double& d : direction) d *= scale;
   const auto result =
@@ -88,7 +103,7 @@ inline void CheckKind(const std::string& name,
     terms = {optim::Term::kInterior};
     if (moves) terms.push_back(optim::Term::kPrimary);
   }
-  ExpectRightDerivative(name, result, terms);
+  ExpectRightDerivative(name, result, terms, tile);
 }
 
 }  // namespace pathfit::tests

@@ -56,6 +56,43 @@ TEST(ParameterSet, MapsLogarithmsAndBoundsThere) {
   EXPECT_DOUBLE_EQ(set.Slope(1, values[1]), 3.0);
 }
 
+TEST(ParameterSet, KeepsTheInnerAngleOfASpotBelowTheOuter) {
+  renderer::Scene scene = tests::BallAndWall();
+  renderer::SpotEmitter spot;
+  spot.inner_angle = 0.2;
+  spot.outer_angle = 0.5;
+  scene.emitters[1].light = spot;
+  std::vector<UnknownSpec> unknowns(2);
+  unknowns[0].kind = ParameterKind::kSpotAngles;
+  unknowns[0].object = 1;
+  unknowns[1].kind = ParameterKind::kFocal;
+  unknowns[1].object = -1;
+  const ParameterSet set(scene, unknowns, {0, 1}, {0}, {});
+  EXPECT_TRUE(set.IsRatio(0));
+  EXPECT_FALSE(set.IsRatio(1));
+  std::vector<double> theta = set.ThetaFromValues(set.layout().Gather(scene));
+  EXPECT_DOUBLE_EQ(theta[0], 0.4);
+  EXPECT_DOUBLE_EQ(theta[1], 0.5);
+  theta[1] = 0.1;
+  const std::vector<double> values = set.ValuesFromTheta(theta);
+  EXPECT_DOUBLE_EQ(values[0], 0.04);
+  EXPECT_DOUBLE_EQ(values[1], 0.1);
+  EXPECT_EQ(values[2], scene.sensors[0].fx);
+  EXPECT_LT(set.upper()[0], 1.0);
+  EXPECT_LT(set.upper()[1], 1.5708);
+}
+
+TEST(ParameterSet, FreesCamerasOfAllSensorsThatAreFitted) {
+  renderer::Scene scene = tests::BallAndWall();
+  scene.sensors.resize(3, scene.sensors.front());
+  std::vector<UnknownSpec> unknowns(1);
+  unknowns[0].kind = ParameterKind::kCameraRotation;
+  unknowns[0].object = -1;
+  const ParameterSet set(scene, unknowns, {0}, {0, 2}, {});
+  ASSERT_EQ(set.layout().groups().size(), 2U);
+  EXPECT_EQ(set.layout().groups()[1].object, 2);
+}
+
 TEST(ParameterSet, RefusesUnknownsThatDoNotExist) {
   const renderer::Scene scene = tests::BallAndWall();
   std::vector<UnknownSpec> unknowns = Unknowns();

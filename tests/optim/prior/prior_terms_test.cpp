@@ -29,7 +29,7 @@ class PriorTermsTest : public testing::Test {
   [[nodiscard]] ParameterSet Set() const { return {scene_, unknowns_, active_, {0}, exposure_}; }
 
   [[nodiscard]] std::vector<PriorTerm> Terms(const ParameterSet& set) const {
-    return optim::BuildPriorTerms(scene_, unknowns_, set, exposure_, kNumChannels);
+    return optim::BuildPriorTerms(run_start_, scene_, unknowns_, set, exposure_, kNumChannels);
   }
 
   [[nodiscard]] double Cost(const ParameterSet& set) const {
@@ -38,7 +38,8 @@ class PriorTermsTest : public testing::Test {
   }
 
   static constexpr double kNumChannels = 1000.0;
-  renderer::Scene scene_ = tests::BallAndWall();
+  renderer::Scene run_start_ = tests::BallAndWall();
+  renderer::Scene scene_ = run_start_;
   std::vector<UnknownSpec> unknowns_;
   std::vector<int> active_;
   optim::ExposureModel exposure_{{1.0}, 0.3, 3.0};
@@ -145,6 +146,31 @@ TEST_F(PriorTermsTest, TexelSmoothnessWrapsAroundAndIgnoresConstants) {
   sky.texels[11].r += 1.0;
   EXPECT_NEAR(Cost(set), at_seam, 1e-12);
   EXPECT_GT(at_seam, 0.0);
+}
+
+TEST_F(PriorTermsTest, TextureSmoothnessWrapsAroundWhereTheTextureRepeats) {
+  renderer::Texture texture{"oak", 4, 3, std::vector<renderer::Rgb>(12, {0.5, 0.5, 0.5})};
+  scene_.textures = {texture};
+  Add(ParameterKind::kTextureTexels, 0).smooth_weight = 1.0;
+  auto cost_of = [&](renderer::TextureWrap wrap, std::size_t texel) {
+    scene_.textures = {texture};
+    scene_.textures[0].wrap = wrap;
+    scene_.textures[0].texels[texel].g += 1.0;
+    return Cost(Set());
+  };
+  // w/2 * mean over pairs: 2 * 12 pairs with wrap, 17 without; 4 neighbours or 2 in a corner.
+  EXPECT_NEAR(cost_of(renderer::TextureWrap::kRepeat, 0), 0.5 * 4.0 / 24.0, 1e-12);
+  EXPECT_NEAR(cost_of(renderer::TextureWrap::kRepeat, 5), 0.5 * 4.0 / 24.0, 1e-12);
+  EXPECT_NEAR(cost_of(renderer::TextureWrap::kClamp, 0), 0.5 * 2.0 / 17.0, 1e-12);
+  EXPECT_NEAR(cost_of(renderer::TextureWrap::kClamp, 5), 0.5 * 4.0 / 17.0, 1e-12);
+}
+
+TEST_F(PriorTermsTest, GaussianWithoutMeanIsAroundTheStartOfTheRun) {
+  Add(ParameterKind::kCameraPosition, 0).gaussian = optim::GaussianPriorSpec{{}, 0.1};
+  const ParameterSet set = Set();
+  EXPECT_EQ(Cost(set), 0.0);
+  scene_.sensors[0].world_from_camera.translation.y += 0.1;
+  EXPECT_NEAR(Cost(set) * kNumChannels, 0.5 * std::pow(optim::kGaussianResidual, 2), 1e-12);
 }
 
 TEST_F(PriorTermsTest, GaussianOfOneSigmaCostsTheStatedResidual) {

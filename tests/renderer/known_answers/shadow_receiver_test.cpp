@@ -231,8 +231,8 @@ TEST_F(ShadowReceiver, C10BallBeforeARectangle) {
   const auto along = [](const Vec3& v) { return [v](const Vec3&) { return v; }; };
   const SphereAnswer c10 = C10SphereOccluder(half, height, ball.radius, ball.centre);
   const double by_radius = -ball.Taken(r, grow);
-  constexpr double kMesh = 0.05;  // the inscribed mesh and the piece of floor
-  EXPECT_NEAR(by_radius, c10.d_radius, kMesh * std::abs(c10.d_radius));
+  // Seen from the origin: the mesh is inscribed, its outline is smaller.
+  EXPECT_NEAR(-ball.Taken(1e-3, grow), c10.d_radius, 0.03 * std::abs(c10.d_radius));
   const renderer::Scene& scene = floor_.scene;
   ExpectOnly(kDirect, ExpectDerivative("dE/dR", Motion(scene).Vertices(mesh, grow), {by_radius}));
   // Sideways motion of the shadow within the light cancels from side to side.
@@ -274,9 +274,7 @@ TEST_F(ShadowReceiver, C23BallUnderAConstantSky) {
                                               r,
                                               -r,
                                               r);
-  constexpr double kMesh = 0.05;
-  EXPECT_NEAR(value, c23.value, kMesh * c23.value);
-  EXPECT_NEAR(-ball.Taken(r, grow), c23.d_radius, kMesh * std::abs(c23.d_radius));
+  EXPECT_NEAR(-ball.Taken(1e-3, grow), c23.d_radius, 0.03 * std::abs(c23.d_radius));
   ExpectValue({value});
   const renderer::Scene& scene = floor_.scene;
   ExpectOnly(kDirect,
@@ -332,7 +330,6 @@ TEST_F(ShadowReceiver, C19IndirectLightPastAnEdge) {
         r);
   };
   const double by_edge = exact([](const C19Answer& a) { return a.d_edge_z; });
-  EXPECT_NEAR(by_edge, -5.697802856714e-03, 0.05 * 5.7e-3);
   ExpectValue({exact([](const C19Answer& a) { return a.value + a.direct; })});
   ExpectOnly(kIndirect,
              ExpectDerivative("dE/ds",

@@ -1,0 +1,195 @@
+#include <string>
+#include <vector>
+
+#include "tests/optim/diagnostics/gradient_cases.h"
+#include "tests/optim/diagnostics/gradient_scenes.h"
+
+// Every kind of parameter against central differences in one scene with every kind of light.
+// tests/scenes/gradcheck_matrix.yaml is a similar scene for `pathfit gradcheck`.
+namespace pathfit::optim {
+namespace {
+
+using renderer::DerivativeForm;
+using renderer::ParameterKind;
+using renderer::PixelFilter;
+using renderer::Scene;
+using tests::ExpectedTerms;
+
+// Indices of the scene below.
+constexpr int kFloor = 0, kBall = 1, kBox = 2, kPanel = 4;                     // meshes
+constexpr int kGlossMaterial = 1, kMetalMaterial = 2;                          // materials
+constexpr int kPaint = 0, kSheen = 1, kGlow = 2, kSlide = 3;                   // textures
+constexpr int kSky = 0, kPanelLight = 1, kSpot = 2, kProjector = 3, kSun = 4;  // lights
+constexpr int kWall = 3, kLamp = 5;
+
+Scene MatrixScene() {
+  using renderer::Rgb;
+  Scene scene;
+  renderer::Mesh wall = tests::Plate(1.6, 1.0, 0.0);
+  renderer::ApplyTransform({{}, {0, 1.0, -1.4}}, wall);
+  wall.colors = {{0.8, 0.3, 0.4}, {0.3, 0.7, 0.5}, {0.5, 0.4, 0.9}, {0.6, 0.8, 0.2}};
+  wall.color_triangles = wall.triangles;
+  scene.meshes = {{"floor", tests::Floor(1.6), 0, {}},
+                  {"ball", tests::Ball(0.45, {-0.5, 0.6, 0.2}, true), kGlossMaterial, {}},
+                  {"box",
+                   tests::Placed(tests::Cube(), 0.3, {0.6, 0.6, -0.2}, {0.3, 0.6, 0.2}),
+                   kMetalMaterial,
+                   {{0.6, 0.6, -0.2}, {}, {}, 1.0}},
+                  {"wall", wall, 3, {}},
+                  {"panel", tests::Ceiling(0.5, {-0.2, 3.2, 0.3}), 4, {}}};
+  scene.materials = {
+      {"carpet", renderer::MetallicRoughnessBsdf{0.5, 0.2}},
+      {"gloss", renderer::MetallicRoughnessBsdf{0.5, 0.4}, {0.7, 0.5, 0.3}},
+      {"metal", renderer::RoughConductorBsdf{0.55, {0.4, 0.9, 1.2}, {2.5, 2.0, 1.5}}, {1, 1, 1}},
+      {"paint", renderer::LambertBsdf{}, {0.5, 0.5, 0.5}, true},
+      {"black", renderer::LambertBsdf{}, {0, 0, 0}}};
+  scene.materials[0].base_color_texture = kPaint;
+  scene.materials[0].roughness_texture = kSheen;
+  scene.textures = {tests::Pattern("paint", 4, 4, 0.2, 0.8),
+                    tests::Pattern("sheen", 3, 3, 0.4, 0.8, true),
+                    tests::Pattern("glow", 2, 2, 0.5, 1.5),
+                    tests::Slide("slide", 6)};
+  scene.emitters = {tests::GradientEnvironment(8, 4),
+                    tests::Panel(kPanel, {6, 7, 8}, kGlow),
+                    tests::Spot({1.6, 1.9, 1.4}, {0.2, 0.3, 0.0}, {7, 5, 6}),
+                    tests::Projector({-1.6, 1.8, 1.6}, {0, 0.2, 0}, Rgb{2.5, 2.0, 3.0}, kSlide),
+                    tests::Sun({0.4, -1.0, -0.3}, {0.7, 0.9, 0.8}),
+                    tests::Lamp({0.4, 2.0, 1.2}, {3, 2, 2.5})};
+  renderer::LightIntensity(scene.emitters[kSky]) = Rgb::Constant(0.4);
+  scene.sensors = {tests::CameraAt({0.3, 1.7, 4.0}, {0, 0.6, 0}, 17.0, 16, 16)};
+  scene.sensors[0].distortion = {-0.15, 0.08, -0.02, 0.01, -0.01};
+  return scene;
+}
+
+GradientCheckOptions Budget(DerivativeForm form, int spp, int difference_spp, double step) {
+  GradientCheckOptions options;
+  options.replicates = 24;
+  options.spp = spp;
+  options.difference_spp = difference_spp;
+  options.sppe = 16.0;
+  options.spp_direct = 16.0;
+  options.spp_indirect = 16.0;
+  options.spp_pixel = 8.0;
+  options.step = step;
+  options.max_bounces = 2;
+  options.form = form;
+  return options;
+}
+/// Nothing moves: equal random numbers make the same paths, and the difference is sharp.
+GradientCheckOptions Resting(double step) { return Budget(DerivativeForm::kImage, 64, 64, step); }
+
+struct Case {
+  const char* name;
+  ParameterKind kind;
+  int object;
+  double scale = 1.0;  ///< largest entry of the direction
+  ExpectedTerms terms = {};
+};
+
+constexpr int kTiles = 2;  // pixels per side
+/// What moves, in both forms and with one filter.
+void CheckMoving(const Case& c, DerivativeForm form, PixelFilter::Shape filter) {
+  Scene scene = MatrixScene();
+  std::string name =
+      std::string(c.name) + (form == DerivativeForm::kImage ? ", image" : ", material");
+  if (filter == PixelFilter::Shape::kTent) {
+    scene.sensors[0].filter = {filter, 1.0};
+    name += ", tent";
+  }
+  const int spp = form == DerivativeForm::kImage ? 32 : 96;
+  tests::CheckKind(
+      name, scene, c.kind, c.object, Budget(form, spp, 160, 2e-2), c.scale, c.terms, kTiles);
+}
+
+TEST(GradientMatrix, SurfacesAndTexels) {
+  for (const Case& c :
+       std::vector<Case>{{"wall.colors", ParameterKind::kVertexColors, kWall},
+                         {"gloss.base_color", ParameterKind::kBaseColor, kGlossMaterial},
+                         {"gloss.roughness", ParameterKind::kRoughness, kGlossMaterial},
+                         {"gloss.metallic", ParameterKind::kMetallic, kGlossMaterial},
+                         {"metal.eta", ParameterKind::kEta, kMetalMaterial},
+                         {"metal.k", ParameterKind::kExtinction, kMetalMaterial},
+                         {"paint.texels (base colour)", ParameterKind::kTextureTexels, kPaint},
+                         {"sheen.texels (roughness)", ParameterKind::kTextureTexels, kSheen},
+                         {"glow.texels (emission)", ParameterKind::kTextureTexels, kGlow, 5.0}}) {
+    tests::CheckKind(
+        c.name, MatrixScene(), c.kind, c.object, Resting(2e-2), c.scale, {Term::kInterior}, kTiles);
+  }
+}
+
+TEST(GradientMatrix, PowerOfLights) {
+  for (const Case& c :
+       std::vector<Case>{{"sky.intensity", ParameterKind::kLightIntensity, kSky},
+                         {"panel.intensity", ParameterKind::kLightIntensity, kPanelLight, 10.0},
+                         {"spot.intensity", ParameterKind::kLightIntensity, kSpot, 10.0},
+                         {"projector.intensity", ParameterKind::kLightIntensity, kProjector, 10.0},
+                         {"sun.intensity", ParameterKind::kLightIntensity, kSun},
+                         {"lamp.intensity", ParameterKind::kLightIntensity, kLamp},
+                         {"spot.angles", ParameterKind::kSpotAngles, kSpot},
+                         {"sky.texels", ParameterKind::kEnvironmentTexels, kSky},
+                         {"camera.exposure", ParameterKind::kExposure, 0}}) {
+    tests::CheckKind(
+        c.name, MatrixScene(), c.kind, c.object, Resting(5e-2), c.scale, {Term::kInterior}, kTiles);
+  }
+}
+
+std::vector<Case> Shapes() {
+  return {{"ball.vertices", ParameterKind::kVertexPositions, kBall},
+          {"ball.normals", ParameterKind::kVertexNormals, kBall},
+          {"floor.uvs", ParameterKind::kUvs, kFloor},
+          {"box.vertices", ParameterKind::kVertexPositions, kBox},
+          {"box.translation", ParameterKind::kObjectTranslation, kBox},
+          {"box.rotation", ParameterKind::kObjectRotation, kBox},
+          {"box.scale", ParameterKind::kObjectScale, kBox},
+          {"panel.vertices", ParameterKind::kVertexPositions, kPanel}};
+}
+std::vector<Case> Lights() {
+  return {{"lamp.position", ParameterKind::kLightPosition, kLamp},
+          {"spot.position", ParameterKind::kLightPosition, kSpot},
+          {"projector.position", ParameterKind::kLightPosition, kProjector},
+          {"sky.rotation", ParameterKind::kLightRotation, kSky},
+          {"sun.rotation", ParameterKind::kLightRotation, kSun},
+          {"spot.rotation", ParameterKind::kLightRotation, kSpot},
+          {"projector.rotation", ParameterKind::kLightRotation, kProjector}};
+}
+std::vector<Case> Cameras() {
+  return {{"camera.position", ParameterKind::kCameraPosition, 0},
+          {"camera.rotation", ParameterKind::kCameraRotation, 0},
+          {"camera.focal", ParameterKind::kFocal, 0, 10.0},
+          {"camera.principal_point", ParameterKind::kPrincipalPoint, 0, 10.0},
+          {"camera.distortion", ParameterKind::kRadialDistortion, 0},
+          {"camera.tangential", ParameterKind::kTangentialDistortion, 0}};
+}
+
+TEST(GradientMatrix, ShapesInImageForm) {
+  for (const Case& c : Shapes()) CheckMoving(c, DerivativeForm::kImage, PixelFilter::Shape::kBox);
+}
+TEST(GradientMatrix, ShapesInMaterialForm) {
+  for (const Case& c : Shapes())
+    CheckMoving(c, DerivativeForm::kMaterial, PixelFilter::Shape::kBox);
+}
+TEST(GradientMatrix, LightsInImageForm) {
+  for (const Case& c : Lights()) CheckMoving(c, DerivativeForm::kImage, PixelFilter::Shape::kBox);
+}
+TEST(GradientMatrix, LightsInMaterialForm) {
+  for (const Case& c : Lights())
+    CheckMoving(c, DerivativeForm::kMaterial, PixelFilter::Shape::kBox);
+}
+TEST(GradientMatrix, CamerasInImageForm) {
+  for (const Case& c : Cameras()) CheckMoving(c, DerivativeForm::kImage, PixelFilter::Shape::kBox);
+}
+TEST(GradientMatrix, CamerasInMaterialForm) {
+  for (const Case& c : Cameras()) {
+    CheckMoving(c, DerivativeForm::kMaterial, PixelFilter::Shape::kBox);
+  }
+}
+TEST(GradientMatrix, TentFilter) {
+  for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
+    for (const Case& c : {Shapes()[0], Shapes()[4], Cameras()[0], Cameras()[2]}) {
+      CheckMoving(c, form, PixelFilter::Shape::kTent);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pathfit::optim

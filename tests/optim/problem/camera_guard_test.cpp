@@ -1,0 +1,40 @@
+#include "optim/problem/camera_guard.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_scenes.h"
+
+namespace pathfit {
+namespace {
+
+using renderer::ParameterKind;
+
+TEST(CameraGuard, RefusesCamerasThatCannotRender) {
+  renderer::Scene scene = tests::BallAndWall();
+  scene.sensors.resize(2, scene.sensors.front());
+  std::vector<optim::UnknownSpec> unknowns(3);
+  unknowns[0].kind = ParameterKind::kVertexPositions;
+  unknowns[1].kind = ParameterKind::kFocal;
+  unknowns[1].object = -1;
+  unknowns[2].kind = ParameterKind::kRadialDistortion;
+  unknowns[2].object = 1;
+  const optim::ParameterSet set(scene, unknowns, {0, 1, 2}, {0, 1}, {});
+  const optim::CameraGuard guard(scene, set);
+  const std::vector<double> start = set.layout().Gather(scene);
+  const auto admits = [&](ParameterKind kind, int object, double value) {
+    std::vector<double> values = start;
+    values[set.BlockOffset(set.layout().FirstBlock(kind, object))] = value;
+    return guard.Admits(values);
+  };
+  EXPECT_TRUE(guard.Admits(start));
+  EXPECT_TRUE(admits(ParameterKind::kFocal, 1, 40.0));
+  EXPECT_FALSE(admits(ParameterKind::kFocal, 1, -1.0));
+  EXPECT_FALSE(admits(ParameterKind::kFocal, 0, std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_TRUE(admits(ParameterKind::kRadialDistortion, 1, 0.01));
+  EXPECT_FALSE(admits(ParameterKind::kRadialDistortion, 1, -5.0)) << "folds";
+}
+
+}  // namespace
+}  // namespace pathfit

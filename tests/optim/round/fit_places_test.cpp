@@ -1,0 +1,218 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "optim/round/fit.h"
+#include "renderer/geometry/mesh_primitives.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+// Where things are, found again from other starts: objects, cameras and lights, by shading,
+// silhouettes and shadows. The tolerances are two to three times what was measured, and several
+// times below the error of the start.
+namespace pathfit {
+namespace {
+
+using optim::FitResult;
+using optim::UnknownSpec;
+using renderer::ParameterKind;
+using renderer::Rgb;
+using renderer::Scene;
+using renderer::Vec3;
+
+constexpr int kSize = 48;
+
+class FitPlacesTest : public testing::Test {
+ protected:
+  UnknownSpec& Free(ParameterKind kind, int object) {
+    spec_.unknowns.emplace_back();
+    spec_.unknowns.back().kind = kind;
+    spec_.unknowns.back().object = object;
+    return spec_.unknowns.back();
+  }
+
+  Scene Fit(const Scene& start, const Scene& truth, int num_rounds) {
+    optim::StageSpec stage;
+    stage.name = "fit";
+    for (std::size_t i = 0; i < spec_.unknowns.size(); ++i) {
+      stage.free.push_back(static_cast<int>(i));
+    }
+    stage.max_rounds = num_rounds;
+    stage.spp = 8;
+    stage.max_spp = 32;
+    spec_.stages = {stage, stage};
+    spec_.stages[0].name = "coarse";
+    spec_.stages[0].image_scale = 0.5;
+    spec_.seed = 3;
+    return optim::RunFit(start, tests::Photograph(truth, 256), spec_, observer_, {}).scene;
+  }
+
+  optim::FitSpec spec_;
+  tests::RecordingObserver observer_;
+};
+
+// A slab with coloured corners over a floor that is bright in one corner, under a sky.
+Scene SlabScene(int num_views) {
+  Scene scene;
+  renderer::Mesh slab = renderer::MakeCube();
+  for (Vec3& p : slab.positions) {
+    slab.colors.push_back({0.5 + 0.4 * p.x, 0.5 + 0.3 * p.y, 0.5 + 0.4 * p.z * p.x});
+    p = {0.6 * p.x, 0.4 * p.y, 0.25 * p.z};
+  }
+  slab.color_triangles = slab.triangles;
+  renderer::Mesh floor = renderer::MakeRectangle();
+  for (Vec3& p : floor.positions) {
+    floor.colors.push_back(p.x > 0 && p.y > 0 ? Rgb{0.8, 0.7, 0.2} : Rgb{0.3, 0.3, 0.3});
+    p = {2.0 * p.x, 2.0 * p.y, -0.8};
+  }
+  floor.color_triangles = floor.triangles;
+  scene.meshes = {{"slab", slab, 0}, {"floor", floor, 0}};
+  scene.materials = {{"paint", renderer::LambertBsdf{}, {0.5, 0.5, 0.5}, true}};
+  scene.emitters = {tests::GradientEnvironment(8, 4)};
+  scene.environment_visible = false;
+  for (int i = 0; i < num_views; ++i) {
+    const double angle = 2.2 * i + 0.4;
+    const Vec3 origin{2.5 * std::sin(angle), 2.5 * std::cos(angle), 2.2 + 0.3 * (i % 2)};
+    scene.sensors.push_back(tests::CameraAt(origin, {0, 0, -0.2}, 1.2 * kSize, kSize, kSize));
+    scene.sensors.back().name = "view" + std::to_string(i);
+  }
+  return scene;
+}
+
+// A floor seen from above, under one lamp, with a square that throws a hard shadow on it. The
+// square is above the cameras, which see its shadow only.
+Scene ShadowScene(int num_views) {
+  Scene scene;
+  renderer::Mesh square = renderer::MakeRectangle();
+  renderer::ApplyTransform({{{0.25, 0, 0}, {0, 0.3, 0}, {0, 0, 1}}, {0.3, -0.2, 2.0}}, square);
+  renderer::Mesh floor = renderer::MakeRectangle();
+  renderer::ApplyTransform({{{3, 0, 0}, {0, 3, 0}, {0, 0, 1}}, {}}, floor);
+  scene.meshes = {{"square", square, 0}, {"floor", floor, 0}};
+  scene.materials = {{"grey", renderer::LambertBsdf{}, {0.6, 0.6, 0.6}}};
+  scene.emitters = {{"lamp",
+                     renderer::LightFrame::kWorld,
+                     {},
+                     renderer::PointEmitter{{0.6, -0.4, 4.0}, {16, 16, 16}}}};
+  for (int i = 0; i < num_views; ++i) {
+    const Vec3 origin{0.4 * i - 0.4, -0.9, 1.5};
+    scene.sensors.push_back(tests::CameraAt(origin, {0, 0, 0}, 0.9 * kSize, kSize, kSize));
+    scene.sensors.back().name = "view" + std::to_string(i);
+  }
+  return scene;
+}
+
+TEST_F(FitPlacesTest, ObjectPoseFromThreeViews) {
+  const Scene truth = SlabScene(4);  // the last is held out
+  Scene start = truth;
+  start.meshes[0].pose.translation = {0.12, -0.1, 0.08};
+  start.meshes[0].pose.rotation = {0.1, -0.12, 0.15};
+  Free(ParameterKind::kObjectTranslation, 0);
+  Free(ParameterKind::kObjectRotation, 0);
+  const Scene result = Fit(start, truth, 8);
+  EXPECT_LT(Norm(result.meshes[0].pose.translation), 0.003) << "of 0.18; a pixel is 0.06";
+  EXPECT_LT(Norm(result.meshes[0].pose.rotation), 0.006) << "of 0.22";
+}
+
+TEST_F(FitPlacesTest, OneCameraWithItsFocalLength) {
+  const Scene truth = SlabScene(3);
+  Scene start = truth;
+  start.sensors[1].world_from_camera.translation += Vec3{0.1, -0.08, 0.06};
+  start.sensors[1].rotation = {0.03, -0.02, 0.04};
+  start.sensors[1].fx *= 1.04;
+  start.sensors[1].fy *= 1.04;
+  Free(ParameterKind::kCameraPosition, 1).gaussian = optim::GaussianPriorSpec{{}, 0.1};
+  Free(ParameterKind::kCameraRotation, 1).gaussian = optim::GaussianPriorSpec{{}, 0.05};
+  Free(ParameterKind::kFocal, 1).gaussian = optim::GaussianPriorSpec{{}, 0.05 * 1.2 * kSize};
+  const Scene result = Fit(start, truth, 8);
+  const renderer::Camera& found = result.sensors[1];
+  const renderer::Camera& right = truth.sensors[1];
+  EXPECT_LT(Norm(found.world_from_camera.translation - right.world_from_camera.translation), 0.02)
+      << "of 0.14";
+  EXPECT_LT(Norm(found.rotation), 0.006) << "of 0.054";
+  EXPECT_NEAR(found.fx / right.fx, 1.0, 0.008) << "1.04";
+  EXPECT_NEAR(found.fy / right.fy, 1.0, 0.008) << "1.04";
+  EXPECT_EQ(result.sensors[0].world_from_camera, truth.sensors[0].world_from_camera);
+}
+
+TEST_F(FitPlacesTest, CamerasAndObjectTogetherStayWhereTheyBegan) {
+  const Scene truth = SlabScene(4);
+  Scene start = truth;
+  start.meshes.pop_back();  // the slab alone: everything may turn together
+  Scene photographed = start;
+  start.meshes[0].pose.translation = {0.06, -0.05, 0.04};
+  for (std::size_t i = 0; i < 3; ++i) {
+    start.sensors[i].rotation = {0.01 * static_cast<double>(i), -0.01, 0.0};
+  }
+  Free(ParameterKind::kObjectTranslation, 0);
+  Free(ParameterKind::kObjectRotation, 0);
+  Free(ParameterKind::kCameraPosition, -1).gaussian = optim::GaussianPriorSpec{{}, 0.07};
+  Free(ParameterKind::kCameraRotation, -1).gaussian = optim::GaussianPriorSpec{{}, 0.02};
+  const Scene result = Fit(start, photographed, 6);
+  EXPECT_GT(observer_.stages.back().psnr_linear_fit, 30.0);
+  Vec3 drift;
+  for (std::size_t i = 0; i < 3; ++i) {
+    drift += result.sensors[i].world_from_camera.translation -
+             start.sensors[i].world_from_camera.translation;
+  }
+  EXPECT_LT(Norm(drift) / 3.0, 0.1) << "of all cameras together";
+  EXPECT_EQ(result.sensors[3].world_from_camera, start.sensors[3].world_from_camera) << "held out";
+  EXPECT_EQ(result.sensors[3].rotation, start.sensors[3].rotation) << "held out";
+}
+
+TEST_F(FitPlacesTest, LightPositionFromAHardShadow) {
+  const Scene truth = ShadowScene(3);
+  Scene start = truth;
+  std::get<renderer::PointEmitter>(start.emitters[0].light).position += Vec3{0.25, 0.2, 0.0};
+  Free(ParameterKind::kLightPosition, 0);
+  const Scene result = Fit(start, truth, 8);
+  const Vec3 error = std::get<renderer::PointEmitter>(result.emitters[0].light).position -
+                     std::get<renderer::PointEmitter>(truth.emitters[0].light).position;
+  EXPECT_LT(Norm(error), 0.03) << "of 0.32";
+}
+
+TEST_F(FitPlacesTest, OccluderOutsideTheViewsFromItsShadow) {
+  const Scene truth = ShadowScene(3);
+  Scene start = truth;
+  start.meshes[0].pose.translation = {0.12, -0.1, 0.15};
+  Free(ParameterKind::kObjectTranslation, 0);
+  const Scene result = Fit(start, truth, 8);
+  EXPECT_LT(Norm(result.meshes[0].pose.translation), 0.02) << "of 0.22";
+}
+
+TEST_F(FitPlacesTest, WithoutTheDirectTermTheOccluderStaysWhereItIs) {
+  const Scene truth = ShadowScene(3);
+  Scene start = truth;
+  start.meshes[0].pose.translation = {0.12, -0.1, 0.15};
+  Free(ParameterKind::kObjectTranslation, 0);
+  spec_.terms.direct = false;
+  const Scene result = Fit(start, truth, 2);
+  EXPECT_NEAR(
+      Norm(result.meshes[0].pose.translation - start.meshes[0].pose.translation), 0.0, 1e-9);
+}
+
+TEST_F(FitPlacesTest, SpotDirectionAndAngles) {
+  Scene truth = ShadowScene(3);
+  truth.meshes.erase(truth.meshes.begin());
+  renderer::SpotEmitter spot;
+  spot.position = {0.1, 0.1, 3.0};
+  spot.intensity = {12, 12, 12};
+  spot.inner_angle = 0.12;
+  spot.outer_angle = 0.25;
+  truth.emitters = {{"spot", renderer::LightFrame::kWorld, {}, spot}};
+  Scene start = truth;
+  start.emitters[0].rotation = {0.06, -0.05, 0.0};
+  auto& moved = std::get<renderer::SpotEmitter>(start.emitters[0].light);
+  moved.inner_angle = 0.05;
+  moved.outer_angle = 0.33;
+  Free(ParameterKind::kLightRotation, 0).gaussian =
+      optim::GaussianPriorSpec{{}, 0.1};  // nothing shows how it turns about its axis
+  Free(ParameterKind::kSpotAngles, 0);
+  const Scene result = Fit(start, truth, 8);
+  const Vec3 axis = renderer::RotationFromVector(result.emitters[0].rotation) * Vec3{0, 0, -1};
+  const auto& found = std::get<renderer::SpotEmitter>(result.emitters[0].light);
+  EXPECT_LT(Norm(axis - Vec3{0, 0, -1}), 0.003) << "of 0.078";
+  EXPECT_NEAR(found.inner_angle, 0.12, 0.01) << "from 0.05";
+  EXPECT_NEAR(found.outer_angle, 0.25, 0.01) << "from 0.33";
+}
+
+}  // namespace
+}  // namespace pathfit

@@ -1,0 +1,142 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "optim/round/fit.h"
+#include "renderer/geometry/mesh_primitives.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+// What surfaces and pictures are made of, found again from other starts. The tolerances are two to
+// three times what was measured, and several times below the error of the start.
+namespace pathfit {
+namespace {
+
+using optim::UnknownSpec;
+using renderer::ParameterKind;
+using renderer::Rgb;
+using renderer::Scene;
+using renderer::Vec3;
+
+constexpr int kSize = 48;
+
+class FitSurfacesTest : public testing::Test {
+ protected:
+  UnknownSpec& Free(ParameterKind kind, int object) {
+    spec_.unknowns.emplace_back();
+    spec_.unknowns.back().kind = kind;
+    spec_.unknowns.back().object = object;
+    return spec_.unknowns.back();
+  }
+
+  Scene Fit(const Scene& start, const Scene& truth, int num_rounds) {
+    optim::StageSpec stage;
+    stage.name = "fit";
+    for (std::size_t i = 0; i < spec_.unknowns.size(); ++i) {
+      stage.free.push_back(static_cast<int>(i));
+    }
+    stage.max_rounds = num_rounds;
+    stage.spp = 8;
+    stage.max_spp = 32;
+    spec_.stages = {stage};
+    spec_.seed = 3;
+    return optim::RunFit(start, tests::Photograph(truth, 256), spec_, observer_, {}).scene;
+  }
+
+  optim::FitSpec spec_;
+  tests::RecordingObserver observer_;
+};
+
+renderer::Texture Picture(int width, int height) {
+  renderer::Texture texture;
+  texture.name = "picture";
+  texture.width = width;
+  texture.height = height;
+  texture.wrap = renderer::TextureWrap::kClamp;
+  texture.texels.clear();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      texture.texels.push_back({0.5 + 0.3 * std::sin(1.3 * x + y),
+                                0.4 + 0.3 * std::cos(0.9 * y - x),
+                                (x + y) % 3 * 0.3 + 0.1});
+    }
+  }
+  return texture;
+}
+
+Scene PlaneScene(int num_views) {
+  Scene scene;
+  scene.meshes = {{"plane", renderer::MakeRectangle(), 0}};
+  scene.materials = {{"paint", renderer::LambertBsdf{}, {0.6, 0.6, 0.6}}};
+  scene.textures = {Picture(8, 6)};
+  for (int i = 0; i < num_views; ++i) {
+    scene.sensors.push_back(
+        tests::CameraAt({0.8 * i - 0.8, -0.6, 3.2}, {0, 0, 0}, 1.3 * kSize, kSize, kSize));
+    scene.sensors.back().name = "view" + std::to_string(i);
+  }
+  return scene;
+}
+
+double Rms(const std::vector<Rgb>& a, const std::vector<Rgb>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      sum += (a[i][c] - b[i][c]) * (a[i][c] - b[i][c]) / (3.0 * static_cast<double>(a.size()));
+    }
+  }
+  return std::sqrt(sum);
+}
+
+TEST_F(FitSurfacesTest, TexelsOfAPlane) {
+  Scene truth = PlaneScene(3);
+  truth.materials[0].base_color_texture = 0;
+  truth.emitters = {tests::ConstantEnvironment({1, 1, 1})};
+  Scene start = truth;
+  for (Rgb& texel : start.textures[0].texels) texel = {0.5, 0.5, 0.5};
+  UnknownSpec& texels = Free(ParameterKind::kTextureTexels, 0);
+  texels.lower = 0.01;
+  texels.upper = 0.99;
+  texels.smooth_weight = 1e-5;
+  const double before = Rms(start.textures[0].texels, truth.textures[0].texels);
+  const Scene result = Fit(start, truth, 6);
+  EXPECT_GT(before, 0.2);
+  EXPECT_LT(Rms(result.textures[0].texels, truth.textures[0].texels), 0.02);
+}
+
+TEST_F(FitSurfacesTest, TexelsThroughAProjector) {
+  Scene truth = PlaneScene(3);
+  renderer::ProjectorEmitter projector;
+  projector.position = {0.2, 0.1, 3.0};
+  projector.intensity = {4, 4, 4};
+  projector.texture = 0;
+  truth.emitters = {{"beamer", renderer::LightFrame::kWorld, {}, projector}};
+  Scene start = truth;
+  for (Rgb& texel : start.textures[0].texels) texel = {0.5, 0.5, 0.5};
+  UnknownSpec& texels = Free(ParameterKind::kTextureTexels, 0);
+  texels.parameterization = optim::Parameterization::kLog;
+  texels.smooth_weight = 1e-5;
+  const Scene result = Fit(start, truth, 6);
+  EXPECT_LT(Rms(result.textures[0].texels, truth.textures[0].texels), 0.02);
+}
+
+TEST_F(FitSurfacesTest, RoughnessAndIndexOfAMetal) {
+  Scene truth = tests::BallScene(3, 4, kSize);
+  truth.materials = {
+      {"metal", renderer::RoughConductorBsdf{0.4, {0.2, 0.9, 1.1}, {3.9, 2.4, 2.1}}, {1, 1, 1}}};
+  Scene start = truth;
+  auto& metal = std::get<renderer::RoughConductorBsdf>(start.materials[0].bsdf);
+  metal.roughness = 0.6;
+  metal.eta = {0.5, 0.5, 0.5};
+  UnknownSpec& roughness = Free(ParameterKind::kRoughness, 0);
+  roughness.lower = 0.1;
+  roughness.upper = 1.0;
+  Free(ParameterKind::kEta, 0).parameterization = optim::Parameterization::kLog;
+  const Scene result = Fit(start, truth, 8);
+  const auto& found = std::get<renderer::RoughConductorBsdf>(result.materials[0].bsdf);
+  EXPECT_NEAR(found.roughness, 0.4, 0.02) << "from 0.6";
+  EXPECT_NEAR(found.eta.r, 0.2, 0.02) << "from 0.5";
+  EXPECT_NEAR(found.eta.g, 0.9, 0.05) << "from 0.5";
+  EXPECT_NEAR(found.eta.b, 1.1, 0.05) << "from 0.5";
+}
+
+}  // namespace
+}  // namespace pathfit
