@@ -73,6 +73,7 @@ optim::GradientCheckOptions OptionsOf(const ExperimentConfig& config) {
   options.form = render.form;
   options.guide = render.guide;
   options.guide_share = render.guide_share;
+  options.antithetic = render.antithetic;
   options.step = config.gradcheck.step;
   options.max_bounces = render.max_bounces;
   options.rr_depth = render.rr_depth;

@@ -188,6 +188,7 @@ struct RenderConfig {
   bool material_form = false;
   enum class Guiding { kNone, kGrid, kAdaptive } guiding = Guiding::kAdaptive;
   double guide_share = 0.25;
+  bool antithetic = false;
 };
 
 struct GaussianConfig {

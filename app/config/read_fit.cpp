@@ -101,6 +101,7 @@ void ReadRender(const MapReader& map, ConfigReading& reading) {
                    : guiding == "grid" ? RenderConfig::Guiding::kGrid
                                        : RenderConfig::Guiding::kAdaptive;
   map.Get("guide_share", render.guide_share);
+  map.Get("antithetic", render.antithetic);
 }
 
 }  // namespace

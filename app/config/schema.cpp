@@ -61,6 +61,10 @@ SchemaNode RenderSchema() {
               Number("guide_share", "Share of the boundary samples spent on building the guide.")
                   .Between(0.0, 1.0)
                   .Default("0.25"),
+              Bool("antithetic",
+                   "Draws paths in pairs with mirrored reflections: derivatives of glossy surfaces "
+                   "by shape lose most of their noise, pictures gain nothing.")
+                  .Default("false"),
               Choice("pixel_filter",
                      {"box"},
                      "How samples become pixels of photos; sensors have their own `filter`.")

@@ -190,6 +190,7 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
   fit.terms = render.terms;
   fit.guide = render.guide;
   fit.guide_share = render.guide_share;
+  fit.antithetic = render.antithetic;
   fit.linear_solver = config.solver.linear_solver == "gram" ? optim::LinearSolverChoice::kGram
                       : config.solver.linear_solver == "cholesky"
                           ? optim::LinearSolverChoice::kCholesky

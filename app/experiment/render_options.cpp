@@ -34,6 +34,7 @@ renderer::RenderOptions MakeRenderOptions(const ExperimentConfig& config) {
       break;
   }
   options.guide_share = render.guide_share;
+  options.antithetic = render.antithetic;
   return options;
 }
 

@@ -168,6 +168,7 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   render.form = options.form;
   render.guide = options.guide;
   render.guide_share = options.guide_share;
+  render.antithetic = options.antithetic;
   render.cancel = options.cancel;
   const bool moves = Moves(layout);
   const bool moves_edges = MovesEdges(layout);

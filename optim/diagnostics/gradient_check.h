@@ -22,6 +22,7 @@ struct GradientCheckOptions {
   renderer::DerivativeForm form = renderer::DerivativeForm::kImage;
   renderer::GuideKind guide = renderer::GuideKind::kAdaptive;
   double guide_share = 0.25;
+  bool antithetic = false;
   double step = 1e-3;  ///< half distance of the central difference, in units of the direction
   int max_bounces = 1;
   int rr_depth = 5;

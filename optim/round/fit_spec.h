@@ -35,6 +35,7 @@ struct FitSpec {
   renderer::DerivativeTerms terms;  ///< in the image form
   renderer::GuideKind guide = renderer::GuideKind::kAdaptive;
   double guide_share = 0.25;
+  bool antithetic = false;
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;   ///< 0 = no limit
   double exposure_sigma_ev = 0.3;  ///< prior of each photo's log2 gain

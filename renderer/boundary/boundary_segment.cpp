@@ -1,5 +1,6 @@
 #include "renderer/boundary/boundary_segment.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,6 +12,11 @@ constexpr double kMinSinPhi = 1e-9;
 
 // An edge this close to another surface, as a multiple of the offset of secondary rays, touches it.
 constexpr double kTouch = 2.0;
+
+// How far inside the shadow of an edge visibility is tested, as a multiple of the same offset.
+constexpr double kIntoShadow = 4.0;
+// A surface that is nearly edge-on to the shadow's border is not followed further than this allows.
+constexpr double kMinTangent = 0.1;
 
 double TouchDistance(const BoundaryContext& context) {
   return kTouch * kRayOffset * context.path.caster->Extent();
@@ -83,7 +89,19 @@ double ShadingCorrection(const SurfacePoint& p, const Vec3& wi) {
   return std::abs(Dot(p.n, wi) / Dot(p.ng, wi));
 }
 
-std::optional<Connection> Connect(const BoundaryContext& context, const Detector& detector) {
+/// Step along the surface at x_D to the side that the edge hides from the source.
+Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& s) {
+  const RayCaster& caster = *context.path.caster;
+  const Vec3& n = caster.Geometry(s.d.id).n;
+  const Vec3 tangent = s.n_b - n * Dot(n, s.n_b);
+  const double length = std::max(Norm(tangent), kMinTangent);
+  return tangent * (kIntoShadow * kRayOffset * caster.Extent() / (length * length));
+}
+
+/// `step`: visibility is tested so far beside the vertex.
+std::optional<Connection> Connect(const BoundaryContext& context,
+                                  const Detector& detector,
+                                  const Vec3& step) {
   const Camera& camera = context.camera.camera();
   const auto projection = context.camera.Project(detector.x);
   const double margin = camera.filter.radius;
@@ -108,7 +126,7 @@ std::optional<Connection> Connect(const BoundaryContext& context, const Detector
                           (ShadingCorrection(p, detector.wi) *
                            std::abs(Dot(p.ng, Cross(projection->du, projection->dv))));
   if (IsBlack(connection.importance) ||
-      caster.Occluded({caster.OffsetPoint(p.x, p.ng), to_camera.direction},
+      caster.Occluded({caster.OffsetPoint(p.x, p.ng) + step, to_camera.direction},
                       ShadowDistance(caster, connection.view.distance))) {
     return std::nullopt;
   }
@@ -245,7 +263,10 @@ void ConnectDetectors(const BoundaryContext& context,
     const Rgb& radiance = cumulative[available];
     const bool delta = IsDelta(material_of(detector.id).bsdf);
     if (!delta && !IsBlack(radiance)) {
-      if (const auto connection = Connect(context, detector)) {
+      // The border of a shadow is seen where its dark side is, too. A light in the camera's own
+      // place casts shadows exactly behind what it lights, which rounding would show or hide.
+      const Vec3 step = k == 0 ? StepIntoShadow(context, segment) : Vec3{};
+      if (const auto connection = Connect(context, detector, step)) {
         const bool image = k == 0 && context.options.form == DerivativeForm::kImage;
         if (image) {
           FillRow(context, segment, &connection->view, row);

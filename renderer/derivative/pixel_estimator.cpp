@@ -106,6 +106,9 @@ Rgba MeanOfSamples(const PathContext& context,
     const auto index = static_cast<std::uint64_t>(s / group);
     LatticeSampler sampler(
         shift, CounterRng(options.seed, kInteriorDomain, options.view, pixel, index), index);
+    if (context.antithetic && s % 2 == 1) {
+      sampler.ShiftLights(kGoldenStep);
+    }
     const Rgba value = sample(sampler, s);
     if (IsFinite(value.Color())) {
       sum += value;

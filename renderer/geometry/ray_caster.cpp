@@ -12,8 +12,6 @@
 namespace pathfit::renderer {
 namespace {
 
-constexpr int kMaxIgnoredHits = 64;
-
 void FillRay(const Ray& ray, const Vec3& center, double near, double far, RTCRay& out) {
   out.org_x = static_cast<float>(ray.origin.x - center.x);
   out.org_y = static_cast<float>(ray.origin.y - center.y);
@@ -113,7 +111,8 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
     rtcReleaseScene(handles_->scene);
   }
   handles_->scene = rtcNewScene(handles_->device);
-  rtcSetSceneFlags(handles_->scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(handles_->scene,
+                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | kEmbreeFilterFlag));
   for (const Mesh* mesh : meshes) {
     AddMesh(handles_->device, handles_->scene, *mesh, center_);
   }
@@ -123,6 +122,25 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
   }
 }
 
+namespace {
+
+struct IgnoringQuery : EmbreeFilteredContext {
+  std::span<const TriangleId> ignored;
+};
+
+void SkipIgnored(const RTCFilterFunctionNArguments* arguments) {
+  // The context is the base of an IgnoringQuery.
+  const auto* context = reinterpret_cast<const EmbreeFilteredContext*>(arguments->context);
+  const auto& ignored = static_cast<const IgnoringQuery*>(context)->ignored;
+  const TriangleId id{static_cast<std::int32_t>(RTCHitN_geomID(arguments->hit, arguments->N, 0)),
+                      static_cast<std::int32_t>(RTCHitN_primID(arguments->hit, arguments->N, 0))};
+  if (std::find(ignored.begin(), ignored.end(), id) != ignored.end()) {
+    arguments->valid[0] = 0;
+  }
+}
+
+}  // namespace
+
 std::optional<Hit> RayCaster::Intersect(const Ray& ray) const {
   return IntersectIgnoring(ray, 0.0, {});
 }
@@ -130,25 +148,24 @@ std::optional<Hit> RayCaster::Intersect(const Ray& ray) const {
 std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
                                                 double min_distance,
                                                 std::span<const TriangleId> ignored) const {
-  double near = min_distance;
-  for (int attempt = 0; attempt < kMaxIgnoredHits; ++attempt) {
-    RTCRayHit query;
-    FillRay(ray, center_, near, std::numeric_limits<double>::infinity(), query.ray);
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCRayHit query;
+  FillRay(ray, center_, min_distance, std::numeric_limits<double>::infinity(), query.ray);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  if (ignored.empty()) {
     EmbreeIntersect(handles_->scene, query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
-      return std::nullopt;
-    }
-    const TriangleId id{static_cast<std::int32_t>(query.hit.geomID),
-                        static_cast<std::int32_t>(query.hit.primID)};
-    if (std::find(ignored.begin(), ignored.end(), id) == ignored.end()) {
-      const PlaneHit hit = IntersectPlane(Geometry(id), ray.origin, ray.direction);
-      return Hit{id, hit.b1, hit.b2, hit.distance};
-    }
-    near = static_cast<double>(query.ray.tfar) + offset_;
+  } else {
+    IgnoringQuery context;
+    context.ignored = ignored;
+    EmbreeIntersectFiltered(handles_->scene, SkipIgnored, context, query);
   }
-  return std::nullopt;
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
+    return std::nullopt;
+  }
+  const TriangleId id{static_cast<std::int32_t>(query.hit.geomID),
+                      static_cast<std::int32_t>(query.hit.primID)};
+  const PlaneHit hit = IntersectPlane(Geometry(id), ray.origin, ray.direction);
+  return Hit{id, hit.b1, hit.b2, hit.distance};
 }
 
 bool RayCaster::Occluded(const Ray& ray, double max_distance) const {

@@ -67,6 +67,7 @@ class IndependentSampler {
   explicit IndependentSampler(CounterRng rng) : rng_(rng) {}
   double Next() { return rng_.Next(); }
   double NextDirection(int /*bounce*/, int /*component*/) { return Next(); }
+  double NextLight() { return Next(); }
 
  private:
   CounterRng rng_;
@@ -112,6 +113,13 @@ inline double ScatterPdf(const PathContext& context,
                             : BsdfPdf(p.material->bsdf, p.inputs, cosines);
 }
 
+/// Share of a sample drawn with density `own` that `other` could have drawn, too. The square,
+/// rather than the density itself, leaves narrow lobes to the samples that follow them: their
+/// derivatives are large, and only those samples cancel in antithetic pairs. [Veach1995]
+inline double PowerHeuristic(double own, double other) {
+  return own * own / (own * own + other * other);
+}
+
 /// How far a path goes and what it counts.
 struct PathRange {
   int max_bounces = 1;        ///< light that was reflected up to so many times
@@ -120,7 +128,7 @@ struct PathRange {
 };
 
 /// Light sampling at a non-delta vertex: one sample of the environment and one of the area lights
-/// (MIS with the BSDF, balance heuristic), all point and directional lights.
+/// (MIS with the BSDF, power heuristic), all point and directional lights.
 template <class Sampler, class Recorder>
 Rgb SampleLights(const PathContext& context,
                  const SurfacePoint& p,
@@ -140,8 +148,8 @@ Rgb SampleLights(const PathContext& context,
   };
   if (lights.environment) {
     const auto& environment = *lights.environment;
-    const double u0 = sampler.Next();
-    const double u1 = sampler.Next();
+    const double u0 = sampler.NextLight();
+    const double u1 = sampler.NextLight();
     const DirectionSample sample =
         environment.sampler->Sample(environment.light_from_world * p.n, u0, u1);
     const Vec3 wi = environment.world_from_light * sample.direction;
@@ -151,15 +159,15 @@ Rgb SampleLights(const PathContext& context,
       add({environment.emitter,
            wi,
            0.0,
-           std::abs(cosines.cos_i) / (sample.pdf + other),
+           std::abs(cosines.cos_i) * PowerHeuristic(sample.pdf, other) / sample.pdf,
            EnvironmentRadianceAt(*environment.light, sample.uv),
            {}},
           EvalBsdf(p.material->bsdf, p.inputs, cosines));
     }
   }
   if (!lights.areas.empty()) {
-    const double u0 = sampler.Next();
-    const double u1 = sampler.Next();
+    const double u0 = sampler.NextLight();
+    const double u1 = sampler.NextLight();
     const AreaSample sample = lights.area_sampler->Sample(u0, u1);
     const TriangleGeometry& triangle = caster.Geometry(sample.id);
     const Vec3 to_light = triangle.Point(sample.b1, sample.b2) - p.x;
@@ -178,7 +186,7 @@ Rgb SampleLights(const PathContext& context,
         add({light.emitter,
              wi,
              distance,
-             std::abs(cosines.cos_i) / (pdf + other),
+             std::abs(cosines.cos_i) * PowerHeuristic(pdf, other) / pdf,
              radiance,
              sample.id,
              sample.b1,
@@ -277,7 +285,7 @@ Rgb TraceRadiance(const PathContext& context,
       const DirectContribution direct{environment.emitter,
                                       sample->wi,
                                       0.0,
-                                      on.factor * pdf / (pdf + other),
+                                      on.factor * PowerHeuristic(pdf, other),
                                       EnvironmentRadianceAt(*environment.light, uv),
                                       {}};
       if (delta) {
@@ -308,7 +316,7 @@ Rgb TraceRadiance(const PathContext& context,
     if (!delta && context.lights.area_of_mesh[static_cast<std::size_t>(p.id.mesh)] >= 0) {
       const double cos_light = std::abs(Dot(p.ng, ray.direction));
       const double other = context.lights.area_sampler->Pdf(p.id) * hit->distance * hit->distance;
-      emission_weight = pdf * cos_light / (pdf * cos_light + other);
+      emission_weight = PowerHeuristic(pdf * cos_light, other);
     }
   }
   return radiance;

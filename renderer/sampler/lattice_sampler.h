@@ -25,6 +25,14 @@ class LatticeSampler {
     shifted_bounce_ = bounce;
     direction_shift_ = {shift0, shift1};
   }
+  /// Moves all numbers that choose points on lights: the second path of a pair, which shares the
+  /// other numbers, should not sample the same lights again.
+  void ShiftLights(double shift) { light_shift_ = shift; }
+  /// The next number, for a choice on a light.
+  double NextLight() {
+    const double moved = Next() + light_shift_;
+    return moved - std::floor(moved);
+  }
   /// The next number, as component 0 or 1 of the direction choice at a bounce.
   double NextDirection(int bounce, int component) {
     const double x = Next();
@@ -59,6 +67,7 @@ class LatticeSampler {
   double sample_;
   int dimension_ = 0;
   int shifted_bounce_ = 0;
+  double light_shift_ = 0.0;
   std::array<double, 2> direction_shift_{};
 };
 

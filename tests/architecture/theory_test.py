@@ -1,4 +1,5 @@
-"""Checks renderer/THEORY.md: every file it names exists, and holds the code names listed beside it.
+"""Checks renderer/THEORY.md: every file it names exists and holds the code names listed beside it; every number of its
+table has the value it has in the code; and every numeric constant of the renderer is in that table.
 
 Usage: theory_test.py REPO_ROOT. Prints every violation, exits 1 if there is any.
 """
@@ -6,8 +7,11 @@ import pathlib
 import re
 import sys
 
-FILE = re.compile(r"`((?:renderer|optim|app|tests|data)/[\w./{},]+\.\w+)`")
+FILE = re.compile(r"`((?:renderer|optim|app|tests|data)/[\w./{},]+)`")
 NAME = re.compile(r"`([A-Za-z_]\w*)`")
+CONSTANT = re.compile(r"\bconstexpr\s[^;(){}]*?\b(k[A-Z]\w*)\s*=\s*-?(?:0x)?[\d.]")
+# Names for bits and places of a list or a file format, and answers that are no number.
+NO_NUMBERS = {"kAbsent", "kNobody", "kFx", "kCx", "kTiffWidth", "kTiffHeight", "kTiffOrientation", "kExponentBias"}
 
 
 def expanded(name):
@@ -17,26 +21,58 @@ def expanded(name):
     return [name[: braces.start()] + part + name[braces.end():] for part in braces.group(1).split(",")]
 
 
-def main(root):
-    errors = []
-    count = 0
-    for number, line in enumerate((root / "renderer/THEORY.md").read_text().splitlines(), 1):
+def holds_value(text, name, value):
+    found = re.findall(rf"\b{name}\s*=\s*([^;,}}]+)", text)
+    return any(re.fullmatch(rf"{re.escape(value)}(?:F|ULL)?", literal.strip()) for literal in found)
+
+
+def check_lines(root, lines):
+    """Returns errors, how many files are named, and the constants with a value by file."""
+    errors, count, constants = [], 0, set()
+    numbers = False
+    for line_number, line in enumerate(lines, 1):
+        if line.startswith("#"):
+            numbers = line.startswith("## ") and "Numbers" in line
+        place = f"renderer/THEORY.md:{line_number}"
         files = [f for match in FILE.findall(line) for f in expanded(match)]
         count += len(files)
-        texts = []
+        texts = {}
         for name in files:
             if (root / name).is_file():
-                texts.append((root / name).read_text(errors="replace"))
+                texts[name] = (root / name).read_text(errors="replace")
             else:
-                errors.append(f"renderer/THEORY.md:{number}: {name} does not exist")
+                errors.append(f"{place}: {name} does not exist")
+        if not line.startswith("|") or not texts:
+            continue
         # In a table row that names files, every bare code name must occur in one of them.
-        if line.startswith("|") and texts:
-            for name in NAME.findall(FILE.sub("", line)):
-                if not any(re.search(rf"\b{name}\b", text) for text in texts):
-                    errors.append(f"renderer/THEORY.md:{number}: {name} is in none of {', '.join(files)}")
+        names = NAME.findall(FILE.sub("", line))
+        for name in names:
+            if not any(re.search(rf"\b{name}\b", text) for text in texts.values()):
+                errors.append(f"{place}: {name} is in none of {', '.join(files)}")
+        if numbers:
+            cells = [cell.strip() for cell in line.strip("|").split(" | ")]
+            names, values = NAME.findall(cells[0]), cells[1].split(", ")
+            if len(names) != len(values):
+                errors.append(f"{place}: {len(names)} names and {len(values)} values")
+            for name, value in zip(names, values):
+                holders = [f for f, text in texts.items() if holds_value(text, name, value)]
+                constants |= {(name, f) for f in holders}
+                if not holders:
+                    errors.append(f"{place}: {name} is not {value} in {', '.join(files)}")
+    return errors, count, constants
+
+
+def main(root):
+    errors, count, constants = check_lines(root, (root / "renderer/THEORY.md").read_text().splitlines())
     if count == 0:
         errors.append("renderer/THEORY.md names no file")
-    print("\n".join(errors) or f"{count} files named, all there")
+    for path in sorted((root / "renderer").rglob("*")):
+        if path.suffix in {".h", ".cpp"}:
+            name_of_file = str(path.relative_to(root))
+            for name in CONSTANT.findall(path.read_text(errors="replace")):
+                if name not in NO_NUMBERS and (name, name_of_file) not in constants:
+                    errors.append(f"{name_of_file}: {name} is not in the numbers of renderer/THEORY.md")
+    print("\n".join(errors) or f"{count} files named, {len(constants)} numbers, all as they are")
     return bool(errors)
 
 

@@ -173,7 +173,7 @@ INSTANTIATE_TEST_SUITE_P(
         Reference{"translate_diffuse_rectangle_constant", {"plane.translation.x"}, 128, 512},
         Reference{"translate_disk_emitter_on_gray", {"disk.translation.x"}, 128, 512},
         Reference{"scale_sphere_emitter_on_black", {"ball.scale"}, 128, 1024},
-        Reference{"translate_shadow_receiver_area_light", {"wall.translation.x"}, 256, 16384, 64},
+        Reference{"translate_shadow_receiver_area_light", {"wall.translation.x"}, 512, 16384, 64},
         Reference{"translate_self_shadowing_right_angle",
                   {"wall.translation.z", "floor.translation.z"},
                   512,

@@ -206,10 +206,10 @@ TEST(ConfigMistakes, UnknownsMustFitTheScene) {
         "gaussian)"},
        {"unknowns.glaze.roughness.priors=[{gaussian: {mean: [1, 1, 1], sigma: 1}}]",
         "unknowns.glaze.roughness.priors[0].gaussian.mean: roughness is one number"},
-       {"unknowns.mug.translation={priors: [{gaussian: {mean: [1, 1], sigma: 1}}]}",
-        "unknowns.mug.translation.priors[0].gaussian.mean: translation has 3 numbers, not 2"},
-       {"unknowns.mug.translation={priors: [{gaussian: {mean: begin, sigma: 1}}]}",
-        "unknowns.mug.translation.priors[0].gaussian.mean: 'begin' is not a number"}});
+       {"unknowns.paint.base_color.priors=[{gaussian: {mean: [1, 1], sigma: 1}}]",
+        "unknowns.paint.base_color.priors[0].gaussian.mean: base_color has 3 numbers, not 2"},
+       {"unknowns.paint.base_color.priors=[{gaussian: {mean: begin, sigma: 1}}]",
+        "unknowns.paint.base_color.priors[0].gaussian.mean: 'begin' is not a number"}});
 }
 
 TEST(ConfigMistakes, StagesAreChecked) {

@@ -24,7 +24,7 @@ inline renderer::Scene BallScene(int subdivisions, int num_views, int size) {
   renderer::Mesh ball = renderer::MakeIcosphere(subdivisions, 1.0);
   renderer::SetUniformVertexColors({0.6, 0.6, 0.6}, ball);
   scene.meshes = {{"ball", ball, 0}};
-  scene.materials = {{"paint", renderer::LambertBsdf{}, {0.6, 0.6, 0.6}, true, true}};
+  scene.materials = {{"paint", renderer::LambertBsdf{}, {0.6, 0.6, 0.6}, true}};
   scene.emitters = {GradientEnvironment(8, 4)};
   scene.environment_visible = false;
   for (int i = 0; i < num_views; ++i) {
