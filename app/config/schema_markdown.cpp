@@ -116,7 +116,7 @@ constexpr const char* kUnknownsNotes = R"(
   of the distance to the middle of the objects, `rotation` 0.02, `focal` 2 %, `principal_point` 1 %
   of the picture's width, `distortion` 0.05, `tangential` 0.01. It keeps what the photos leave open,
   such as where everything is together. Held-out views keep the cameras they have at the start.
-* A spot's `angles` move as inner / outer and outer: inner stays below.
+* A spot's `angles` move such that the inner one stays below the outer one.
 * `gradcheck.params` and `render --derivative` take these names with a component behind:
   `mug.vertices.x` (all vertices along x), `mug.vertices[17].y` (one number), `mug.rotation.y`,
   `paint.base_color.r`, `camera.principal_point.x`, `camera.distortion.1`, `lamp.angles.i` (inner)

@@ -13,12 +13,18 @@ namespace {
 // A logarithmic unknown cannot be zero: darker values count as this.
 constexpr double kSmallestLogValue = 1e-6;
 constexpr double kSmallestScale = 1e-6;  // an object of size zero has no surface
-// Spots: inner over outer angle, and the outer one, below a right angle.
-constexpr double kLargestRatio = 0.99;
+// Cones: the ratio, and the outer angle, below a right angle. At an inner angle of zero nothing
+// would say how it should change.
+constexpr double kSmallestRatio = 1e-4, kLargestRatio = 0.98;
 constexpr double kSmallestOuterAngle = 0.01, kLargestOuterAngle = 1.55;
 
 bool IsOfSensors(renderer::ParameterKind kind) {
   return renderer::ObjectListOf(kind) == renderer::ObjectList::kSensors;
+}
+
+double OneMinusCos(double x) {
+  const double s = std::sin(0.5 * x);
+  return 2.0 * s * s;
 }
 
 }  // namespace
@@ -87,12 +93,19 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
   lower_.resize(count, lower);
   upper_.resize(count, upper);
   if (unknown.kind == renderer::ParameterKind::kSpotAngles) {
-    mapping_[count - 2] = Mapping::kRatio;
-    lower_[count - 2] = 0.0;
+    mapping_[count - 2] = Mapping::kCone;
+    lower_[count - 2] = kSmallestRatio;
     upper_[count - 2] = kLargestRatio;
     lower_[count - 1] = kSmallestOuterAngle;
     upper_[count - 1] = kLargestOuterAngle;
   }
+}
+
+std::array<double, 2> ParameterSet::ConeSlopes(double inner, double outer) {
+  // 1 - cos(inner) = ratio (1 - cos(outer))
+  const double u_outer = OneMinusCos(outer);
+  const double sine = std::sin(inner);
+  return {u_outer / sine, OneMinusCos(inner) / u_outer * std::sin(outer) / sine};
 }
 
 std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& values) const {
@@ -102,8 +115,8 @@ std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& val
     double t = values[i];
     if (IsLog(i)) {
       t = std::log(std::max(t, kSmallestLogValue));
-    } else if (mapping_[i] == Mapping::kRatio) {
-      t /= std::max(values[i + 1], kSmallestOuterAngle);
+    } else if (mapping_[i] == Mapping::kCone) {
+      t = OneMinusCos(t) / OneMinusCos(std::max(values[i + 1], kSmallestOuterAngle));
     }
     theta[i] = std::clamp(t, lower_[i], upper_[i]);
   }
@@ -114,9 +127,13 @@ std::vector<double> ParameterSet::ValuesFromTheta(const std::vector<double>& the
   PATHFIT_CHECK(theta.size() == NumScalars());
   std::vector<double> values(theta.size());
   for (std::size_t i = 0; i < theta.size(); ++i) {
-    values[i] = IsLog(i)                         ? std::exp(theta[i])
-                : mapping_[i] == Mapping::kRatio ? theta[i] * theta[i + 1]
-                                                 : theta[i];
+    if (IsLog(i)) {
+      values[i] = std::exp(theta[i]);
+    } else if (mapping_[i] == Mapping::kCone) {
+      values[i] = 2.0 * std::asin(std::sqrt(theta[i]) * std::sin(0.5 * theta[i + 1]));
+    } else {
+      values[i] = theta[i];
+    }
   }
   return values;
 }

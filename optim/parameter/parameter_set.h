@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -44,10 +45,13 @@ class ParameterSet {
   /// Index of the unknown that group `group` of the layout belongs to.
   [[nodiscard]] int UnknownOfGroup(std::size_t group) const { return unknown_of_group_[group]; }
   [[nodiscard]] bool IsLog(std::size_t scalar) const { return mapping_[scalar] == Mapping::kLog; }
-  /// Whether the block's unknowns are (x0 / x1, x1).
-  [[nodiscard]] bool IsRatio(std::int32_t block) const {
-    return mapping_[BlockOffset(block)] == Mapping::kRatio;
+  /// Whether the block holds spot angles, whose unknowns are (u_inner / u_outer, outer), u = 1 -
+  /// cos.
+  [[nodiscard]] bool IsCone(std::int32_t block) const {
+    return mapping_[BlockOffset(block)] == Mapping::kCone;
   }
+  /// d inner / d ratio and d inner / d outer of a cone at these angles.
+  static std::array<double, 2> ConeSlopes(double inner, double outer);
   /// Bounds of theta, infinite where there is none.
   [[nodiscard]] const std::vector<double>& lower() const { return lower_; }
   [[nodiscard]] const std::vector<double>& upper() const { return upper_; }
@@ -55,7 +59,7 @@ class ParameterSet {
   /// Theta of the scene's values, moved into the bounds.
   [[nodiscard]] std::vector<double> ThetaFromValues(const std::vector<double>& values) const;
   [[nodiscard]] std::vector<double> ValuesFromTheta(const std::vector<double>& theta) const;
-  /// d x / d theta of one scalar that is no ratio, by its value.
+  /// d x / d theta of one scalar, by its value; not of cones.
   [[nodiscard]] double Slope(std::size_t scalar, double value) const {
     return IsLog(scalar) ? value : 1.0;
   }
@@ -64,7 +68,7 @@ class ParameterSet {
   enum class Mapping : char {
     kIdentity,
     kLog,
-    kRatio,  ///< to the next scalar
+    kCone,  ///< of the inner angle; the outer one follows
   };
 
   void AddGroup(const UnknownSpec& unknown, int index, int object, const ExposureModel& exposure);

@@ -10,8 +10,8 @@
 namespace pathfit::optim {
 
 /// How an unknown's scalars are mapped to what the solver moves: theta = x, or theta = log x (x >
-/// 0). Gains are always logarithmic; spot angles always (inner / outer, outer), so that the inner
-/// one stays below.
+/// 0). Gains are always logarithmic. Spot angles are always (u_inner / u_outer, outer) with u = 1 -
+/// cos: the inner one stays below, and what the light does is smooth in the ratio.
 enum class Parameterization { kIdentity, kLog };
 
 struct GaussianPriorSpec {

@@ -16,16 +16,16 @@ std::string Place(const std::string& view_name, std::size_t pixel, int width) {
          std::to_string(pixel / w) + ")";
 }
 
-// Derivatives by (inner / outer, outer) from those by inner and outer.
-PixelDerivative ByRatio(const PixelDerivative& by_angles, double inner, double outer) {
-  PixelDerivative by_ratio = by_angles;
+// Derivatives by a cone's unknowns from those by its angles.
+PixelDerivative ByCone(const PixelDerivative& by_angles, const std::array<double, 2>& slopes) {
+  PixelDerivative out = by_angles;
   for (std::size_t channel = 0; channel < 4; ++channel) {
     const auto d_inner = static_cast<double>(by_angles.d[channel]);
     const auto d_outer = static_cast<double>(by_angles.d[4 + channel]);
-    by_ratio.d[channel] = static_cast<float>(outer * d_inner);
-    by_ratio.d[4 + channel] = static_cast<float>(inner / outer * d_inner + d_outer);
+    out.d[channel] = static_cast<float>(slopes[0] * d_inner);
+    out.d[4 + channel] = static_cast<float>(slopes[1] * d_inner + d_outer);
   }
-  return by_ratio;
+  return out;
 }
 
 class RowMerger {
@@ -71,10 +71,10 @@ class RowMerger {
       const PixelDerivative& da = take_a ? a[i++] : none;
       const PixelDerivative& db = take_b ? b[k++] : none;
       const std::int32_t block = take_a ? da.block : db.block;
-      if (set_.IsRatio(block)) {
-        const double inner = values_[set_.BlockOffset(block)];
-        const double outer = values_[set_.BlockOffset(block) + 1];
-        AddEntry(unit, v, block, ByRatio(da, inner, outer), ByRatio(db, inner, outer), rows);
+      if (set_.IsCone(block)) {
+        const double* angles = values_.data() + set_.BlockOffset(block);
+        const std::array<double, 2> slopes = ParameterSet::ConeSlopes(angles[0], angles[1]);
+        AddEntry(unit, v, block, ByCone(da, slopes), ByCone(db, slopes), rows);
       } else {
         AddEntry(unit, v, block, da, db, rows);
       }

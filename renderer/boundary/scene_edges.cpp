@@ -22,8 +22,8 @@ bool IsOutsideBox(const Mesh& mesh, const Vec3& x) {
   return false;
 }
 
-/// Whether no path can run inside the mesh: it is closed, opaque, and neither the viewer nor
-/// anything else of the scene is inside its box.
+/// Whether no path from the viewer can run inside the mesh: it is closed, opaque, turned outward,
+/// and the viewer is outside its box.
 bool IsOpaqueSolid(const Scene& scene,
                    std::size_t index,
                    const MeshTopology& topology,

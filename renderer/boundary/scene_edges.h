@@ -10,10 +10,9 @@
 namespace pathfit::renderer {
 
 /// All edges of a placed scene that can hide one point from another, weighted by whether they
-/// move. Left out: diagonals between coplanar faces, and concave edges of closed opaque meshes that
-/// nobody sees from inside (`viewer` and the lights lie outside the mesh's box). Edges that rest
-/// keep a small weight: what lies before or behind them may move; they are left out, too, if only
-/// lights without place or nothing else moves.
+/// move. Left out: diagonals between coplanar faces, and concave edges of closed opaque meshes whose
+/// box the viewer is outside of (nothing that lights the picture may be inside them either). Edges
+/// that rest keep a small weight: what lies before or behind them may move.
 std::vector<BoundaryEdge> SceneEdges(const Scene& placed,
                                      const std::vector<MeshTopology>& topologies,
                                      const ActiveParameters& active,

@@ -97,13 +97,13 @@ RepeatedImages::Agreement RepeatedImages::CompareWith(const Image& mean,
   double difference2 = 0.0;
   double noise2 = 0.0;
   double reference2 = 0.0;
-  for (int y0 = 0; y0 < height_; y0 += kBlock) {
-    for (int x0 = 0; x0 < width_; x0 += kBlock) {
+  for (int y0 = -kBlock / 2; y0 < height_; y0 += kBlock) {
+    for (int x0 = -kBlock / 2; x0 < width_; x0 += kBlock) {
       for (int c = 0; c < 3; ++c) {
         const auto sum_over_block = [&](const auto& values) {
           double sum = 0.0;
-          for (int y = y0; y < std::min(y0 + kBlock, height_); ++y) {
-            for (int x = x0; x < std::min(x0 + kBlock, width_); ++x) {
+          for (int y = std::max(y0, 0); y < std::min(y0 + kBlock, height_); ++y) {
+            for (int x = std::max(x0, 0); x < std::min(x0 + kBlock, width_); ++x) {
               sum += static_cast<double>(values[mean.Offset(x, y) + static_cast<std::size_t>(c)]);
             }
           }

@@ -24,7 +24,9 @@ class RepeatedImages {
   [[nodiscard]] renderer::Image VarianceOfMean() const;
 
   /// Agreement of the mean with another estimate of the same image, in blocks of kBlock x kBlock
-  /// pixels: single pixels of a reference are often unlucky enough to have no variance at all.
+  /// pixels: single pixels of a reference are often unlucky enough to have no variance at all. The
+  /// grid is half a block off the film's corner: an edge that stands on a pixel's border, as at the
+  /// middle of a film, has its difference quotient in two pixels and its derivative in one.
   struct Agreement {
     double z_rms = 0.0, z_mean = 0.0;  ///< over blocks and channels; 1 and 0 are expected
     double z_total = 0.0;              ///< of the sum over the whole image and all channels

