@@ -4,10 +4,10 @@
 peer_duel.py --bench BUILD/tests/gradient_bench --peer FOLDER [--python PYTHON] [--references DIR]
              [--cases NAME ...] [--rounds N] [--repeats N] [--out FILE.json]
 
-FOLDER holds the peer's scripts (gradients.py, references.py) and scenes/. PYTHON is an interpreter with mitsuba; without
-it only our side runs. DIR holds the derivative images that references.py has written. Every round runs all settings of
-both sides in turn, so that what else the machine does hits them alike; seconds are medians over the rounds, variances
-means. Efficiency is 1 / (variance x seconds), set-up and guide included.
+FOLDER holds the peer's scripts (gradients.py, references.py) and scenes/. PYTHON is an interpreter with mitsuba;
+without it only our side runs. DIR holds the derivative images that references.py has written. Every round runs all
+settings of both sides in turn, so that what else the machine does hits them alike; seconds are medians over the
+rounds, variances means. Efficiency is 1 / (variance x seconds), set-up and guide included.
 """
 import argparse
 import json
@@ -20,17 +20,17 @@ from pathlib import Path
 CASES = ["soft_shadow", "bunny_direct", "bunny_two_bounces", "cornell_four_bounces"]
 # Guiding and samples per pixel of the peer: its best ones, and those its published figures use.
 PEER_SETTINGS = {
-    "soft_shadow": [("octree", 16), ("octree", 256), ("none", 64)],
+    "soft_shadow": [("octree", 256), ("none", 64)],
     "bunny_direct": [("octree", 256), ("none", 64)],
     "bunny_two_bounces": [("octree", 256), ("none", 64)],
     "cornell_four_bounces": [("octree", 64), ("grid", 64), ("none", 64)],
 }
 # Ours: spp, sppe, spp_direct, spp_indirect, guide.
 OUR_SETTINGS = {
-    "soft_shadow": [(4, 4, 16, 0, "adaptive"), (4, 4, 64, 0, "adaptive"), (4, 4, 64, 0, "none")],
-    "bunny_direct": [(64, 32, 4, 0, "none"), (64, 32, 16, 0, "adaptive")],
-    "bunny_two_bounces": [(64, 16, 4, 4, "none"), (64, 16, 16, 8, "adaptive")],
-    "cornell_four_bounces": [(16, 64, 8, 4, "adaptive"), (64, 64, 16, 16, "adaptive"), (64, 64, 16, 16, "none")],
+    "soft_shadow": [(1, 1, 64, 0, "adaptive"), (1, 1, 64, 0, "grid"), (1, 1, 64, 0, "none")],
+    "bunny_direct": [(64, 96, 16, 0, "adaptive"), (64, 96, 16, 0, "none")],
+    "bunny_two_bounces": [(64, 48, 6, 2, "adaptive"), (64, 48, 6, 2, "none")],
+    "cornell_four_bounces": [(64, 256, 12, 12, "adaptive"), (64, 256, 12, 12, "none")],
 }
 # The setting that is compared with (None: the best unbiased one) and the ratio that is wanted.
 TARGETS = {

@@ -59,7 +59,8 @@ inline std::string NeededTerms(const optim::GradientCheckResult& result, int til
 inline void ExpectRightDerivative(const std::string& name,
                                   const optim::GradientCheckResult& result,
                                   const ExpectedTerms& terms,
-                                  int tile = kTile) {
+                                  int tile = kTile,
+                                  double min_signal = kMinSignalToNoise) {
   const optim::GradientComparison c = optim::Compare(result, {}, tile);
   std::printf("%-34s z_rms %5.2f  z_max %5.2f  limit %5.2f  SNR %7.1f  tiles %4lld  needs%s\n",
               name.c_str(),
@@ -72,7 +73,7 @@ inline void ExpectRightDerivative(const std::string& name,
   std::fflush(stdout);
   EXPECT_TRUE(Accepts(c)) << name << ": z_rms " << c.z_rms << " z_max " << c.z_max << " limit "
                           << c.z_limit;
-  EXPECT_GT(c.signal_to_noise, kMinSignalToNoise) << name;
+  EXPECT_GT(c.signal_to_noise, min_signal) << name;
   EXPECT_GT(c.count, 0) << name;
   for (const optim::Term term : terms) {
     for (const double mutant : {0.0, -1.0}) {
@@ -90,7 +91,8 @@ inline void CheckKind(const std::string& name,
                       const optim::GradientCheckOptions& options,
                       double scale = 1.0,
                       ExpectedTerms terms = {},
-                      int tile = kTile) {
+                      int tile = kTile,
+                      double min_signal = kMinSignalToNoise) {
   renderer::ParameterLayout layout(scene);
   layout.Add(kind, object);
   const bool moves = kind == renderer::ParameterKind::kVertexPositions;
@@ -103,7 +105,7 @@ inline void CheckKind(const std::string& name,
     terms = {optim::Term::kInterior};
     if (moves) terms.push_back(optim::Term::kPrimary);
   }
-  ExpectRightDerivative(name, result, terms, tile);
+  ExpectRightDerivative(name, result, terms, tile, min_signal);
 }
 
 }  // namespace pathfit::tests

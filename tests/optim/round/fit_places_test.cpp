@@ -65,7 +65,7 @@ Scene SlabScene(int num_views) {
   renderer::Mesh floor = renderer::MakeRectangle();
   for (Vec3& p : floor.positions) {
     floor.colors.push_back(p.x > 0 && p.y > 0 ? Rgb{0.8, 0.7, 0.2} : Rgb{0.3, 0.3, 0.3});
-    p = {2.0 * p.x, 2.0 * p.y, -0.8};
+    p = {0.9 * p.x, 0.9 * p.y, -0.5};
   }
   floor.color_triangles = floor.triangles;
   scene.meshes = {{"slab", slab, 0}, {"floor", floor, 0}};

@@ -122,6 +122,10 @@ TEST_F(FitSurfacesTest, RoughnessAndIndexOfAMetal) {
   Scene truth = tests::BallScene(3, 4, kSize);
   truth.materials = {
       {"metal", renderer::RoughConductorBsdf{0.4, {0.2, 0.9, 1.1}, {3.9, 2.4, 2.1}}, {1, 1, 1}}};
+  truth.emitters = {{"lamp",
+                     renderer::LightFrame::kWorld,
+                     {},
+                     renderer::PointEmitter{{2.0, 3.0, 3.0}, {20, 20, 20}}}};
   Scene start = truth;
   auto& metal = std::get<renderer::RoughConductorBsdf>(start.materials[0].bsdf);
   metal.roughness = 0.6;
@@ -129,7 +133,10 @@ TEST_F(FitSurfacesTest, RoughnessAndIndexOfAMetal) {
   UnknownSpec& roughness = Free(ParameterKind::kRoughness, 0);
   roughness.lower = 0.1;
   roughness.upper = 1.0;
-  Free(ParameterKind::kEta, 0).parameterization = optim::Parameterization::kLog;
+  UnknownSpec& eta = Free(ParameterKind::kEta, 0);
+  eta.parameterization = optim::Parameterization::kLog;
+  eta.lower = 0.02;
+  eta.upper = 2.0;  // (1 + k^2) / eta would reflect alike
   const Scene result = Fit(start, truth, 8);
   const auto& found = std::get<renderer::RoughConductorBsdf>(result.materials[0].bsdf);
   EXPECT_NEAR(found.roughness, 0.4, 0.02) << "from 0.6";

@@ -1,0 +1,7 @@
+pathfit_test(renderer/known_answers/film_answers_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/known_answers/forms_agree_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/known_answers/furnace_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/known_answers/invariance_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/known_answers/onepixel_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/known_answers/point_receiver_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/known_answers/shadow_receiver_test LABEL statistical LINK pathfit_test_support)
