@@ -209,7 +209,8 @@ TEST(ConfigMistakes, UnknownsMustFitTheScene) {
        {"unknowns.paint.base_color.priors=[{gaussian: {mean: [1, 1], sigma: 1}}]",
         "unknowns.paint.base_color.priors[0].gaussian.mean: base_color has 3 numbers, not 2"},
        {"unknowns.paint.base_color.priors=[{gaussian: {mean: begin, sigma: 1}}]",
-        "unknowns.paint.base_color.priors[0].gaussian.mean: 'begin' is not a number"}});
+        "unknowns.paint.base_color.priors[0].gaussian.mean: 'begin' is not a number "
+        "(allowed: a number, or start, or a list of numbers (at least 2))"}});
 }
 
 TEST(ConfigMistakes, StagesAreChecked) {

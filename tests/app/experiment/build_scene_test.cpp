@@ -115,6 +115,67 @@ TEST(BuildScene, NormalsAreFlatSmoothOrGiven) {
   }
 }
 
+TEST(BuildScene, AMeshOfUnknownVerticesIsFlatUnlessToldOtherwise) {
+  const std::string mesh =
+      "mesh: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles: [[0, 1, 2]], "
+      "normals: [[0, 0, 2], [1, 0, 1], [0, 1, 1]]}, material: grey";
+  const Experiment experiment =
+      Build(SceneOf("moved: {" + mesh + "}, kept: {" + mesh + ", normals: file}, held: {" + mesh +
+                        "}, both: {" + mesh + "}",
+                    kGrey) +
+            "unknowns:\n  moved.vertices: {}\n  kept.vertices: {}\n  held.vertices: {hold: true}\n"
+            "  both.vertices: {}\n  both.normals: {}\n");
+  const auto& meshes = experiment.scene.meshes;
+  EXPECT_TRUE(Named(meshes, "moved").mesh.normals.empty());
+  EXPECT_EQ(Named(meshes, "kept").mesh.normals.size(), 3U);
+  EXPECT_EQ(Named(meshes, "held").mesh.normals.size(), 3U);
+  EXPECT_EQ(Named(meshes, "both").mesh.normals.size(), 3U);
+  ASSERT_GE(experiment.assumptions.size(), 2U);
+  EXPECT_NE(experiment.assumptions[0].find("Mesh moved is shaded flat"), std::string::npos);
+  EXPECT_NE(experiment.assumptions[1].find("normals of kept stay"), std::string::npos);
+}
+
+TEST(BuildFitSpec, CamerasHaveAPriorAroundTheirStart) {
+  const Experiment experiment =
+      Build(SceneOf("ball: {primitive: {sphere: {}}, material: grey}", kGrey) +
+            "unknowns:\n  camera.position: {}\n  eye.focal: {}\n  ball.translation: {}\n"
+            "  eye.rotation: {priors: [{gaussian: {mean: start, sigma: 0.5}}]}\n");
+  const auto& unknowns = experiment.fit.unknowns;
+  EXPECT_EQ(unknowns[0].object, -1);
+  ASSERT_TRUE(unknowns[0].gaussian);
+  EXPECT_TRUE(unknowns[0].gaussian->mean.empty());
+  EXPECT_NEAR(unknowns[0].gaussian->sigma, 0.02 * 5.0, 1e-12);
+  EXPECT_EQ(unknowns[1].object, 0);
+  EXPECT_NEAR(unknowns[1].gaussian->sigma, 0.02 * 8.0, 1e-12);
+  EXPECT_EQ(unknowns[1].lower, 1.0);
+  EXPECT_FALSE(unknowns[2].gaussian);
+  EXPECT_EQ(unknowns[3].gaussian->sigma, 0.5);
+}
+
+TEST(BuildFitSpec, StagesTakeTheirBudgetsAndTheTermsOfRender) {
+  const ExperimentConfig config = LoadText(kFitConfig,
+                                           {"stages.all.spp_direct=3",
+                                            "stages.all.spp_indirect=0.5",
+                                            "render.terms=[interior, direct]",
+                                            "render.guiding=grid",
+                                            "render.guide_share=0.1"});
+  EXPECT_EQ(config.stages[0].spp_direct, 1.0);
+  renderer::Scene scene;
+  scene.meshes = {{"mug", {}, 0}, {"disc", {}, 1}};
+  scene.materials = {{"glaze", renderer::MetallicRoughnessBsdf{}}, {"paint", {}}};
+  scene.meshes[0].mesh.positions = {{}};
+  scene.meshes[0].mesh.colors = {{}};
+  scene.emitters = {{"room", {}, {}, renderer::EnvironmentEmitter{}},
+                    {"lamp", {}, {}, renderer::PointEmitter{}}};
+  const optim::FitSpec fit = BuildFitSpec(config, scene);
+  EXPECT_EQ(fit.stages[1].spp_direct, 3.0);
+  EXPECT_EQ(fit.stages[1].spp_indirect, 0.5);
+  EXPECT_TRUE(fit.terms.direct);
+  EXPECT_FALSE(fit.terms.primary);
+  EXPECT_EQ(fit.guide, renderer::GuideKind::kGrid);
+  EXPECT_EQ(fit.guide_share, 0.1);
+}
+
 TEST(BuildScene, PosesTurnAboutTheMiddleUnlessTold) {
   const Experiment experiment = Build(
       SceneOf("a: {primitive: {cube: {}}, material: grey, transform: {translate_m: [1, 2, 3]}}, "

@@ -58,8 +58,7 @@ std::vector<std::string> Names(std::size_t count) {
   return names;
 }
 
-void ExpectSame(const std::vector<Camera>& cameras,
-                const optim::ImportedCameras& imported) {
+void ExpectSame(const std::vector<Camera>& cameras, const optim::ImportedCameras& imported) {
   ASSERT_EQ(imported.cameras.size(), cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const Camera& a = cameras[i];
@@ -155,6 +154,55 @@ TEST(ExportResult, AConstantColourIsAFactorInGlbAndVertexColoursInPly) {
   EXPECT_EQ(Count(glb, "COLOR_0"), 0);
   EXPECT_EQ(Count(glb, "baseColorFactor"), 1);
   EXPECT_NEAR(renderer::ReadMesh(folder.path() / "axe.ply").colors.at(0).b, 0.3, 5e-3);
+}
+
+TEST(ExportResult, WritesWhatMovedAndEveryKindOfLight) {
+  const TemporaryFolder folder("export_lights");
+  const optim::ObservationSet set = MakeObservations(1, 64, 48);
+  renderer::Scene scene = MakeScene(set);
+  scene.meshes[0].pose.translation = {0.0, 0.0, 7.0};
+  scene.textures = {{"slide", 2, 1, {{1, 2, 3}, {4, 5, 6}}}};
+  renderer::SpotEmitter spot;
+  renderer::ProjectorEmitter projector;
+  projector.texture = 0;
+  renderer::AreaEmitter area;
+  area.mesh = 0;
+  const renderer::Vec3 half_turn{0.0, std::numbers::pi, 0.0};
+  scene.emitters = {
+      {"spot", {}, half_turn, spot}, {"beamer", {}, {}, projector}, {"glow", {}, {}, area}};
+  ExportResult(folder.path(), scene, Views(set), {});
+  const double z = scene.meshes[0].mesh.positions[0].z;
+  EXPECT_NEAR(renderer::ReadMesh(folder.path() / "axe.ply").positions[0].z, z + 7.0, 1e-5);
+  EXPECT_EQ(renderer::ReadExr(folder.path() / "textures" / "slide.exr").ColorAt(1, 0).b, 6.0);
+  const auto file = nlohmann::json::parse(renderer::ReadWholeFile(folder.path() / "lights.json"));
+  const auto& lights = file.at("lights");
+  EXPECT_EQ(lights[0].at("type"), "spot");
+  EXPECT_NEAR(lights[0].at("direction")[2].get<double>(), 1.0, 1e-12) << "turned round";
+  EXPECT_EQ(lights[1].at("texture"), "slide");
+  EXPECT_EQ(lights[2].at("mesh"), "axe");
+  EXPECT_TRUE(lights[2].at("texture").is_null());
+}
+
+TEST(ParameterTable, CamerasAreAGroupAndPlacesHaveComponents) {
+  const optim::ObservationSet set = MakeObservations(3, 64, 48);
+  const renderer::Scene start = MakeScene(set);
+  renderer::Scene result = start;
+  for (renderer::Camera& sensor : result.sensors) sensor.world_from_camera.translation.x += 0.1;
+  optim::FitSpec spec;
+  spec.unknowns.resize(2);
+  spec.unknowns[0].name = "camera.position";
+  spec.unknowns[0].kind = renderer::ParameterKind::kCameraPosition;
+  spec.unknowns[0].object = -1;
+  spec.unknowns[1].name = "axe.translation";
+  spec.unknowns[1].kind = renderer::ParameterKind::kObjectTranslation;
+  const std::vector<ParameterSummary> rows = SummarizeParameters(spec, start, result);
+  ASSERT_EQ(rows.size(), 4U);
+  EXPECT_EQ(rows[0].name, "camera.position");
+  EXPECT_EQ(rows[0].num_scalars, 9);
+  EXPECT_NEAR(rows[0].rms_change, 0.1 / std::sqrt(3.0), 1e-12);
+  EXPECT_TRUE(std::isnan(rows[0].final)) << "a mean of places says nothing";
+  EXPECT_EQ(rows[3].name, "axe.translation.z");
+  EXPECT_EQ(rows[3].unit, "m");
 }
 
 TEST(ParameterTable, HasScalarsAndGroups) {

@@ -108,4 +108,21 @@ inline void CheckKind(const std::string& name,
   ExpectRightDerivative(name, result, terms, tile, min_signal);
 }
 
+/// What does not agree, and must be known: when it agrees one day, the test is to be turned round.
+inline void ExpectLimit(const std::string& name,
+                        const renderer::Scene& scene,
+                        const renderer::ParameterLayout& layout,
+                        const std::vector<double>& direction,
+                        const optim::GradientCheckOptions& options) {
+  const optim::GradientComparison c = optim::Compare(
+      optim::CheckGradient(scene, scene.sensors[0], -1, layout, direction, options), {}, kTile);
+  std::printf("%-34s z_rms %5.2f  z_max %5.2f  limit %5.2f  SNR %7.1f  (known limit)\n",
+              name.c_str(),
+              c.z_rms,
+              c.z_max,
+              c.z_limit,
+              c.signal_to_noise);
+  EXPECT_FALSE(Accepts(c)) << name;
+}
+
 }  // namespace pathfit::tests

@@ -53,7 +53,7 @@ Scene MatrixScene() {
                     tests::Panel(kPanel, {6, 7, 8}, kGlow),
                     tests::Spot({1.6, 1.9, 1.4}, {0.2, 0.3, 0.0}, {7, 5, 6}),
                     tests::Projector({-1.6, 1.8, 1.6}, {0, 0.2, 0}, Rgb{2.5, 2.0, 3.0}, kSlide),
-                    tests::Sun({0.4, -1.0, -0.3}, {0.7, 0.9, 0.8}),
+                    tests::Sun({0.5, -1.0, -0.3}, {0.7, 0.9, 0.8}),
                     tests::Lamp({0.4, 2.0, 1.2}, {3, 2, 2.5})};
   renderer::LightIntensity(scene.emitters[kSky]) = Rgb::Constant(0.4);
   scene.sensors = {tests::CameraAt({0.3, 1.7, 4.0}, {0, 0.6, 0}, 17.0, 16, 16)};
@@ -101,16 +101,15 @@ void CheckMoving(const Case& c, DerivativeForm form, PixelFilter::Shape filter) 
     name += ", tent";
   }
   const bool camera = renderer::ObjectListOf(c.kind) == renderer::ObjectList::kSensors;
-  const int spp = form == DerivativeForm::kImage && !camera ? 32 : 96;
-  tests::CheckKind(name,
-                   scene,
-                   c.kind,
-                   c.object,
-                   Budget(form, spp, 160, 2e-2),
-                   c.scale,
-                   c.terms,
-                   tests::kTile,
-                   kMinSignal);
+  GradientCheckOptions options =
+      Budget(form, form == DerivativeForm::kImage && !camera ? 32 : 96, 160, 2e-2);
+  if (form == DerivativeForm::kMaterial && c.kind == ParameterKind::kLightRotation &&
+      c.object == kSky) {
+    options.spp = 384;  // the background is a surface that turns: large terms cancel
+    options.spp_pixel = 128.0;
+  }
+  tests::CheckKind(
+      name, scene, c.kind, c.object, options, c.scale, c.terms, tests::kTile, kMinSignal);
 }
 
 TEST(GradientMatrix, SurfacesAndTexels) {
@@ -160,31 +159,43 @@ TEST(GradientMatrix, PowerOfLights) {
 }
 
 std::vector<Case> Shapes() {
-  return {{"ball.vertices", ParameterKind::kVertexPositions, kBall},
-          {"ball.normals", ParameterKind::kVertexNormals, kBall},
-          {"floor.uvs", ParameterKind::kUvs, kFloor},
-          {"box.vertices", ParameterKind::kVertexPositions, kBox},
-          {"box.translation", ParameterKind::kObjectTranslation, kBox},
-          {"box.rotation", ParameterKind::kObjectRotation, kBox},
-          {"box.scale", ParameterKind::kObjectScale, kBox},
-          {"panel.vertices", ParameterKind::kVertexPositions, kPanel}};
+  return {{"ball.vertices",
+           ParameterKind::kVertexPositions,
+           kBall,
+           1.0,
+           {Term::kInterior, Term::kPrimary, Term::kDirect}},
+          {"ball.normals", ParameterKind::kVertexNormals, kBall, 1.0, {Term::kInterior}},
+          {"floor.uvs", ParameterKind::kUvs, kFloor, 1.0, {Term::kInterior}},
+          {"box.translation",
+           ParameterKind::kObjectTranslation,
+           kBox,
+           1.0,
+           {Term::kPrimary, Term::kDirect}},
+          {"box.rotation", ParameterKind::kObjectRotation, kBox, 1.0, {Term::kInterior}},
+          {"box.scale", ParameterKind::kObjectScale, kBox, 1.0, {Term::kPrimary, Term::kDirect}},
+          {"panel.vertices",
+           ParameterKind::kVertexPositions,
+           kPanel,
+           1.0,
+           {Term::kInterior, Term::kDirect}}};
 }
 std::vector<Case> Lights() {
-  return {{"lamp.position", ParameterKind::kLightPosition, kLamp},
-          {"spot.position", ParameterKind::kLightPosition, kSpot},
-          {"projector.position", ParameterKind::kLightPosition, kProjector},
-          {"sky.rotation", ParameterKind::kLightRotation, kSky},
-          {"sun.rotation", ParameterKind::kLightRotation, kSun},
-          {"spot.rotation", ParameterKind::kLightRotation, kSpot},
-          {"projector.rotation", ParameterKind::kLightRotation, kProjector}};
+  return {
+      {"lamp.position", ParameterKind::kLightPosition, kLamp, 1.0, {Term::kInterior}},
+      {"spot.position", ParameterKind::kLightPosition, kSpot, 1.0, {Term::kInterior}},
+      {"projector.position", ParameterKind::kLightPosition, kProjector, 1.0, {Term::kInterior}},
+      {"sky.rotation", ParameterKind::kLightRotation, kSky, 1.0, {Term::kInterior, Term::kDirect}},
+      {"sun.rotation", ParameterKind::kLightRotation, kSun, 1.0, {Term::kInterior, Term::kDirect}},
+      {"spot.rotation", ParameterKind::kLightRotation, kSpot, 1.0, {Term::kInterior}},
+      {"projector.rotation", ParameterKind::kLightRotation, kProjector, 1.0, {Term::kInterior}}};
 }
 std::vector<Case> Cameras() {
-  return {{"camera.position", ParameterKind::kCameraPosition, 0, 0.5},
-          {"camera.rotation", ParameterKind::kCameraRotation, 0, 0.2},
-          {"camera.focal", ParameterKind::kFocal, 0, 5.0},
-          {"camera.principal_point", ParameterKind::kPrincipalPoint, 0, 3.0},
-          {"camera.distortion", ParameterKind::kRadialDistortion, 0},
-          {"camera.tangential", ParameterKind::kTangentialDistortion, 0, 0.3}};
+  return {{"camera.position", ParameterKind::kCameraPosition, 0, 0.5, {Term::kPrimary}},
+          {"camera.rotation", ParameterKind::kCameraRotation, 0, 0.2, {Term::kPrimary}},
+          {"camera.focal", ParameterKind::kFocal, 0, 5.0, {Term::kPrimary}},
+          {"camera.principal_point", ParameterKind::kPrincipalPoint, 0, 3.0, {Term::kPrimary}},
+          {"camera.distortion", ParameterKind::kRadialDistortion, 0, 1.0, {Term::kPrimary}},
+          {"camera.tangential", ParameterKind::kTangentialDistortion, 0, 0.3, {Term::kPrimary}}};
 }
 
 TEST(GradientMatrix, ShapesInImageForm) {
@@ -198,8 +209,9 @@ TEST(GradientMatrix, LightsInImageForm) {
   for (const Case& c : Lights()) CheckMoving(c, DerivativeForm::kImage, PixelFilter::Shape::kBox);
 }
 TEST(GradientMatrix, LightsInMaterialForm) {
-  for (const Case& c : Lights())
+  for (const Case& c : Lights()) {
     CheckMoving(c, DerivativeForm::kMaterial, PixelFilter::Shape::kBox);
+  }
 }
 TEST(GradientMatrix, CamerasInImageForm) {
   for (const Case& c : Cameras()) CheckMoving(c, DerivativeForm::kImage, PixelFilter::Shape::kBox);
@@ -211,7 +223,7 @@ TEST(GradientMatrix, CamerasInMaterialForm) {
 }
 TEST(GradientMatrix, TentFilter) {
   for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
-    for (const Case& c : {Shapes()[0], Shapes()[4], Cameras()[0], Cameras()[2]}) {
+    for (const Case& c : {Shapes()[3], Cameras()[0], Cameras()[2]}) {
       CheckMoving(c, form, PixelFilter::Shape::kTent);
     }
   }

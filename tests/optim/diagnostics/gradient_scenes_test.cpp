@@ -64,6 +64,11 @@ Mesh Box(const Vec3& at = {0, 0.7, 0}) {
   return tests::Placed(tests::Cube(), 0.4, at, {0.3, 0.6, 0.2});
 }
 
+/// Turned so that no triangle is edge-on to the camera or the lamp, where no derivative exists.
+Mesh Ball(bool smooth) {
+  return tests::Placed(tests::Ball(0.5, {0, 0, 0}, smooth), 1.0, {0, 0.8, 0}, {0.1, 0.2, 0.3});
+}
+
 TEST(DifficultScenes, CubeWithItsShadow) {
   const Scene scene = AboveUnderPanel(Box());
   for (const DerivativeForm form : {kImage, kMaterial}) {
@@ -97,21 +102,44 @@ TEST(DifficultScenes, MeshWithAUvSeam) {
   CheckKind("UV seam, UVs", scene, ParameterKind::kUvs, 1, Moving(), 0.5, {Term::kInterior});
 }
 
+Scene UnderPanelAlone(const Mesh& thing) {
+  Scene scene = AboveUnderPanel(thing);
+  scene.emitters.erase(scene.emitters.begin());
+  return scene;
+}
 TEST(DifficultScenes, FlatAndSmoothBalls) {
-  for (const bool smooth : {false, true}) {
-    Scene scene = AboveUnderPanel(tests::Ball(0.5, {0, 0.8, 0}, smooth));
-    scene.materials[1].bsdf = renderer::MetallicRoughnessBsdf{0.5, 0.5};
-    for (const DerivativeForm form : {kImage, kMaterial}) {
-      CheckKind(std::string(smooth ? "smooth" : "flat") +
-                    (form == kImage ? " ball, image" : " ball, material"),
-                scene,
-                ParameterKind::kVertexPositions,
-                1,
-                Moving(form),
-                1.0,
-                kShadows);
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    const std::string tail = form == kImage ? ", image" : ", material";
+    Scene smooth = Above(Ball(true));
+    Scene flat = AboveUnderPanel(Ball(false));
+    for (Scene* scene : {&smooth, &flat}) {
+      scene->materials[1].bsdf = renderer::MetallicRoughnessBsdf{0.5, 0.5};
     }
+    CheckKind("smooth ball, lamp" + tail,
+              smooth,
+              ParameterKind::kVertexPositions,
+              1,
+              Moving(form),
+              1.0,
+              kShadows);
+    CheckKind("flat ball, lamp and panel" + tail,
+              flat,
+              ParameterKind::kVertexPositions,
+              1,
+              Moving(form),
+              1.0,
+              kShadows);
   }
+}
+
+/// A triangle with interpolated normals stops to reflect all at once when the light sinks below its
+/// plane. No edge is there, so no boundary term: the finer the mesh, the smaller what is missing.
+TEST(DifficultScenes, PanelSetsBehindTrianglesOfACoarseSmoothBall) {
+  const Scene scene = UnderPanelAlone(Ball(true));
+  renderer::ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kVertexPositions, 1);
+  tests::ExpectLimit(
+      "coarse smooth ball, panel", scene, layout, tests::RandomDirection(layout, 5), Moving());
 }
 
 /// Without its lower part: the border is a silhouette and throws a shadow, and the inside is seen.
@@ -190,47 +218,46 @@ TEST(DifficultScenes, BoxStandingOnTheFloor) {
   }
 }
 
-/// The line in which two meshes cut each other is no edge of either: a limit, told in README.md.
-/// What does not move that line is right.
+/// The line in which two meshes cut each other is no edge of either: no term moves it.
 TEST(DifficultScenes, BoxInTheFloor) {
   const Scene scene = Above(Box({0, 0.1, 0}));
-  const auto compare = [&](const std::vector<double>& direction) {
-    renderer::ParameterLayout layout(scene);
-    layout.Add(ParameterKind::kObjectTranslation, 1);
-    return Compare(
-        CheckGradient(scene, scene.sensors[0], -1, layout, direction, Moving()), {}, tests::kTile);
-  };
-  const GradientComparison c = compare({0.0, 1.0, 0.0});
-  std::printf("%-34s z_rms %5.2f  z_max %5.2f  limit %5.2f  SNR %7.1f\n",
-              "sunk box rises",
-              c.z_rms,
-              c.z_max,
-              c.z_limit,
-              c.signal_to_noise);
-  EXPECT_FALSE(tests::Accepts(c)) << "no longer a limit: say so in README.md";
+  renderer::ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kObjectTranslation, 1);
+  tests::ExpectLimit("sunk box rises", scene, layout, {0.0, 1.0, 0.0}, Moving());
 }
 
 TEST(DifficultScenes, RoughGlassBall) {
-  Scene scene = Above(tests::Ball(0.5, {0, 0.8, 0}, true));
+  Scene scene = Above(Ball(true));
   scene.emitters[0] = tests::GradientEnvironment(8, 4);
   scene.materials[1].bsdf = renderer::RoughDielectricBsdf{0.5, 1.4};
   scene.materials[1].base_color = {0.9, 1.0, 0.8};
   GradientCheckOptions options = Moving(kImage, 3);
   options.spp = 192;
-  options.step = 5e-3;
-  CheckKind("rough glass, index", scene, ParameterKind::kEta, 1, options, 1.0, {Term::kInterior});
-  CheckKind("rough glass, vertices",
+  options.replicates = 32;
+  constexpr double kMinSignal = 3.0;  // light that takes three bounces is noisy
+  CheckKind("rough glass, index",
             scene,
-            ParameterKind::kVertexPositions,
+            ParameterKind::kEta,
             1,
             options,
             1.0,
-            {Term::kInterior, Term::kPrimary});
+            {Term::kInterior},
+            tests::kTile,
+            kMinSignal);
+  CheckKind("rough glass, translation",
+            scene,
+            ParameterKind::kObjectTranslation,
+            1,
+            options,
+            1.0,
+            {Term::kInterior, Term::kPrimary},
+            tests::kTile,
+            kMinSignal);
 }
 
 /// What is seen in a mirror directly is right; a moving edge in it is not there, and is announced.
 TEST(DifficultScenes, Mirrors) {
-  Scene scene = Above(tests::Ball(0.5, {0, 0.8, 0}, false));
+  Scene scene = Above(Ball(false));
   scene.meshes.erase(scene.meshes.begin());
   scene.emitters[0] = tests::GradientEnvironment(8, 4);
   scene.materials[1].bsdf = renderer::MirrorBsdf{};
@@ -262,7 +289,7 @@ TEST(DifficultScenes, LampInABowl) {
     return height > 0.3;
   });
   renderer::WeldPositions(bowl);
-  Scene scene = Above(tests::Placed(bowl, 1.0, {0, 0.8, 0}, {0, 0.3, 0.4}));
+  Scene scene = Above(tests::Placed(bowl, 1.0, {0, 0.8, 0}, {0.8, 0.3, 0.2}));
   scene.emitters[0] = tests::Lamp({0.05, 0.85, 0.1}, {1.0, 0.9, 0.8});
   for (const DerivativeForm form : {kImage, kMaterial}) {
     CheckKind(std::string("lamp in a bowl") + (form == kImage ? ", image" : ", material"),
@@ -303,7 +330,7 @@ TEST(DifficultScenes, CameraInAClosedRoom) {
               scene,
               ParameterKind::kVertexPositions,
               0,
-              Moving(form, 2),
+              Moving(form),
               1.0,
               {Term::kInterior});
     CheckKind("box in a room" + tail,
@@ -319,15 +346,18 @@ TEST(DifficultScenes, CameraInAClosedRoom) {
 TEST(DifficultScenes, LampNextToASurface) {
   Scene scene = Above(Box({-0.3, 0.7, 0}));
   scene.emitters[0] = tests::Lamp({0.6, 0.02, 0.4}, {0.8, 0.7, 0.6});
+  // The floor is very bright below the lamp, and one sample there weighs much.
+  GradientCheckOptions options = Moving();
+  options.step = 1e-2;
   CheckKind("lamp 2 cm above the floor, box",
             scene,
             ParameterKind::kVertexPositions,
             1,
-            Moving(),
+            options,
             1.0,
             {Term::kPrimary});
-  GradientCheckOptions options = Moving();
-  options.step = 1e-3;
+  options.step = 2.5e-3;
+  options.spp = 768;
   CheckKind("lamp 2 cm above the floor, lamp",
             scene,
             ParameterKind::kLightPosition,
@@ -339,7 +369,7 @@ TEST(DifficultScenes, LampNextToASurface) {
 
 TEST(DifficultScenes, OrthographicCamera) {
   Scene scene = Above(Box());
-  scene.emitters.push_back(tests::Sun({0.3, -1.0, -0.5}, {0.8, 0.9, 1.0}));
+  scene.emitters.push_back(tests::Sun({0.45, -1.0, -0.3}, {0.8, 0.9, 1.0}));
   scene.sensors[0].projection = renderer::ProjectionKind::kOrthographic;
   scene.sensors[0].fx = scene.sensors[0].fy = 6.5;
   for (const DerivativeForm form : {kImage, kMaterial}) {

@@ -54,7 +54,8 @@ class FitPlacesTest : public testing::Test {
 };
 
 // A slab with coloured corners over a floor that is bright in one corner, under two lamps.
-Scene SlabScene(int num_views) {
+// Whether the floor's own edges are seen decides which numbers of a camera look alike.
+Scene SlabScene(int num_views, double floor_size = 2.0) {
   Scene scene;
   renderer::Mesh slab = renderer::MakeCube();
   for (Vec3& p : slab.positions) {
@@ -65,7 +66,7 @@ Scene SlabScene(int num_views) {
   renderer::Mesh floor = renderer::MakeRectangle();
   for (Vec3& p : floor.positions) {
     floor.colors.push_back(p.x > 0 && p.y > 0 ? Rgb{0.8, 0.7, 0.2} : Rgb{0.3, 0.3, 0.3});
-    p = {0.9 * p.x, 0.9 * p.y, -0.5};
+    p = {floor_size * p.x, floor_size * p.y, -0.5};
   }
   floor.color_triangles = floor.triangles;
   scene.meshes = {{"slab", slab, 0}, {"floor", floor, 0}};
@@ -131,15 +132,15 @@ TEST_F(FitPlacesTest, PoseOfOneCamera) {
   const Scene result = Fit(start, truth, 8);
   const renderer::Camera& found = result.sensors[1];
   const renderer::Camera& right = truth.sensors[1];
-  EXPECT_LT(Norm(found.world_from_camera.translation - right.world_from_camera.translation), 0.02)
+  EXPECT_LT(Norm(found.world_from_camera.translation - right.world_from_camera.translation), 0.04)
       << "of 0.14";
-  EXPECT_LT(Norm(found.rotation), 0.006) << "of 0.054";
+  EXPECT_LT(Norm(found.rotation), 0.01) << "of 0.054";
   EXPECT_EQ(result.sensors[0].world_from_camera, truth.sensors[0].world_from_camera);
 }
 
-// Not with the position in one test: a step back looks much like a zoom, and takes many rounds.
+// Not together with the position: a step back looks much like a zoom, which takes many rounds.
 TEST_F(FitPlacesTest, FocalLengthOfACameraThatTurned) {
-  const Scene truth = SlabScene(3);
+  const Scene truth = SlabScene(3, 0.9);
   Scene start = truth;
   renderer::Camera& camera = start.sensors[1];
   camera.rotation = {0.03, -0.02, 0.04};
@@ -151,9 +152,9 @@ TEST_F(FitPlacesTest, FocalLengthOfACameraThatTurned) {
   sppe_ = 32.0;
   const Scene result = Fit(start, truth, 8);
   const renderer::Camera& found = result.sensors[1];
-  EXPECT_LT(Norm(found.rotation), 0.003) << "of 0.054";
-  EXPECT_NEAR(found.fx / truth.sensors[1].fx, 1.0, 0.005) << "1.04";
-  EXPECT_NEAR(found.fy / truth.sensors[1].fy, 1.0, 0.005) << "1.04";
+  EXPECT_LT(Norm(found.rotation), 0.006) << "of 0.054";
+  EXPECT_NEAR(found.fx / truth.sensors[1].fx, 1.0, 0.002) << "1.04";
+  EXPECT_NEAR(found.fy / truth.sensors[1].fy, 1.0, 0.002) << "1.04";
 }
 
 TEST_F(FitPlacesTest, CamerasAndObjectTogetherStayWhereTheyBegan) {
@@ -189,7 +190,7 @@ TEST_F(FitPlacesTest, LightPositionFromAHardShadow) {
   const Scene result = Fit(start, truth, 8);
   const Vec3 error = std::get<renderer::PointEmitter>(result.emitters[0].light).position -
                      std::get<renderer::PointEmitter>(truth.emitters[0].light).position;
-  EXPECT_LT(Norm(error), 0.03) << "of 0.32";
+  EXPECT_LT(Norm(error), 0.006) << "of 0.32";
 }
 
 TEST_F(FitPlacesTest, OccluderOutsideTheViewsFromItsShadow) {
@@ -198,7 +199,7 @@ TEST_F(FitPlacesTest, OccluderOutsideTheViewsFromItsShadow) {
   start.meshes[0].pose.translation = {0.12, -0.1, 0.15};
   Free(ParameterKind::kObjectTranslation, 0);
   const Scene result = Fit(start, truth, 8);
-  EXPECT_LT(Norm(result.meshes[0].pose.translation), 0.02) << "of 0.22";
+  EXPECT_LT(Norm(result.meshes[0].pose.translation), 0.003) << "of 0.22";
 }
 
 TEST_F(FitPlacesTest, WithoutTheDirectTermTheOccluderStaysWhereItIs) {
@@ -232,9 +233,9 @@ TEST_F(FitPlacesTest, SpotDirectionAndAngles) {
   const Scene result = Fit(start, truth, 8);
   const Vec3 axis = renderer::RotationFromVector(result.emitters[0].rotation) * Vec3{0, 0, -1};
   const auto& found = std::get<renderer::SpotEmitter>(result.emitters[0].light);
-  EXPECT_LT(Norm(axis - Vec3{0, 0, -1}), 0.003) << "of 0.078";
-  EXPECT_NEAR(found.inner_angle, 0.12, 0.01) << "from 0.05";
-  EXPECT_NEAR(found.outer_angle, 0.25, 0.01) << "from 0.33";
+  EXPECT_LT(Norm(axis - Vec3{0, 0, -1}), 0.0005) << "of 0.078";
+  EXPECT_NEAR(found.inner_angle, 0.12, 0.002) << "from 0.05";
+  EXPECT_NEAR(found.outer_angle, 0.25, 0.002) << "from 0.33";
 }
 
 }  // namespace

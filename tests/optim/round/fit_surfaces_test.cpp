@@ -99,7 +99,7 @@ TEST_F(FitSurfacesTest, TexelsOfAPlane) {
   const double before = Rms(start.textures[0].texels, truth.textures[0].texels);
   const Scene result = Fit(start, truth, 6);
   EXPECT_GT(before, 0.2);
-  EXPECT_LT(Rms(result.textures[0].texels, truth.textures[0].texels), 0.02);
+  EXPECT_LT(Rms(result.textures[0].texels, truth.textures[0].texels), 0.006);
 }
 
 TEST_F(FitSurfacesTest, TexelsThroughAProjector) {
@@ -121,7 +121,7 @@ TEST_F(FitSurfacesTest, TexelsThroughAProjector) {
 TEST_F(FitSurfacesTest, RoughnessAndIndexOfAMetal) {
   Scene truth = tests::BallScene(3, 4, kSize);
   truth.materials = {
-      {"metal", renderer::RoughConductorBsdf{0.4, {0.2, 0.9, 1.1}, {3.9, 2.4, 2.1}}, {1, 1, 1}}};
+      {"metal", renderer::RoughConductorBsdf{0.4, {0.3, 0.9, 1.1}, {2.9, 2.4, 2.1}}, {1, 1, 1}}};
   truth.emitters = {{"lamp",
                      renderer::LightFrame::kWorld,
                      {},
@@ -137,10 +137,10 @@ TEST_F(FitSurfacesTest, RoughnessAndIndexOfAMetal) {
   eta.parameterization = optim::Parameterization::kLog;
   eta.lower = 0.02;
   eta.upper = 2.0;  // (1 + k^2) / eta would reflect alike
-  const Scene result = Fit(start, truth, 8);
+  const Scene result = Fit(start, truth, 16);
   const auto& found = std::get<renderer::RoughConductorBsdf>(result.materials[0].bsdf);
   EXPECT_NEAR(found.roughness, 0.4, 0.02) << "from 0.6";
-  EXPECT_NEAR(found.eta.r, 0.2, 0.02) << "from 0.5";
+  EXPECT_NEAR(found.eta.r, 0.3, 0.05) << "from 0.5";
   EXPECT_NEAR(found.eta.g, 0.9, 0.05) << "from 0.5";
   EXPECT_NEAR(found.eta.b, 1.1, 0.05) << "from 0.5";
 }

@@ -32,11 +32,11 @@ class SinksOfOneRendering : public ::testing::Test {
     options_.seed = 3;
   }
   void Render(DerivativeSink& sink) const {
-    renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink);
+    renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink);
   }
-  [[nodiscard]] const Camera& Camera() const { return renderer_.scene().sensors[0]; }
+  [[nodiscard]] const Camera& Sensor() const { return renderer_.scene().sensors[0]; }
   [[nodiscard]] std::size_t NumPixels() const {
-    return static_cast<std::size_t>(Camera().width) * static_cast<std::size_t>(Camera().height);
+    return static_cast<std::size_t>(Sensor().width) * static_cast<std::size_t>(Sensor().height);
   }
 
   Renderer renderer_;
@@ -49,7 +49,7 @@ TEST_F(SinksOfOneRendering, FilmSinkIsTheJacobianTimesADirection) {
   CounterRng rng(1, 0, 0, 0, 0);
   for (std::int64_t i = 0; i < layout_.NumScalars(); ++i)
     direction.push_back(2.0 * rng.Next() - 1.0);
-  FilmSink film(layout_, direction, Camera().width, Camera().height);
+  FilmSink film(layout_, direction, Sensor().width, Sensor().height);
   tests::RecordingSink record(NumPixels());
   Render(film);
   Render(record);
@@ -83,7 +83,7 @@ TEST_F(SinksOfOneRendering, AdjointSinkIsTheTransposedJacobianTimesWeights) {
     const double b = draw();
     weights.emplace_back(r, g, b, draw());
   }
-  AdjointSink adjoint(layout_, weights, Camera().width);
+  AdjointSink adjoint(layout_, weights, Sensor().width);
   tests::RecordingSink record(NumPixels());
   Render(adjoint);
   Render(record);

@@ -22,6 +22,7 @@ using renderer::Rgb;
 constexpr int kReplicates = 32;  // t and normal distribution differ by 2 % of the rms
 constexpr int kSize = 16;
 constexpr int kTile = 2;
+constexpr double kDark = 1e-6;  // radiance per unit of motion
 
 /// Estimates of the derivative, mean of the colours, by tile and replicate.
 std::vector<std::vector<double>> Tiles(const renderer::Renderer& renderer,
@@ -56,32 +57,31 @@ void ExpectFormsAgree(const renderer::Scene& scene,
   const auto material = Tiles(renderer, motion, options, DerivativeForm::kMaterial);
   double sum_z2 = 0.0;
   double largest = 0.0;
-  double signal = 0.0;
-  double noise = 0.0;
-  int count = 0;
+  std::vector<double> sharpness;
   for (std::size_t t = 0; t < image.size(); ++t) {
     const MeanAndError a = EstimateMean(image[t]);
     const MeanAndError b = EstimateMean(material[t]);
     const double error = std::hypot(a.error, b.error);
-    if (error == 0.0) {
-      EXPECT_EQ(a.mean, b.mean) << "tile " << t;
+    if (error < kDark) {  // nothing moves there, or hardly a filter's rim sees it
+      EXPECT_NEAR(a.mean, b.mean, 10.0 * kDark) << "tile " << t;
       continue;
     }
     const double z = (a.mean - b.mean) / error;
     sum_z2 += z * z;
     largest = std::max(largest, std::abs(z));
-    signal += a.mean * a.mean;
-    noise += error * error;
-    ++count;
+    sharpness.push_back(std::abs(b.mean) / error);
   }
-  const double rms = std::sqrt(sum_z2 / count);
-  const double sharpness = std::sqrt(signal / noise);
+  ASSERT_FALSE(sharpness.empty());
+  const double rms = std::sqrt(sum_z2 / static_cast<double>(sharpness.size()));
+  // The median: in image form a concave corner has an interior term of infinite variance.
+  const auto middle = sharpness.begin() + static_cast<std::ptrdiff_t>(sharpness.size() / 2);
+  std::nth_element(sharpness.begin(), middle, sharpness.end());
   ::testing::Test::RecordProperty("z_rms", std::to_string(rms));
   ::testing::Test::RecordProperty("z_largest", std::to_string(largest));
-  ::testing::Test::RecordProperty("signal_to_noise", std::to_string(sharpness));
+  ::testing::Test::RecordProperty("signal_to_noise", std::to_string(*middle));
   EXPECT_LT(rms, 1.1);
   EXPECT_LT(largest, 4.5);
-  EXPECT_GT(sharpness, 10.0);  // the test could tell
+  EXPECT_GT(*middle, 10.0);  // the test could tell
 }
 
 renderer::RenderOptions Options(int bounces) {
@@ -138,7 +138,6 @@ TEST(FormsAgree, MeshOnAFloorUnderASkyWithTwoBounces) {
   s.scene.sensors = {camera};
   renderer::RenderOptions options = Options(2);
   options.spp = 256;
-  options.spp_direct = options.spp_indirect = 256;
   ExpectFormsAgree(s.scene,
                    Motion(s.scene)
                        .Vertices(ball,
@@ -151,13 +150,15 @@ TEST(FormsAgree, MeshOnAFloorUnderASkyWithTwoBounces) {
 
 TEST(FormsAgree, GlossyFloor) {
   FloorScene s(2.0);
-  s.scene.materials[0] = {"gloss", renderer::MetallicRoughnessBsdf{0.5, 0.7}, {0.8, 0.7, 0.5}};
+  s.scene.materials[0] = {"gloss", renderer::MetallicRoughnessBsdf{0.6, 0.7}, {0.8, 0.7, 0.5}};
   s.scene.materials.push_back({"clay", renderer::LambertBsdf{}, {0.7, 0.5, 0.3}});
   s.AddLight(Placed(Ceiling(-0.6, 0.6, -0.5, 0.5, 0.0), 1.0, {-0.6, 0, 0}, {0, 1.4, 1.2}), 4.0);
   const int cube = s.Add("cube", Placed(Cube(), 0.25, {0.2, 0.3, 0.5}, {0.1, 0.3, 0.5}), 2);
   renderer::Camera camera = Sensor({0.2, -2.2, 1.4}, {0.0, 0.2, 0.1}, 15.0);
   camera.filter = {PixelFilter::Shape::kGaussian, 1.5, 0.5};
   s.scene.sensors = {camera};
+  renderer::RenderOptions options = Options(1);
+  options.spp = 256;  // the filter's slope times a glossy lobe
   ExpectFormsAgree(s.scene,
                    Motion(s.scene)
                        .Vertices(0,
@@ -165,7 +166,7 @@ TEST(FormsAgree, GlossyFloor) {
                                    return Vec3{0.1, 0.2, 0.1 * p.x + 0.2 * p.y};
                                  })
                        .Add(ParameterKind::kObjectTranslation, cube, Vec3{0.3, 0.2, 0.1}),
-                   Options(1));
+                   options);
 }
 
 TEST(FormsAgree, TexturedPlaneUnderAProjector) {
@@ -220,9 +221,7 @@ TEST(FormsAgree, CameraInARoomWithTwoBounces) {
   s.Add("block", Placed(Cube(), 0.25, {0.1, 0.2, 0.5}, {0.2, 0.3, 0.6}), 0);
   scene.sensors = {Sensor({-0.3, -0.8, 1.1}, {0.1, 0.4, 0.8}, 12.0)};
   renderer::RenderOptions options = Options(2);
-  options.spp = 256;
-  options.sppe = 256;
-  options.spp_pixel = 1024;  // much crosses the pixels' borders, in and out
+  options.spp_pixel = 256;  // much crosses the pixels' borders, in and out
   ExpectFormsAgree(scene,
                    Motion(scene)
                        .Add(ParameterKind::kCameraPosition, 0, Vec3{0.3, 0.1, -0.2})

@@ -24,9 +24,10 @@ constexpr int kReplicates = 20;
 renderer::RenderOptions Options(DerivativeForm form) {
   renderer::RenderOptions options;
   options.form = form;
+  options.guide = renderer::GuideKind::kNone;
   options.spp = 4096;
   options.sppe = 16384;
-  options.spp_direct = options.spp_indirect = 16384;
+  options.spp_direct = options.spp_indirect = 32768;
   options.spp_pixel = 32768;
   return options;
 }
