@@ -16,7 +16,7 @@ constexpr std::uint64_t kPrimaryDomain = 3;
 constexpr double kClearance = 10.0;
 // Faces are shaded this far inside, in offsets of secondary rays, so that shadow rays clear the
 // fold, but at most this share of the way to their centre.
-constexpr double kInset = 20.0;
+constexpr double kInset = 2.0;
 constexpr double kMaxInset = 0.1;
 // That point's distance from the sensor differs by less than this share.
 constexpr double kNearby = 0.1;

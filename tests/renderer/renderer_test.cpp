@@ -33,7 +33,7 @@ class RendererOfAllParameters : public ::testing::Test {
     layout.Add(ParameterKind::kExposure, 0);
     return layout;
   }
-  [[nodiscard]] const Camera& Camera() const { return renderer_.scene().sensors[0]; }
+  [[nodiscard]] const Camera& Sensor() const { return renderer_.scene().sensors[0]; }
 
   struct Result {
     Film primal, film;
@@ -42,11 +42,11 @@ class RendererOfAllParameters : public ::testing::Test {
   };
   [[nodiscard]] Result Render(int num_threads) const {
     const ThreadLimit limit(num_threads);
-    const auto pixels = static_cast<std::size_t>(Camera().width * Camera().height);
+    const auto pixels = static_cast<std::size_t>(Sensor().width * Sensor().height);
     tests::RecordingSink sink(pixels);
     Result result;
-    result.primal = renderer_.RenderPrimal(Camera(), options_);
-    result.film = renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink, &result.stats);
+    result.primal = renderer_.RenderPrimal(Sensor(), options_);
+    result.film = renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink, &result.stats);
     result.entries = std::move(sink.pixels);
     return result;
   }
@@ -85,7 +85,7 @@ TEST_F(RendererOfAllParameters, DerivativeRendersThePrimalsBits) {
   EXPECT_EQ(result.primal.pixels, result.film.pixels);
   options_.terms.interior = false;
   tests::RecordingSink sink(result.primal.pixels.size());
-  EXPECT_EQ(renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink).pixels,
+  EXPECT_EQ(renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink).pixels,
             result.primal.pixels);
 }
 
@@ -125,14 +125,14 @@ TEST_F(RendererOfAllParameters, NothingIsNanAndCoverageIsAShare) {
 }
 
 TEST_F(RendererOfAllParameters, SeedsAndViewsGiveOtherNumbers) {
-  const Film first = renderer_.RenderPrimal(Camera(), options_);
+  const Film first = renderer_.RenderPrimal(Sensor(), options_);
   options_.seed += 1;
-  EXPECT_NE(renderer_.RenderPrimal(Camera(), options_).pixels, first.pixels);
+  EXPECT_NE(renderer_.RenderPrimal(Sensor(), options_).pixels, first.pixels);
   options_.seed -= 1;
   options_.view = 1;
-  EXPECT_NE(renderer_.RenderPrimal(Camera(), options_).pixels, first.pixels);
+  EXPECT_NE(renderer_.RenderPrimal(Sensor(), options_).pixels, first.pixels);
   options_.view = 0;
-  EXPECT_EQ(renderer_.RenderPrimal(Camera(), options_).pixels, first.pixels);
+  EXPECT_EQ(renderer_.RenderPrimal(Sensor(), options_).pixels, first.pixels);
 }
 
 TEST_F(RendererOfAllParameters, SettingParametersEqualsANewRenderer) {
@@ -144,14 +144,14 @@ TEST_F(RendererOfAllParameters, SettingParametersEqualsANewRenderer) {
   renderer_.SetParameters(layout_, values);
   EXPECT_EQ(layout_.Gather(renderer_.scene()), values);
   const Renderer fresh(scene);
-  EXPECT_EQ(renderer_.RenderPrimal(Camera(), options_).pixels,
+  EXPECT_EQ(renderer_.RenderPrimal(Sensor(), options_).pixels,
             fresh.RenderPrimal(scene.sensors[0], options_).pixels);
 }
 
 TEST_F(RendererOfAllParameters, GainScalesColorNotCoverage) {
-  Camera bright = Camera();
+  Camera bright = Sensor();
   bright.gain = 2.0;
-  const Film a = renderer_.RenderPrimal(Camera(), options_);
+  const Film a = renderer_.RenderPrimal(Sensor(), options_);
   const Film b = renderer_.RenderPrimal(bright, options_);
   for (std::size_t i = 0; i < a.pixels.size(); ++i) {
     EXPECT_EQ(b.pixels[i], Rgba(a.pixels[i].Color() * 2.0, a.pixels[i].a));
@@ -161,9 +161,9 @@ TEST_F(RendererOfAllParameters, GainScalesColorNotCoverage) {
 TEST_F(RendererOfAllParameters, CancellationReachesTheCaller) {
   const CancelFlag cancel(true);
   options_.cancel = &cancel;
-  tests::RecordingSink sink(static_cast<std::size_t>(Camera().width * Camera().height));
-  EXPECT_THROW((void)renderer_.RenderPrimal(Camera(), options_), Cancelled);
-  EXPECT_THROW(renderer_.RenderDerivative(Camera(), 0, options_, layout_, sink), Cancelled);
+  tests::RecordingSink sink(static_cast<std::size_t>(Sensor().width * Sensor().height));
+  EXPECT_THROW((void)renderer_.RenderPrimal(Sensor(), options_), Cancelled);
+  EXPECT_THROW(renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink), Cancelled);
 }
 
 TEST(Renderer, RefusesAnInvalidScene) {
