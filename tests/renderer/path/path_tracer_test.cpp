@@ -91,7 +91,7 @@ TEST(PathTracer, BlackSphereAboveAFloorPoint) {
   Mesh ball = MakeIcosphere(5, 0.3);
   ApplyTransform({{}, {0.2, -0.1, 0.8}}, ball);
   scene.meshes.push_back({"ball", ball, 1});
-  scene.materials.push_back({"black", LambertBsdf{}, {0, 0, 0}, false, true});
+  scene.materials.push_back({"black", LambertBsdf{}, {0, 0, 0}});
   EXPECT_TRUE(
       AgreesWithExact(Radiance(scene, tests::ProbeCamera({-2, 1.5, 1}, {0, 0, 0}), Options(2048)),
                       2.746945719694 / kPi));
