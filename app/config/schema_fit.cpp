@@ -94,10 +94,10 @@ SchemaNode StagesSchema() {
                .Default("4"),
            Number("spp_direct", "Samples per pixel of edges that throw shadows.")
                .From(0.0, 65536)
-               .Default("1"),
+               .Default("0.25"),
            Number("spp_indirect", "Samples per pixel of edges between two surfaces.")
                .From(0.0, 65536)
-               .Default("1"),
+               .Default("0.25"),
            Map("stop",
                {Number(
                     "relative_cost",

@@ -19,8 +19,8 @@ struct StageSpec {
   int max_spp = 64;
   double spp_growth = 1.5;  ///< per round
   double sppe = 4.0;        ///< boundary budgets, growing with spp
-  double spp_direct = 1.0;
-  double spp_indirect = 1.0;
+  double spp_direct = 0.25;
+  double spp_indirect = 0.25;
   double stop_relative_cost =
       0.0;  ///< end when the averaged cost falls by less than this; 0 = never
 };

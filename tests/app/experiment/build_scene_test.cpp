@@ -159,7 +159,7 @@ TEST(BuildFitSpec, StagesTakeTheirBudgetsAndTheTermsOfRender) {
                                             "render.terms=[interior, direct]",
                                             "render.guiding=grid",
                                             "render.guide_share=0.1"});
-  EXPECT_EQ(config.stages[0].spp_direct, 1.0);
+  EXPECT_EQ(config.stages[0].spp_direct, 0.25);
   renderer::Scene scene;
   scene.meshes = {{"mug", {}, 0}, {"disc", {}, 1}};
   scene.materials = {{"glaze", renderer::MetallicRoughnessBsdf{}}, {"paint", {}}};

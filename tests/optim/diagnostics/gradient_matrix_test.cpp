@@ -166,7 +166,7 @@ std::vector<Case> Shapes() {
   return {{"ball.vertices",
            ParameterKind::kVertexPositions,
            kBall,
-           1.0,
+           0.4,
            {Term::kInterior, Term::kPrimary, Term::kDirect}},
           {"ball.normals", ParameterKind::kVertexNormals, kBall, 1.0, {Term::kInterior}},
           {"floor.uvs", ParameterKind::kUvs, kFloor, 1.0, {Term::kInterior}},
