@@ -14,8 +14,8 @@ namespace pathfit::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using renderer::Mat3;
 using renderer::Camera;
+using renderer::Mat3;
 using renderer::Transform;
 using renderer::Vec3;
 

@@ -23,8 +23,8 @@ struct Material {
                           ///< transmissive models
 };
 
-/// Where an object is: x_world = pivot + translation + scale * R (x - pivot), with R the rotation of
-/// the rotation vector. Normals turn with R.
+/// Where an object is: x_world = pivot + translation + scale * R (x - pivot), with R the rotation
+/// of the rotation vector. Normals turn with R.
 struct ObjectPose {
   Vec3 pivot{0.0, 0.0, 0.0};        ///< fixed, usually the middle of the object
   Vec3 translation{0.0, 0.0, 0.0};  ///< metres

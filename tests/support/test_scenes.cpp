@@ -65,8 +65,7 @@ renderer::Scene BallAndWall() {
   renderer::ApplyTransform({{{1.6, 0.3, 0.2}, {0, 1.5, 0.4}, {-0.2, -0.3, 1}}, {0.1, 0.2, -1.5}},
                            wall);
   renderer::Material diffuse{"paint", renderer::LambertBsdf{}, {0.5, 0.5, 0.5}, true};
-  renderer::Material gloss{
-      "gloss", renderer::MetallicRoughnessBsdf{0.45, 0.6}, {0.7, 0.5, 0.3}};
+  renderer::Material gloss{"gloss", renderer::MetallicRoughnessBsdf{0.45, 0.6}, {0.7, 0.5, 0.3}};
   scene.materials = {diffuse, gloss};
   scene.meshes = {{"ball", ball, 0, {}}, {"wall", wall, 1, {}}};
   scene.emitters = {

@@ -163,8 +163,10 @@ Scene Book() {
   scene.meshes = {{"left", page(-1.0), 0}, {"right", page(1.0), 1}};
   scene.materials[0].vertex_colors = false;
   scene.materials[0].base_color = {0.8, 0.6, 0.9};
-  scene.emitters = {
-      {"lamp", renderer::LightFrame::kWorld, {}, renderer::PointEmitter{{0.1, 0.2, 0.9}, {3, 4, 5}}}};
+  scene.emitters = {{"lamp",
+                     renderer::LightFrame::kWorld,
+                     {},
+                     renderer::PointEmitter{{0.1, 0.2, 0.9}, {3, 4, 5}}}};
   scene.sensors = {tests::CameraAt({0.2, 0.5, 3.5}, {0, 0, 0}, 26.0, 16, 16)};
   return scene;
 }
@@ -194,8 +196,10 @@ TEST(GradientCheck, BookSmoothParameters) {
 /// no shadow term.
 TEST(GradientCheck, BallBeforeAWallUnderTheFlash) {
   Scene scene = tests::BallAndWall();
-  scene.emitters = {
-      {"flash", renderer::LightFrame::kCamera, {}, renderer::PointEmitter{{0, 0, 0}, {20, 20, 20}}}};
+  scene.emitters = {{"flash",
+                     renderer::LightFrame::kCamera,
+                     {},
+                     renderer::PointEmitter{{0, 0, 0}, {20, 20, 20}}}};
   scene.sensors = {tests::CameraAt({0.2, 0.3, 4.0}, {0, 0, 0}, 28.0, 16, 16)};
   CheckKind("flash, ball vertices", scene, ParameterKind::kVertexPositions, 0, Moving());
   CheckKind("flash, wall vertices", scene, ParameterKind::kVertexPositions, 1, Moving());
@@ -214,8 +218,10 @@ Scene BowlUnderTheFlash() {
     return height > 0.2;
   });
   renderer::WeldPositions(mesh);
-  scene.emitters = {
-      {"flash", renderer::LightFrame::kCamera, {}, renderer::PointEmitter{{0, 0, 0}, {20, 20, 20}}}};
+  scene.emitters = {{"flash",
+                     renderer::LightFrame::kCamera,
+                     {},
+                     renderer::PointEmitter{{0, 0, 0}, {20, 20, 20}}}};
   scene.sensors = {tests::CameraAt({0.7, 1.3, 4.0}, {0, -0.3, 0}, 36.0, 16, 16)};
   return scene;
 }

@@ -20,10 +20,10 @@
 namespace pathfit::optim {
 namespace {
 
+using renderer::Camera;
 using renderer::CameraModel;
 using renderer::Image;
 using renderer::Mesh;
-using renderer::Camera;
 using renderer::Vec3;
 
 constexpr Vec3 kCenter{0.3, -0.2, 11.1};

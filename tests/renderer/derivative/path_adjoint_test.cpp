@@ -112,10 +112,11 @@ TEST_F(CollocatedFlash, SlidingThePlaneInItselfChangesNothing) {
 // Everything scales about the pinhole, which is also the lamp: I(s) = I(1) / s^2 for any closed
 // body, at any number of bounces. G, J and cosines of every segment must balance.
 TEST(PathAdjoint, ScalingAClosedRoomAboutItsLamp) {
-  Scene scene = tests::SceneOf(tests::Cube(),
-                               LambertBsdf{},
-                               {0.7, 0.5, 0.3},
-                               {{"lamp", LightFrame::kWorld, {}, PointEmitter{{0, 0, 0}, {4, 4, 4}}}});
+  Scene scene =
+      tests::SceneOf(tests::Cube(),
+                     LambertBsdf{},
+                     {0.7, 0.5, 0.3},
+                     {{"lamp", LightFrame::kWorld, {}, PointEmitter{{0, 0, 0}, {4, 4, 4}}}});
   const Camera camera = tests::CameraAt({0, 0, 0}, {0.3, 0.2, -1}, 3.0, 6, 6);
   for (const Bsdf& bsdf : {Bsdf{LambertBsdf{}}, Bsdf{MetallicRoughnessBsdf{0.6, 0.4}}}) {
     scene.materials[0].bsdf = bsdf;

@@ -105,8 +105,7 @@ TEST(PathTracer, CollocatedPointLight) {
                      LambertBsdf{},
                      {0.6, 0.6, 0.6},
                      {{"flash", LightFrame::kCamera, {}, PointEmitter{{0, 0, 0}, {3, 3, 3}}}});
-  const Camera camera =
-      tests::ProbeCamera({0, 2 * std::sin(0.5), 2 * std::cos(0.5)}, {0, 0, 0});
+  const Camera camera = tests::ProbeCamera({0, 2 * std::sin(0.5), 2 * std::cos(0.5)}, {0, 0, 0});
   for (const double l : Radiance(scene, camera, Options(1)))
     EXPECT_NEAR(l, 1.257044424265e-01, 1e-9);
 }
