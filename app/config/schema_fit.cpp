@@ -36,14 +36,17 @@ SchemaNode PriorSchema() {
 SchemaNode UnknownsSchema() {
   const SchemaNode parametrisation =
       Either("parametrisation",
-             {Choice("", {"vertices"}, "").Refuse({{"displacement", ""}, {"rigid", ""}}),
+             {Choice("", {"vertices"}, "")
+                  .Refuse({{"displacement", ""},
+                           {"rigid", "; free MESH.translation and MESH.rotation"}}),
               Map("",
                   {Map("large_steps",
                        {Number("lambda", "Strength; 0 = off.").AtLeast(0.0).Default("19")},
                        "Steps in the metric I + lambda L of the mesh: smooth changes come first.")
                        .Required()},
                   "")
-                  .Refuse({{"displacement", ""}, {"rigid", ""}})},
+                  .Refuse({{"displacement", ""},
+                           {"rigid", "; free MESH.translation and MESH.rotation"}})},
              "Vertices: how they move.")
           .DefaultIs("`vertices`: each alone");
   return NamedMap("unknowns",

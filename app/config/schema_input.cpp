@@ -23,7 +23,7 @@ SchemaNode CamerasSchema() {
                   .Default("sensor")},
              "Where the photos were taken from, and through what lens.")
       .Required()
-      .Refuse({{"refine", "; cameras stay as given"},
+      .Refuse({{"refine", "; free camera.position and camera.rotation in unknowns"},
                {"scale", "; scale the camera file instead"},
                {"up", ""}});
 }

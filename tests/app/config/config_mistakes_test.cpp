@@ -88,7 +88,8 @@ TEST(ConfigMistakes, WhatIsPlannedIsNotSupported) {
   ExpectProblems(
       kFitConfig,
       {{"input.cameras.refine={pose: true}",
-        "input.cameras.refine: key 'refine' is not supported; cameras stay as given"},
+        "input.cameras.refine: key 'refine' is not supported; free camera.position and "
+        "camera.rotation in unknowns"},
        {"input.cameras={path: a, up: +y}", "input.cameras: key 'up' is not supported"},
        {"input.cameras.format=bundler", "input.cameras.format: 'bundler' is not supported"},
        {"input.colour.white_balance=none",
@@ -100,7 +101,8 @@ TEST(ConfigMistakes, WhatIsPlannedIsNotSupported) {
        {"render.pixel_filter=tent",
         "render.pixel_filter: 'tent' is not supported; write filter in scene.sensors"},
        {"unknowns.mug.vertices.parametrisation=rigid",
-        "unknowns.mug.vertices.parametrisation: 'rigid' is not supported"},
+        "unknowns.mug.vertices.parametrisation: 'rigid' is not supported; free "
+        "MESH.translation and MESH.rotation"},
        {"unknowns.mug.vertices.priors+={total_variation: {weight: 1}, laplacian: {weight: 1}}",
         "unknowns.mug.vertices.priors[1]: key 'total_variation' is not supported; write smooth\n"
         "--set #1: unknowns.mug.vertices.priors[1]: prior 'laplacian' is given twice"},

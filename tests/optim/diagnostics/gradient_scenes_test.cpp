@@ -132,8 +132,9 @@ TEST(DifficultScenes, FlatAndSmoothBalls) {
   }
 }
 
-/// A triangle with interpolated normals stops to reflect all at once when the light sinks below its
-/// plane. No edge is there, so no boundary term: the finer the mesh, the smaller what is missing.
+/// Bending a coarse mesh with interpolated normals under an extended light: presumably its
+/// triangles stop to reflect all at once where the light sinks below their planes, which is no
+/// edge.
 TEST(DifficultScenes, PanelSetsBehindTrianglesOfACoarseSmoothBall) {
   const Scene scene = UnderPanelAlone(Ball(true));
   renderer::ParameterLayout layout(scene);
@@ -268,6 +269,11 @@ TEST(DifficultScenes, Mirrors) {
             Moving(),
             1.0,
             {Term::kInterior, Term::kPrimary});
+
+  scene.meshes[0].mesh = Ball(true);
+  renderer::ParameterLayout pose(scene);
+  pose.Add(ParameterKind::kObjectTranslation, 0);
+  tests::ExpectLimit("smooth mirror ball moves", scene, pose, {0.5, 0.6, -0.7}, Moving());
 
   scene = Above(Box());
   scene.materials[0].bsdf = renderer::MirrorBsdf{};
