@@ -1,6 +1,5 @@
 #include "tests/optim/diagnostics/gradient_scenes.h"
 
-#include <algorithm>
 #include <string>
 
 #include "renderer/core/error.h"
@@ -256,7 +255,8 @@ TEST(DifficultScenes, RoughGlassBall) {
             kMinSignal);
 }
 
-/// What is seen in a mirror directly is right; a moving edge in it is not there, and is announced.
+/// What flat mirrors show directly is right, but not the silhouettes of smooth ones; that edges in
+/// them are missing is announced.
 TEST(DifficultScenes, Mirrors) {
   Scene scene = Above(Ball(false));
   scene.meshes.erase(scene.meshes.begin());
@@ -352,7 +352,6 @@ TEST(DifficultScenes, CameraInAClosedRoom) {
 TEST(DifficultScenes, LampNextToASurface) {
   Scene scene = Above(Box({-0.3, 0.7, 0}));
   scene.emitters[0] = tests::Lamp({0.6, 0.02, 0.4}, {0.8, 0.7, 0.6});
-  // The floor is very bright below the lamp, and one sample there weighs much.
   GradientCheckOptions options = Moving();
   options.step = 1e-2;
   CheckKind("lamp 2 cm above the floor, box",
