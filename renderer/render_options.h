@@ -48,6 +48,9 @@ struct RenderOptions {
   /// samples: derivatives of glossy reflections by normals and positions lose most of their noise
   /// (path_space 1.10), images gain nothing.
   bool antithetic = false;
+  /// Derivatives only: whether the image of their interior samples is wanted, too. Without it paths
+  /// that no parameter touches are cut short; the derivative is the same, bit for bit.
+  bool with_image = true;
   DerivativeTerms terms;
   DerivativeForm form = DerivativeForm::kImage;
   GuideKind guide = GuideKind::kAdaptive;

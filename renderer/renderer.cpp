@@ -128,10 +128,12 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const ActiveParameters active = ActiveParameters::Make(impl_->scene, layout, model, sensor);
   const NearMotion near_motion(impl_->caster, active);
   const AdjointContext adjoint{context, model, active, options.form, &near_motion};
-  Film film(camera.width, camera.height);
+  Film film = options.with_image ? Film(camera.width, camera.height) : Film();
   RenderStats sum;
-  ForEachRow(camera.height, options, sum, [&](int y, RenderStats& row_stats) {
-    PathRecorder recorder;
+  const bool interior = options.terms.interior || options.with_image;
+  const bool all_paths = options.with_image || active.all_paths;
+  ForEachRow(interior ? camera.height : 0, options, sum, [&](int y, RenderStats& row_stats) {
+    PathRecorder recorder = all_paths ? PathRecorder() : PathRecorder(active.touches);
     DerivativeAccumulator entries;
     for (int x = 0; x < camera.width; ++x) {
       const std::int64_t pixel = static_cast<std::int64_t>(y) * camera.width + x;
@@ -151,7 +153,9 @@ Film Renderer::RenderDerivative(const Camera& camera,
       if (!entries.Entries().empty()) {
         sink.Add(pixel, entries.Entries());
       }
-      film.pixels[static_cast<std::size_t>(pixel)] = Rgba(value.Color() * camera.gain, value.a);
+      if (options.with_image) {
+        film.pixels[static_cast<std::size_t>(pixel)] = Rgba(value.Color() * camera.gain, value.a);
+      }
     }
   });
   EmitBoundaries(context, model, active, options, impl_->topologies, sink, sum);

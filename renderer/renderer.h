@@ -32,7 +32,8 @@ class Renderer {
                                   RenderStats* stats = nullptr) const;
 
   /// Emits the derivative of every pixel by every block of `layout` into `sink` and returns the
-  /// image of the same interior samples (equal to RenderPrimal with the same options, bit for bit).
+  /// image of the same interior samples (equal to RenderPrimal with the same options, bit for bit;
+  /// without pixels if options.with_image is off).
   /// `sensor` is the index whose exposure the camera carries, -1 for none.
   Film RenderDerivative(const Camera& camera,
                         int sensor,

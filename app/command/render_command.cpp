@@ -198,6 +198,7 @@ ExitStatus RenderCommand(CommandContext& context) {
       WriteFilm(renderer.RenderPrimal(camera, options, &stats), folder / name, written);
       if (!directions.empty()) {
         DirectionSink sink(layout, directions, camera);
+        options.with_image = false;
         renderer.RenderDerivative(camera, index, options, layout, sink, &stats);
         for (std::size_t i = 0; i < directions.size(); ++i) {
           WriteDerivative(sink.film(i),

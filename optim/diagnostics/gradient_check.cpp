@@ -169,6 +169,7 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   render.guide = options.guide;
   render.guide_share = options.guide_share;
   render.antithetic = options.antithetic;
+  render.with_image = false;
   render.cancel = options.cancel;
   const bool moves = Moves(layout);
   const bool moves_edges = MovesEdges(layout);

@@ -135,6 +135,19 @@ ActiveParameters ActiveParameters::Make(const Scene& scene,
       std::any_of(active.textures.begin(), active.textures.end(), [](auto t) { return t >= 0; });
   active.any_material = std::any_of(
       active.materials.begin(), active.materials.end(), [](const auto& m) { return m.any; });
+  active.all_paths = active.camera.Any() || active.camera.exposure >= 0 || active.any_light ||
+                     active.any_light_moves;
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    active.touches.push_back(
+        active.meshes[i].any_geometry ||
+        active.materials[static_cast<std::size_t>(scene.meshes[i].material)].any);
+  }
+  for (const Emitter& emitter : scene.emitters) {
+    const auto* area = std::get_if<AreaEmitter>(&emitter.light);
+    active.all_paths =
+        active.all_paths ||
+        (area != nullptr && active.meshes[static_cast<std::size_t>(area->mesh)].any_geometry);
+  }
   return active;
 }
 

@@ -56,6 +56,8 @@ struct ActiveParameters {
   bool any_light_moves = false;
   bool any_light = false;  ///< intensities, texels, textures, angles
   bool any_material = false;
+  std::vector<bool> touches;  ///< by mesh: whether a path that meets it depends on a parameter
+  bool all_paths = false;     ///< whether all paths do, by lights or the sensor
 
   /// `sensor` is the index of the sensor that `camera` stands for, -1 for none.
   static ActiveParameters Make(const Scene& scene,

@@ -222,10 +222,12 @@ ColorGradient AppearanceAdjoint::LabelGradient(const Vertex& v) const {
   }
   if (!mesh.normal_triangles.empty()) {
     const Triangle& corners = CornersOf(mesh.normal_triangles, v.p.id);
-    const double norm = Norm(Interpolate(mesh.normals, corners, v.p.b1, v.p.b2));
+    const Vec3 stored = InterpolatedNormal(mesh, v.p.id, v.p.b1, v.p.b2);
+    const double norm = Norm(stored);
+    const Vec3 n = stored * (1.0 / norm);
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3& m = mesh.normals[static_cast<std::size_t>(corners[i])];
-      const Vec3 change = (m - v.p.n * Dot(v.p.n, m)) * (v.p.side / norm);
+      const Vec3 change = (m - n * Dot(n, m)) * (v.p.side / norm);
       d_bary[i] += Dot(v.d_n, change);
     }
   }

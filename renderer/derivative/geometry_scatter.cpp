@@ -41,8 +41,10 @@ void GeometryScatter::ScatterNormals(const Vertex& v) {
   }
   const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)].mesh;
   const Triangle& corners = CornersOf(mesh.normal_triangles, v.p.id);
-  const double norm = Norm(Interpolate(mesh.normals, corners, v.p.b1, v.p.b2));
-  const ColorGradient d_m = (v.d_n - Outer(v.p.n, Dot(v.p.n, v.d_n))) * (v.p.side / norm);
+  const Vec3 stored = InterpolatedNormal(mesh, v.p.id, v.p.b1, v.p.b2);
+  const double norm = Norm(stored);
+  const Vec3 n = stored * (v.p.side / norm);
+  const ColorGradient d_m = (v.d_n - Outer(n, Dot(n, v.d_n))) * (v.p.side / norm);
   const std::array<double, 3> weights = {1.0 - v.p.b1 - v.p.b2, v.p.b1, v.p.b2};
   for (std::size_t i = 0; i < 3; ++i) {
     motion_.VertexNormal(v.p.id.mesh,
@@ -58,6 +60,9 @@ void GeometryScatter::ScatterImagePoint(std::size_t k) {
   const Vertex& v = vertices_[k];
   if (IsDelta(v.p.material->bsdf) && v.continues) {
     PullThroughDelta(vertices_[k]);
+    if (!FlatMesh(v)) {
+      PullThroughMirrorNormal(vertices_[k]);
+    }
   }
   const Vec3 w = -v.p.wo;
   const ColorGradient d_label = appearance_.LabelGradient(v);
@@ -82,6 +87,13 @@ void GeometryScatter::ScatterImagePoint(std::size_t k) {
   } else if (active_.camera.Any()) {
     motion_.CameraRay(pixel_.ray, pixel_.u, pixel_.v, d_origin, d_direction);
   }
+}
+
+/// A mirror's normal is a function of the interpolated one, the facet's and wo.
+void GeometryScatter::PullThroughMirrorNormal(Vertex& v) const {
+  const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)].mesh;
+  const Vec3 n = Normalized(InterpolatedNormal(mesh, v.p.id, v.p.b1, v.p.b2)) * v.p.side;
+  MirrorNormal(n, v.p.ng, v.p.wo).Pull(v.d_n, v.d_ng, v.d_wo);
 }
 
 /// The next ray's direction is a function of wo and the shading normal (and eta).

@@ -46,6 +46,7 @@ class GeometryScatter {
   void ScatterNormals(const Vertex& v);
   void ScatterImagePoint(std::size_t k);
   static void PullThroughDelta(Vertex& v);
+  void PullThroughMirrorNormal(Vertex& v) const;
   void ScatterCameraVertexInMaterialForm(const Rgb& radiance);
 
   const PathContext& context_;

@@ -30,11 +30,18 @@ class PathRecorder {
     Rgb emission;  ///< throughput * weight, the factor of the radiance it emits
   };
 
+  /// Keeps everything.
+  PathRecorder() = default;
+  /// Asks for no light until a path has met a mesh with `touches`, which must outlive the recorder.
+  explicit PathRecorder(const std::vector<bool>& touches) : touches_(&touches) {}
+
   void Clear() {
     vertices.clear();
     directs.clear();
+    wants_light_ = touches_ == nullptr;
   }
   void OnVertex(const SurfacePoint& p) {
+    wants_light_ = wants_light_ || (*touches_)[static_cast<std::size_t>(p.id.mesh)];
     vertices.emplace_back();
     vertices.back().p = p;
     vertices.back().first_direct = vertices.back().end_direct = directs.size();
@@ -51,9 +58,14 @@ class PathRecorder {
     vertices.back().on = on;
   }
   void OnRadiance(int, const Rgb&) {}
+  [[nodiscard]] bool WantsLight() const { return wants_light_; }
 
   std::vector<Vertex> vertices;
   std::vector<DirectContribution> directs;
+
+ private:
+  const std::vector<bool>* touches_ = nullptr;
+  bool wants_light_ = true;
 };
 
 }  // namespace pathfit::renderer

@@ -54,7 +54,15 @@ EnvironmentSampler::EnvironmentSampler(const EnvironmentEmitter& environment)
           floor * CellSolidAngle(y, width_, height_);
     }
   }
-  texels_ = Distribution1D(weights);
+  // Rows first, then columns: both numbers move the direction evenly, which lattices and guides
+  // build on.
+  std::vector<double> row_weights;
+  for (int y = 0; y < height_; ++y) {
+    const auto row = weights.begin() + static_cast<std::ptrdiff_t>(y) * width_;
+    columns_.emplace_back(std::vector<double>(row, row + width_));
+    row_weights.push_back(columns_.back().Total());
+  }
+  rows_ = Distribution1D(row_weights);
   for (int y = 0; y <= height_; ++y) {
     row_cos_.push_back(CosAtRow(y, height_));
   }
@@ -63,7 +71,8 @@ EnvironmentSampler::EnvironmentSampler(const EnvironmentEmitter& environment)
     for (int x = 0; x < width_; ++x) {
       const int texel = y * width_ + x;
       density_[static_cast<std::size_t>(texel)] =
-          texels_.Probability(texel) / CellSolidAngle(y, width_, height_);
+          rows_.Probability(y) * columns_[static_cast<std::size_t>(y)].Probability(x) /
+          CellSolidAngle(y, width_, height_);
     }
   }
 }
@@ -74,16 +83,16 @@ DirectionSample EnvironmentSampler::Sample(const Vec3& normal, double u0, double
     return {Frame::FromNormal(normal).ToWorld(local), UniformHemispherePdf(), {}};
   }
   double fx = 0.0;
-  const int texel = texels_.Sample(u0, fx);
-  const int x = texel % width_;
-  const int y = texel / width_;
+  double fy = 0.0;
+  const int y = rows_.Sample(u1, fy);
+  const int x = columns_[static_cast<std::size_t>(y)].Sample(u0, fx);
   const double top = row_cos_[static_cast<std::size_t>(y)];
   const double bottom = row_cos_[static_cast<std::size_t>(y) + 1];
-  const double cos_theta = std::clamp(top + u1 * (bottom - top), -1.0, 1.0);
+  const double cos_theta = std::clamp(top + fy * (bottom - top), -1.0, 1.0);
   const double sin_theta = std::sqrt(1.0 - cos_theta * cos_theta);
   const double phi = 2.0 * std::numbers::pi * (x + fx) / width_;
   return {{sin_theta * std::sin(phi), cos_theta, -sin_theta * std::cos(phi)},
-          density_[static_cast<std::size_t>(texel)],
+          density_[static_cast<std::size_t>(y * width_ + x)],
           {(x + fx) / width_, std::acos(cos_theta) * std::numbers::inv_pi}};
 }
 

@@ -27,7 +27,8 @@ class EnvironmentSampler {
 
  private:
   int width_, height_;
-  Distribution1D texels_;
+  Distribution1D rows_;
+  std::vector<Distribution1D> columns_;  // by row
   std::vector<double> row_cos_;  // cos(theta) of the texel rows' upper borders
   std::vector<double> density_;  // per solid angle, of each texel
 };

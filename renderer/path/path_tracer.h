@@ -59,6 +59,8 @@ struct NullPathRecorder {
   void OnContinue(const Continuation&) {}
   /// `radiance` was added that was reflected `bounces` times.
   void OnRadiance(int /*bounces*/, const Rgb& /*radiance*/) {}
+  /// Whether light that arrives at the path's last vertex matters.
+  [[nodiscard]] bool WantsLight() const { return true; }
 };
 
 /// Uniform numbers without lattice.
@@ -221,6 +223,16 @@ Rgb SampleLights(const PathContext& context,
   return sum;
 }
 
+/// Draws the numbers of SampleLights.
+template <class Sampler>
+void SkipLights(const PathContext& context, Sampler& sampler) {
+  const int extended =
+      (context.lights.environment ? 1 : 0) + (context.lights.areas.empty() ? 0 : 1);
+  for (int i = 0; i < 2 * extended; ++i) {
+    sampler.NextLight();
+  }
+}
+
 /// Radiance leaving a surface point towards where it is seen from: unidirectional path tracing with
 /// light sampling and MIS at every vertex.
 template <class Sampler, class Recorder>
@@ -248,8 +260,16 @@ Rgb TraceRadiance(const PathContext& context,
       break;
     }
     const bool delta = IsDelta(p.material->bsdf);
+    const bool wants_light = recorder.WantsLight();
+    if (!wants_light && bounce == range.max_bounces) {
+      break;
+    }
     if (!delta) {
-      add(bounce, throughput * SampleLights(context, p, sampler, recorder));
+      if (wants_light) {
+        add(bounce, throughput * SampleLights(context, p, sampler, recorder));
+      } else {
+        SkipLights(context, sampler);
+      }
       if (bounce == range.max_bounces && !context.HasExtendedLights()) {
         break;
       }

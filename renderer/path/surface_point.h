@@ -1,6 +1,7 @@
 #pragma once
 
 #include "renderer/geometry/ray_caster.h"
+#include "renderer/path/mirror_normal.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::renderer {
@@ -11,7 +12,8 @@ struct SurfacePoint {
   double b1 = 0.0, b2 = 0.0;
   Vec3 x;
   Vec3 ng;            ///< unit geometric normal, turned to the side of wo
-  Vec3 n;             ///< unit shading normal, turned with ng; equal to ng on flat meshes
+  Vec3 n;             ///< unit shading normal, turned with ng; equal to ng on flat meshes; of
+                      ///< mirrors and smooth glass the MirrorNormal
   double side = 1.0;  ///< +1 seen from the front (normal of the winding), -1 from behind
   Vec3 wo;            ///< unit, towards where it is seen from
   BsdfInputs inputs;
@@ -43,6 +45,11 @@ T Interpolate(const std::vector<T>& values, const Triangle& corners, double b1, 
 }
 inline Vec2 UvAt(const Mesh& mesh, TriangleId id, double b1, double b2) {
   return Interpolate(mesh.uvs, CornersOf(mesh.uv_triangles, id), b1, b2);
+}
+
+/// Of a mesh that has normals; not yet unit, on the front.
+inline Vec3 InterpolatedNormal(const Mesh& mesh, TriangleId id, double b1, double b2) {
+  return Interpolate(mesh.normals, CornersOf(mesh.normal_triangles, id), b1, b2);
 }
 
 /// Constants of the rough models.
@@ -93,6 +100,7 @@ inline SurfacePoint MakeSurfacePoint(const Scene& scene,
   const TriangleGeometry& triangle = caster.Geometry(id);
   const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(id.mesh)];
   SurfacePoint p;
+  p.material = &scene.materials[static_cast<std::size_t>(mesh.material)];
   p.id = id;
   p.b1 = b1;
   p.b2 = b2;
@@ -102,11 +110,12 @@ inline SurfacePoint MakeSurfacePoint(const Scene& scene,
   p.ng = triangle.n * p.side;
   p.n = p.ng;
   if (!mesh.mesh.normal_triangles.empty()) {
-    const Triangle& corners = CornersOf(mesh.mesh.normal_triangles, id);
-    const Vec3 m = Normalized(Interpolate(mesh.mesh.normals, corners, b1, b2)) * p.side;
+    const Vec3 m = Normalized(InterpolatedNormal(mesh.mesh, id, b1, b2)) * p.side;
     p.n = IsFinite(m) ? m : p.ng;
+    if (IsDelta(p.material->bsdf)) {
+      p.n = MirrorNormal(p.n, p.ng, wo).Value();
+    }
   }
-  p.material = &scene.materials[static_cast<std::size_t>(mesh.material)];
   p.inputs = InputsAt(scene, mesh, *p.material, id, b1, b2);
   p.inputs.from_inside = p.side < 0.0;
   return p;

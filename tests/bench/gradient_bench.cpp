@@ -134,7 +134,9 @@ class CaseRun {
                             {case_.direction.x, case_.direction.y, case_.direction.z},
                             camera_.width,
                             camera_.height);
-    renderer_.RenderDerivative(camera_, -1, OptionsOf(repeat), layout_, sink);
+    RenderOptions options = OptionsOf(repeat);
+    options.with_image = false;
+    renderer_.RenderDerivative(camera_, -1, options, layout_, sink);
     if (repeat >= 0) {
       images.Add(sink.film());
     }

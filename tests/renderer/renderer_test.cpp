@@ -89,6 +89,41 @@ TEST_F(RendererOfAllParameters, DerivativeRendersThePrimalsBits) {
             result.primal.pixels);
 }
 
+/// Paths that no parameter touches are cut short.
+TEST(Renderer, DerivativeWithoutImageHasTheSameBits) {
+  const Scene scene = tests::BallAndWall();
+  const Renderer renderer(scene);
+  const Camera& camera = scene.sensors[0];
+  const auto pixels = static_cast<std::size_t>(camera.width * camera.height);
+  const auto check = [&](ParameterKind kind, int object) {
+    ParameterLayout layout(scene);
+    layout.Add(kind, object);
+    for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
+      RenderOptions options;
+      options.spp = 6;
+      options.max_bounces = 3;
+      options.rr_depth = 2;
+      options.form = form;
+      tests::RecordingSink with(pixels);
+      renderer.RenderDerivative(camera, 0, options, layout, with);
+      options.with_image = false;
+      tests::RecordingSink without(pixels);
+      EXPECT_TRUE(renderer.RenderDerivative(camera, 0, options, layout, without).pixels.empty());
+      ExpectSameBits(with.pixels, without.pixels);
+    }
+  };
+  for (const int mesh : {0, 1}) {
+    check(ParameterKind::kVertexPositions, mesh);
+    check(ParameterKind::kObjectTranslation, mesh);
+  }
+  check(ParameterKind::kVertexColors, 0);
+  check(ParameterKind::kRoughness, 1);
+  check(ParameterKind::kLightIntensity, 0);
+  check(ParameterKind::kEnvironmentTexels, 0);
+  check(ParameterKind::kCameraPosition, 0);
+  check(ParameterKind::kExposure, 0);
+}
+
 TEST_F(RendererOfAllParameters, TermsAddUp) {
   const Result all = Render(2);
   Result sum;

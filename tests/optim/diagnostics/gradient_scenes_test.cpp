@@ -273,7 +273,10 @@ TEST(DifficultScenes, Mirrors) {
   scene.meshes[0].mesh = Ball(true);
   renderer::ParameterLayout pose(scene);
   pose.Add(ParameterKind::kObjectTranslation, 0);
-  tests::ExpectLimit("smooth mirror ball moves", scene, pose, {0.5, 0.6, -0.7}, Moving());
+  tests::ExpectRightDerivative(
+      "smooth mirror ball moves",
+      CheckGradient(scene, scene.sensors[0], -1, pose, {0.5, 0.6, -0.7}, Moving()),
+      {Term::kInterior, Term::kPrimary});
 
   scene = Above(Box());
   scene.materials[0].bsdf = renderer::MirrorBsdf{};
