@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "renderer/boundary/visible_point.h"
+#include "renderer/sampler/lattice_sampler.h"
 #include "renderer/core/check.h"
 
 namespace pathfit::renderer {
 namespace {
 
 constexpr std::uint64_t kPixelDomain = 7;
+constexpr std::uint64_t kShiftDomain = 9;
 
 }  // namespace
 
@@ -81,7 +83,9 @@ void PixelBoundary::Sample(std::int64_t index,
   }
   Rgb radiance;
   if (hit) {
-    IndependentSampler sampler(rng);
+    const CounterRng shift(
+        context_.options.seed, kShiftDomain, context_.options.view, is_column ? 0 : 1, 0);
+    LatticeSampler sampler(shift, rng, static_cast<std::uint64_t>(stratum));
     NullPathRecorder recorder;
     radiance = TraceRadiance(path,
                              MakeSurfacePoint(*path.scene, *path.caster, *hit, ray),

@@ -5,11 +5,13 @@
 #include <cmath>
 
 #include "renderer/boundary/visible_point.h"
+#include "renderer/sampler/lattice_sampler.h"
 
 namespace pathfit::renderer {
 namespace {
 
 constexpr std::uint64_t kPrimaryDomain = 3;
+constexpr std::uint64_t kShiftDomain = 8;
 // The background is shaded beside the edge, on its own side, where the ray passes the edge at this
 // many offsets of secondary rays: a light near the sensor sees the edge and the point behind it in
 // line, so that the shadow ray would graze the edge.
@@ -55,7 +57,8 @@ struct PrimaryBoundary::EdgePoint {
   Vec2 m;                // normal of the edge's image, times |du/dt|; points to the plus side
   Vec3 g;                // gradient of m . u by x: normal of the plane of edge and ray
   double density = 0.0;  // of the sample, per t
-  CounterRng rng{0, 0, 0, 0, 0};  // both sides use the same numbers: less noise in their difference
+  // Both sides use the same numbers: less noise in their difference.
+  LatticeSampler sampler{CounterRng(0, 0, 0, 0, 0), CounterRng(0, 0, 0, 0, 0), 0};
 
   [[nodiscard]] std::array<TriangleId, 2> Faces() const {
     return {TriangleId{mesh, edge->faces[0]}, TriangleId{mesh, edge->faces[1]}};
@@ -87,7 +90,9 @@ std::optional<PrimaryBoundary::EdgePoint> PrimaryBoundary::DrawPoint(std::int64_
   const Mesh& mesh = context_.path.scene->meshes[mesh_index].mesh;
 
   EdgePoint point;
-  point.rng = rng;
+  // Neighbours along an edge, which add to the same pixels, spread over the lights together.
+  const CounterRng shift(options.seed, kShiftDomain, options.view, 0, 0);
+  point.sampler = LatticeSampler(shift, rng, static_cast<std::uint64_t>(index));
   point.edge = &edge;
   point.mesh = view_edge.mesh;
   point.t = at.t;
@@ -153,7 +158,7 @@ Rgb PrimaryBoundary::ShadeFace(const EdgePoint& point, TriangleId face) const {
   const double b2 = at_edge.b2 + inset * (1.0 / 3.0 - at_edge.b2);
   const SurfacePoint p = MakeSurfacePoint(
       *context_.path.scene, caster, face, b1, b2, geometry.Point(b1, b2), -point.ray.direction);
-  IndependentSampler sampler(point.rng);
+  LatticeSampler sampler = point.sampler;
   NullPathRecorder recorder;
   return TraceRadiance(context_.path, p, sampler, recorder, {context_.path.max_bounces});
 }
@@ -187,7 +192,7 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
                                           b.y,
                                           geometry.Point(b.x, b.y),
                                           usable ? -ray.direction : -point.ray.direction);
-  IndependentSampler sampler(point.rng);
+  LatticeSampler sampler = point.sampler;
   NullPathRecorder recorder;
   return TraceRadiance(context_.path, p, sampler, recorder, {context_.path.max_bounces});
 }
