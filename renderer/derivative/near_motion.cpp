@@ -21,15 +21,17 @@ NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active)
 }
 
 NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
-                                         const PathContext& context) const {
+                                         const PathContext& context,
+                                         int first,
+                                         double share) const {
   if (!any_) {
     return {};
   }
-  const double reach = kReach * caster_.Extent();
+  const double reach = kReach * caster_.Extent() * share;
   // The last reflection only looks for light.
   const auto last = static_cast<std::size_t>(context.max_bounces) -
                     (context.lights.areas.empty() && context.max_bounces > 0 ? 1 : 0);
-  for (std::size_t k = 0; k < std::min(last, path.vertices.size()); ++k) {
+  for (auto k = static_cast<std::size_t>(first); k < std::min(last, path.vertices.size()); ++k) {
     const PathRecorder::Vertex& v = path.vertices[k];
     if (IsDelta(v.p.material->bsdf) || !v.p.Reflects()) {
       continue;
@@ -37,9 +39,11 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
     const auto mesh = static_cast<std::size_t>(v.p.id.mesh);
     const double distance =
         caster_.DistanceTo(v.p.x, moving_[mesh] ? all_but_[mesh] : moving_, reach);
-    const double count = std::min(reach / distance, static_cast<double>(kMaxCount));
-    if (count > 1.0) {
-      return {static_cast<int>(k), static_cast<int>(std::ceil(count))};
+    if (distance < kTouch * kRayOffset * caster_.Extent()) {
+      return {static_cast<int>(k), 1, true};
+    }
+    if (distance < reach) {
+      return {static_cast<int>(k), static_cast<int>(std::ceil(reach / distance))};
     }
   }
   return {};

@@ -17,16 +17,23 @@ class NearMotion {
   /// `placed` and `caster` must outlive the result.
   NearMotion(const RayCaster& caster, const ActiveParameters& active);
 
-  /// The first vertex (from 0) of a path whose direction should be drawn more than once, and how
-  /// often; count 1 if there is none.
+  /// The first vertex (from 0) of a path, from `first` on, whose direction should be drawn more
+  /// than once, and how often; count 1 if there is none. `share`: of the path in its sample,
+  /// after splits at earlier vertices.
   struct Split {
     int vertex = 0;
     int count = 1;
+    bool touches = false;  ///< the vertex is closer than kTouch: nothing from it on is to move
   };
-  [[nodiscard]] Split FirstSplit(const PathRecorder& path, const PathContext& context) const;
+  [[nodiscard]] Split FirstSplit(const PathRecorder& path,
+                                 const PathContext& context,
+                                 int first,
+                                 double share) const;
 
   static constexpr double kReach = 0.03;  ///< splits begin at this distance, half diagonals
-  static constexpr int kMaxCount = 64;
+  /// Closer, in ray offsets, rays no longer meet what is near as they should. The derivative of so
+  /// narrow a strip is bounded and left out: a share of about kTouch * kRayOffset.
+  static constexpr double kTouch = 32.0;
 
  private:
   const RayCaster& caster_;

@@ -21,6 +21,7 @@ class Sweep {
         form_(context.form),
         pixel_(pixel),
         vertices_(path.vertices),
+        first_fixed_(path.first_fixed),
         directs_(path.directs),
         target_(sum),
         motion_(*context.path.scene, *context.path.caster, camera_, active_, target_),
@@ -34,7 +35,7 @@ class Sweep {
     }
     Rgb throughput = Rgb::Constant(pixel_.weight);
     bool seen_rough = false;
-    frozen_ = count;
+    frozen_ = std::min(count, first_fixed_);
     for (std::size_t k = 0; k < count; ++k) {
       Vertex& v = vertices_[k];
       v.throughput = throughput;
@@ -42,8 +43,8 @@ class Sweep {
       if (!delta && !seen_rough) {
         seen_rough = true;
         first_rough_ = k;
-      } else if (delta && seen_rough && frozen_ == count) {
-        frozen_ = k;
+      } else if (delta && seen_rough) {
+        frozen_ = std::min(frozen_, k);
       }
       if (v.continues) {
         throughput *= Weight(v) * v.on.factor;
@@ -278,6 +279,7 @@ class Sweep {
   DerivativeForm form_;
   const PixelSample& pixel_;
   std::vector<Vertex>& vertices_;
+  const std::size_t first_fixed_;
   const std::vector<DirectContribution>& directs_;
   AccumulatorTarget target_;
   MotionAdjoint<ColorGradient, AccumulatorTarget> motion_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "renderer/derivative/color_gradient.h"
@@ -38,6 +39,7 @@ class PathRecorder {
   void Clear() {
     vertices.clear();
     directs.clear();
+    first_fixed = std::numeric_limits<std::size_t>::max();
     wants_light_ = touches_ == nullptr;
   }
   void OnVertex(const SurfacePoint& p) {
@@ -62,6 +64,7 @@ class PathRecorder {
 
   std::vector<Vertex> vertices;
   std::vector<DirectContribution> directs;
+  std::size_t first_fixed = 0;  ///< vertices from here on do not move, whatever the parameters say
 
  private:
   const std::vector<bool>* touches_ = nullptr;

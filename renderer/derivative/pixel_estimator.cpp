@@ -177,21 +177,32 @@ Rgba EstimatePixelWithDerivative(const AdjointContext& context,
           return std::pair{value * pixel.weight, pixel};
         };
         const auto [value, pixel] = trace(start);
-        if (!on_surface) {
-          return value;
-        }
-        const NearMotion::Split split = context.near_motion->FirstSplit(recorder, context.path);
-        const double share = 1.0 / split.count;
-        const PixelSample part = Scaled(pixel, share);
-        AccumulatePathAdjoint(context, part, recorder, sum);
-        for (int i = 1; i < split.count; ++i) {
-          LatticeSampler numbers = start;
-          numbers.ShiftDirection(split.vertex + 1, i * share, i * kGoldenStep);
-          trace(numbers);
-          if (on_surface) {
+        // Adds the recorded path, or draws the rest of it again from each vertex (from `first` on)
+        // that is close to something that moves against it.
+        const auto add = [&](const auto& self,
+                             const LatticeSampler& numbers,
+                             const PixelSample& part,
+                             int first,
+                             double share) -> void {
+          const NearMotion::Split split =
+              on_surface && numbers.CanShift()
+                  ? context.near_motion->FirstSplit(recorder, context.path, first, share)
+                  : NearMotion::Split{};
+          if (split.touches) {
+            recorder.first_fixed = static_cast<std::size_t>(split.vertex);
+          }
+          if (on_surface && split.count == 1) {
             AccumulatePathAdjoint(context, part, recorder, sum);
           }
-        }
+          const double each = 1.0 / split.count;
+          for (int i = 0; i < split.count && split.count > 1; ++i) {
+            LatticeSampler shifted = numbers;
+            shifted.ShiftDirection(split.vertex + 1, i * each, i * kGoldenStep);
+            trace(shifted);
+            self(self, shifted, Scaled(part, each), split.vertex + 1, share * each);
+          }
+        };
+        add(add, start, pixel, 0, 1.0);
         return value;
       });
 }

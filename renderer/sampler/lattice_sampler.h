@@ -19,12 +19,13 @@ class LatticeSampler {
   LatticeSampler(CounterRng shift, CounterRng independent, std::uint64_t sample)
       : shift_(shift), independent_(independent), sample_(static_cast<double>(sample)) {}
 
+  static constexpr std::size_t kMaxShifts = 4;
   /// Moves the two numbers that choose the direction at the vertex of this bounce (from 1) around
-  /// the unit square.
+  /// the unit square; for up to kMaxShifts different bounces.
   void ShiftDirection(int bounce, double shift0, double shift1) {
-    shifted_bounce_ = bounce;
-    direction_shift_ = {shift0, shift1};
+    shifts_[num_shifts_++] = {bounce, {shift0, shift1}};
   }
+  [[nodiscard]] bool CanShift() const { return num_shifts_ < kMaxShifts; }
   /// Moves all numbers that choose points on lights: the second path of a pair, which shares the
   /// other numbers, should not sample the same lights again.
   void ShiftLights(double shift) { light_shift_ = shift; }
@@ -35,12 +36,14 @@ class LatticeSampler {
   }
   /// The next number, as component 0 or 1 of the direction choice at a bounce.
   double NextDirection(int bounce, int component) {
-    const double x = Next();
-    if (bounce != shifted_bounce_) {
-      return x;
+    double x = Next();
+    for (std::size_t i = 0; i < num_shifts_; ++i) {
+      if (shifts_[i].bounce == bounce) {
+        x += shifts_[i].by[static_cast<std::size_t>(component)];
+        x -= std::floor(x);
+      }
     }
-    const double moved = x + direction_shift_[static_cast<std::size_t>(component)];
-    return moved - std::floor(moved);
+    return x;
   }
 
   double Next() {
@@ -66,9 +69,13 @@ class LatticeSampler {
   CounterRng shift_, independent_;
   double sample_;
   int dimension_ = 0;
-  int shifted_bounce_ = 0;
   double light_shift_ = 0.0;
-  std::array<double, 2> direction_shift_{};
+  struct Shift {
+    int bounce = 0;
+    std::array<double, 2> by{};
+  };
+  std::array<Shift, kMaxShifts> shifts_{};
+  std::size_t num_shifts_ = 0;
 };
 
 }  // namespace pathfit::renderer
