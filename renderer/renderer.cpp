@@ -132,10 +132,17 @@ Film Renderer::RenderDerivative(const Camera& camera,
   RenderStats sum;
   const bool interior = options.terms.interior || options.with_image;
   const bool all_paths = options.with_image || active.all_paths;
+  // Direct light depends on what the sensor sees alone.
+  const PixelBounds bounds = all_paths || options.max_bounces > 1
+                                 ? PixelBounds{0, 0, camera.width, camera.height}
+                                 : BoundsOfMeshes(impl_->placed, model, active.touches);
   ForEachRow(interior ? camera.height : 0, options, sum, [&](int y, RenderStats& row_stats) {
     PathRecorder recorder = all_paths ? PathRecorder() : PathRecorder(active.touches);
     DerivativeAccumulator entries;
     for (int x = 0; x < camera.width; ++x) {
+      if (!bounds.Contains(x, y)) {
+        continue;
+      }
       const std::int64_t pixel = static_cast<std::int64_t>(y) * camera.width + x;
       entries.Clear();
       const Rgba value =

@@ -13,35 +13,55 @@ namespace {
 constexpr std::uint64_t kPixelDomain = 7;
 constexpr std::uint64_t kShiftDomain = 9;
 
+/// Pixels that may see anything move relative to the image.
+PixelBounds BoundsOfMotion(const BoundaryContext& context) {
+  const ActiveParameters& active = context.active;
+  const Camera& camera = context.camera.camera();
+  const auto& environment = context.path.lights.environment;
+  const bool sky_moves =
+      environment && active.lights[static_cast<std::size_t>(environment->emitter)].moves;
+  if (active.camera.Any() || sky_moves) {
+    return {0, 0, camera.width, camera.height};
+  }
+  std::vector<bool> moving;
+  for (const auto& mesh : active.meshes) {
+    moving.push_back(mesh.moves);
+  }
+  return BoundsOfMeshes(*context.path.scene, context.camera, moving);
+}
+
 }  // namespace
 
 PixelBoundary::PixelBoundary(const BoundaryContext& context) : context_(context) {
   const Camera& camera = context.camera.camera();
   PATHFIT_CHECK(camera.filter.shape == PixelFilter::Shape::kBox);
-  columns_ = LinesOf(camera.width, camera.filter.radius);
-  rows_ = LinesOf(camera.height, camera.filter.radius);
+  bounds_ = BoundsOfMotion(context);
+  columns_ = LinesOf(bounds_.x0, bounds_.x1, camera.filter.radius);
+  rows_ = LinesOf(bounds_.y0, bounds_.y1, camera.filter.radius);
 }
 
-std::vector<PixelBoundary::Line> PixelBoundary::LinesOf(int size, double radius) {
+std::vector<PixelBoundary::Line> PixelBoundary::LinesOf(int first, int end, double radius) {
   // Supports of a whole number of pixels end where others start.
   const double width = 2.0 * radius;
   const bool shared = width == std::floor(width);
   const int step = shared ? static_cast<int>(width) : 0;
   std::vector<Line> lines;
-  lines.reserve(2 * static_cast<std::size_t>(size));
-  for (int i = 0; i < size; ++i) {
-    lines.push_back({i + 0.5 - radius, i, shared && i >= step ? i - step : -1});
+  lines.reserve(2 * static_cast<std::size_t>(end - first));
+  for (int i = first; i < end; ++i) {
+    lines.push_back({i + 0.5 - radius, i, shared && i >= first + step ? i - step : -1});
   }
-  for (int i = shared ? std::max(0, size - step) : 0; i < size; ++i) {
+  for (int i = shared ? std::max(first, end - step) : first; i < end; ++i) {
     lines.push_back({i + 0.5 + radius, -1, i});
   }
   return lines;
 }
 
 std::int64_t PixelBoundary::NumSamples(double spp_pixel) const {
-  const Camera& camera = context_.camera.camera();
-  const double per_line =
-      spp_pixel * camera.width * camera.height / static_cast<double>(NumLines());
+  if (NumLines() == 0) {
+    return 0;
+  }
+  const double pixels = static_cast<double>(bounds_.x1 - bounds_.x0) * (bounds_.y1 - bounds_.y0);
+  const double per_line = spp_pixel * pixels / static_cast<double>(NumLines());
   return static_cast<std::int64_t>(std::ceil(per_line)) * NumLines();
 }
 
@@ -56,18 +76,19 @@ void PixelBoundary::Sample(std::int64_t index,
   const auto place = static_cast<std::size_t>(index % NumLines());
   const bool is_column = place < columns_.size();
   const Line& line = is_column ? columns_[place] : rows_[place - columns_.size()];
-  const int size_along = is_column ? camera.height : camera.width;
+  const int first_along = is_column ? bounds_.y0 : bounds_.x0;
+  const int end_along = is_column ? bounds_.y1 : bounds_.x1;
 
   CounterRng rng(context_.options.seed,
                  kPixelDomain,
                  context_.options.view,
                  static_cast<std::uint64_t>(stratum),
                  is_column ? 0 : 1);
-  const double length = size_along + 2.0 * filter.radius - 1.0;
+  const double length = end_along - first_along + 2.0 * filter.radius - 1.0;
   const double stratum_length =
       length * static_cast<double>(NumLines()) / static_cast<double>(count);
   const double along =
-      0.5 - filter.radius + stratum_length * (static_cast<double>(stratum) + rng.Next());
+      first_along + 0.5 - filter.radius + stratum_length * (static_cast<double>(stratum) + rng.Next());
   const Ray ray = is_column ? context_.camera.RayThrough(line.at, along)
                             : context_.camera.RayThrough(along, line.at);
   const PathContext& path = context_.path;
@@ -104,7 +125,8 @@ void PixelBoundary::Sample(std::int64_t index,
           static_cast<std::int64_t>(y) * camera.width + x, Rgba(amount * weight, 0.0), row);
     }
   };
-  const CoveringRange covered = CoveringPixels(filter, along, size_along);
+  const CoveringRange covered =
+      CoveringPixels(filter, along, is_column ? camera.height : camera.width);
   for (int i = covered.first; i < covered.end; ++i) {
     const double weight = FilterProfile(filter, along - (i + 0.5));
     add(line.gains, i, weight);

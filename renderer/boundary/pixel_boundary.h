@@ -22,7 +22,8 @@ class PixelBoundary {
   /// `context` must outlive it; its camera must have a box filter.
   explicit PixelBoundary(const BoundaryContext& context);
 
-  /// Number of samples for a budget of `spp_pixel` per pixel: a multiple of the number of lines.
+  /// Number of samples for a budget of `spp_pixel` per pixel in which anything may move: a multiple
+  /// of the number of lines.
   [[nodiscard]] std::int64_t NumSamples(double spp_pixel) const;
 
   /// Adds sample `index` of `count`, a result of NumSamples, stratified along the lines; the sum
@@ -39,12 +40,13 @@ class PixelBoundary {
     int gains = -1;  ///< column or row whose support starts here, -1: none
     int loses = -1;  ///< column or row whose support ends here, -1: none
   };
-  static std::vector<Line> LinesOf(int size, double radius);
+  static std::vector<Line> LinesOf(int first, int end, double radius);
   [[nodiscard]] std::int64_t NumLines() const {
     return static_cast<std::int64_t>(columns_.size() + rows_.size());
   }
 
   const BoundaryContext& context_;
+  PixelBounds bounds_;  // of the pixels in which anything may move
   std::vector<Line> columns_, rows_;
 };
 

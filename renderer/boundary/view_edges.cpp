@@ -148,9 +148,8 @@ double JumpEstimate(const Mesh& mesh,
   if (bend < kCoplanar) {
     return 0.0;
   }
-  // Smooth shading still cuts light off at the horizon of each facet.
-  return mesh.normal_triangles.empty() ? std::clamp(bend, ViewEdges::kMinJump, 1.0)
-                                       : ViewEdges::kMinJump;
+  // Smooth shading, too, cuts light off at the horizon of each facet.
+  return std::clamp(bend, ViewEdges::kMinJump, 1.0);
 }
 
 /// The film with the filter's reach around it in normalised coordinates, x right and y up; of a

@@ -17,11 +17,16 @@ struct Box {
 };
 
 /// Box of all vertices; empty if one of them has no image.
-std::optional<Box> NormalizedBox(const Scene& scene, const CameraModel& camera) {
+std::optional<Box> NormalizedBox(const Scene& scene,
+                                 const CameraModel& camera,
+                                 const std::vector<bool>& wanted) {
   const Transform camera_from_world = RigidInverse(camera.Pose());
   Box out;
-  for (const SceneMesh& m : scene.meshes) {
-    for (const Vec3& x : m.mesh.positions) {
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    if (!wanted.empty() && !wanted[i]) {
+      continue;
+    }
+    for (const Vec3& x : scene.meshes[i].mesh.positions) {
       const Vec3 p = camera_from_world.Point(x);
       // Parallel rays: what lies behind the plane is not seen, and does not upset the rest.
       const double depth = camera.IsOrthographic() ? 1.0 : -p.z;
@@ -38,13 +43,15 @@ std::optional<Box> NormalizedBox(const Scene& scene, const CameraModel& camera) 
 
 }  // namespace
 
-PixelBounds BoundsOfMeshes(const Scene& scene, const CameraModel& camera) {
+PixelBounds BoundsOfMeshes(const Scene& scene,
+                           const CameraModel& camera,
+                           const std::vector<bool>& wanted) {
   const int width = camera.camera().width;
   const int height = camera.camera().height;
   const PixelBounds whole{0, 0, width, height};
   // A triangle's undistorted image lies in the box of its corners; only afterwards does distortion
   // bend the box.
-  const auto box = NormalizedBox(scene, camera);
+  const auto box = NormalizedBox(scene, camera, wanted);
   if (!box) {
     return whole;
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "renderer/scene/scene.h"
 
 namespace pathfit::renderer {
@@ -10,8 +12,11 @@ struct PixelBounds {
   [[nodiscard]] bool Contains(int x, int y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
 };
 
-/// A rectangle outside which no pixel's filter sees a mesh of the scene; the whole image where that
-/// is not sure. Reads the meshes as world-frame, see PlacedScene.
-PixelBounds BoundsOfMeshes(const Scene& scene, const CameraModel& camera);
+/// A rectangle outside which no pixel's filter sees one of the `wanted` meshes of the scene (all
+/// if empty); the whole image where that is not sure. Reads the meshes as world-frame, see
+/// PlacedScene.
+PixelBounds BoundsOfMeshes(const Scene& scene,
+                           const CameraModel& camera,
+                           const std::vector<bool>& wanted = {});
 
 }  // namespace pathfit::renderer
