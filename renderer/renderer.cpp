@@ -45,6 +45,7 @@ struct Renderer::Impl {
   std::vector<MeshTopology> topologies;
   RayCaster caster;
   LightSamplers samplers;
+  EdgeTreeCache edge_trees;
 
   void BuildCaster() {
     std::vector<const Mesh*> meshes;
@@ -52,6 +53,7 @@ struct Renderer::Impl {
       meshes.push_back(&m.mesh);
     }
     caster.Build(meshes);
+    edge_trees.Clear();
   }
   void Place(bool meshes_moved) {
     placed = PlacedScene(scene);
@@ -165,7 +167,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
       }
     }
   });
-  EmitBoundaries(context, model, active, options, impl_->topologies, sink, sum);
+  EmitBoundaries(context, model, active, options, impl_->topologies, impl_->edge_trees, sink, sum);
   if (stats != nullptr) {
     *stats += sum;
   }

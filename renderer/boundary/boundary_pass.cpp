@@ -9,7 +9,6 @@
 #include "renderer/boundary/pixel_boundary.h"
 #include "renderer/boundary/primary_boundary.h"
 #include "renderer/boundary/primary_guide.h"
-#include "renderer/boundary/scene_edges.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::renderer {
@@ -231,6 +230,7 @@ void EmitBoundaries(const PathContext& interior,
                     const ActiveParameters& active,
                     const RenderOptions& options,
                     const std::vector<MeshTopology>& topologies,
+                    EdgeTreeCache& edge_trees,
                     DerivativeSink& sink,
                     RenderStats& stats) {
   if (!active.any_geometry) {
@@ -240,9 +240,13 @@ void EmitBoundaries(const PathContext& interior,
   path.antithetic = false;  // boundary samples trace single paths
   const bool secondary = (options.terms.direct && path.max_bounces > 0) ||
                          (options.terms.indirect && path.max_bounces > 1);
-  const EdgeTree edges(secondary ? SceneEdges(*path.scene, topologies, active, camera.Origin())
-                                 : std::vector<BoundaryEdge>{});
-  const BoundaryContext context{path, camera, active, options, topologies, edges};
+  std::shared_ptr<const EdgeTree> edges = std::make_shared<const EdgeTree>();
+  if (secondary) {
+    edges = edge_trees.Get(*path.scene,
+                           topologies,
+                           SelectEdges(*path.scene, topologies, active, camera.Origin()));
+  }
+  const BoundaryContext context{path, camera, active, options, topologies, *edges};
   const auto run = [&](const auto& estimator, double budget) {
     const std::int64_t count = estimator.NumSamples(budget);
     ForEachSample(context,
@@ -260,7 +264,7 @@ void EmitBoundaries(const PathContext& interior,
   if (options.terms.pixel && options.form == DerivativeForm::kMaterial && box) {
     run(PixelBoundary(context), options.spp_pixel);
   }
-  if (secondary && !edges.Empty()) {
+  if (secondary && !edges->Empty()) {
     EmitSecondary(context, sink, stats);
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "renderer/boundary/boundary_segment.h"
+#include "renderer/boundary/scene_edges.h"
 
 namespace pathfit::renderer {
 
@@ -11,6 +12,7 @@ void EmitBoundaries(const PathContext& interior,
                     const ActiveParameters& active,
                     const RenderOptions& options,
                     const std::vector<MeshTopology>& topologies,
+                    EdgeTreeCache& edge_trees,
                     DerivativeSink& sink,
                     RenderStats& stats);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "renderer/boundary/tangent_wedge.h"
+#include "renderer/core/parallel.h"
 #include "renderer/math/frame.h"
 
 namespace pathfit::renderer {
@@ -37,37 +38,62 @@ class Builder {
 
   EdgeHierarchy Build() {
     MakeKeys();
+    EdgeHierarchy out;
     if (!keys_.empty()) {
-      out_.nodes.emplace_back();
-      BuildNode(0, keys_);
+      out.nodes.emplace_back();
+      std::vector<Subtree> subtrees;
+      BuildNode(0, keys_, kTopLevels, out, &subtrees);
+      ParallelFor(static_cast<std::int64_t>(subtrees.size()), [&](std::int64_t i) {
+        Subtree& s = subtrees[static_cast<std::size_t>(i)];
+        s.built.nodes.emplace_back();
+        BuildNode(0, s.range, 0, s.built, nullptr);
+      });
+      for (const Subtree& s : subtrees) {
+        Append(s, out);
+      }
     }
-    out_.edges.reserve(edges_.size());
+    out.edges.reserve(edges_.size());
     for (const Key& key : keys_) {
-      out_.edges.push_back(edges_[static_cast<std::size_t>(key.edge)]);
+      out.edges.push_back(edges_[static_cast<std::size_t>(key.edge)]);
     }
     for (const std::int32_t e : parallel_) {
-      out_.edges.push_back(edges_[static_cast<std::size_t>(e)]);
+      out.edges.push_back(edges_[static_cast<std::size_t>(e)]);
     }
-    return std::move(out_);
+    return out;
   }
 
  private:
+  /// A part of the tree that is built on its own.
+  struct Subtree {
+    std::size_t node = 0, lane = 0;  // where it hangs
+    Range range;
+    EdgeHierarchy built;
+  };
+  /// Splits above this depth are made one after the other, all below in parallel.
+  static constexpr int kTopLevels = 2;
+
   const BoundaryEdge& Edge(const Key& key) const {
     return edges_[static_cast<std::size_t>(key.edge)];
   }
 
   void MakeKeys();
   std::size_t SplitPoint(Range range) const;
-  void BuildNode(std::size_t node, Range range);
+  /// Below `levels`, if there are any, parts that are no leaves are left to `subtrees`.
+  void BuildNode(std::size_t node,
+                 Range range,
+                 int levels,
+                 EdgeHierarchy& out,
+                 std::vector<Subtree>* subtrees) const;
+  static void Append(const Subtree& subtree, EdgeHierarchy& out);
   void SetLane(EdgeNode& node, std::size_t lane, Range range) const;
   Moments MomentsOf(Range range) const;
-  std::int32_t BuildLeaf(Range range, const Vec3& center);
+  std::int32_t BuildLeaf(Range range, const Vec3& center, EdgeHierarchy& out) const;
 
   std::vector<BoundaryEdge> edges_;
   std::vector<Key> keys_;
+  std::vector<double> wedges_;  // angle between the normals of each edge
   std::vector<std::int32_t> parallel_;
   double weight_scale_ = 1.0;  // makes the weights of single precision at most 1
-  EdgeHierarchy out_;
 };
 
 void Builder::MakeKeys() {
@@ -85,9 +111,11 @@ void Builder::MakeKeys() {
   const double scale = size > 0.0 ? 1.0 / size : 0.0;
   weight_scale_ = total > 0.0 ? 1.0 / total : 0.0;
   keys_.reserve(edges_.size());
+  wedges_.resize(edges_.size());
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const BoundaryEdge& e = edges_[i];
-    if (!(WedgeAngle(e) > 0.0) || !(e.weight * e.Length() > 0.0)) {
+    wedges_[i] = WedgeAngle(e);
+    if (!(wedges_[i] > 0.0) || !(e.weight * e.Length() > 0.0)) {
       parallel_.push_back(static_cast<std::int32_t>(i));
       continue;
     }
@@ -134,7 +162,11 @@ std::size_t Builder::SplitPoint(Range range) const {
   return half;
 }
 
-void Builder::BuildNode(std::size_t node, Range range) {
+void Builder::BuildNode(std::size_t node,
+                        Range range,
+                        int levels,
+                        EdgeHierarchy& out,
+                        std::vector<Subtree>* subtrees) const {
   std::array<Range, EdgeNode::kWidth> parts;
   parts[0] = range;
   if (range.size() > kMaxLeafEdges) {
@@ -153,17 +185,39 @@ void Builder::BuildNode(std::size_t node, Range range) {
     if (parts[i].empty()) {
       continue;
     }
-    SetLane(out_.nodes[node], i, parts[i]);
+    SetLane(out.nodes[node], i, parts[i]);
     if (parts[i].size() <= kMaxLeafEdges) {
-      const EdgeNode& n = out_.nodes[node];
-      out_.nodes[node].child[i] = ~BuildLeaf(parts[i], {n.x[i], n.y[i], n.z[i]});
+      const EdgeNode& n = out.nodes[node];
+      out.nodes[node].child[i] = ~BuildLeaf(parts[i], {n.x[i], n.y[i], n.z[i]}, out);
+    } else if (subtrees != nullptr && levels == 1) {
+      subtrees->push_back({node, i, parts[i], {}});
     } else {
-      const std::size_t child = out_.nodes.size();
-      out_.nodes[node].child[i] = static_cast<std::int32_t>(child);
-      out_.nodes.emplace_back();
-      BuildNode(child, parts[i]);
+      const std::size_t child = out.nodes.size();
+      out.nodes[node].child[i] = static_cast<std::int32_t>(child);
+      out.nodes.emplace_back();
+      BuildNode(child, parts[i], levels - 1, out, subtrees);
     }
   }
+}
+
+void Builder::Append(const Subtree& subtree, EdgeHierarchy& out) {
+  const auto nodes = static_cast<std::int32_t>(out.nodes.size());
+  const auto leaves = static_cast<std::int32_t>(out.leaves.size());
+  const auto blocks = static_cast<std::int32_t>(out.blocks.size());
+  out.nodes[subtree.node].child[subtree.lane] = nodes;
+  for (EdgeNode node : subtree.built.nodes) {
+    for (std::size_t k = 0; k < EdgeNode::kWidth; ++k) {
+      if (node.weight[k] > 0.0F) {
+        node.child[k] += node.child[k] >= 0 ? nodes : -leaves;
+      }
+    }
+    out.nodes.push_back(node);
+  }
+  for (EdgeLeaf leaf : subtree.built.leaves) {
+    leaf.first_block += blocks;
+    out.leaves.push_back(leaf);
+  }
+  out.blocks.insert(out.blocks.end(), subtree.built.blocks.begin(), subtree.built.blocks.end());
 }
 
 Moments Builder::MomentsOf(Range range) const {
@@ -225,7 +279,7 @@ void Builder::SetLane(EdgeNode& node, std::size_t lane, Range range) const {
     }
     const double length = e.weight * Norm(b - a) * weight_scale_;
     weight += length;
-    arcs += length * WedgeAngle(e);
+    arcs += length * wedges_[static_cast<std::size_t>(key.edge)];
   }
   const Vec3 middle = (low + high) * 0.5;
   const Vec3 half = (high - low) * 0.5 + Vec3{1.0, 1.0, 1.0} * kRounding;
@@ -255,18 +309,18 @@ void Builder::SetLane(EdgeNode& node, std::size_t lane, Range range) const {
   node.arcs[lane] = static_cast<float>(arcs);
 }
 
-std::int32_t Builder::BuildLeaf(Range range, const Vec3& center) {
+std::int32_t Builder::BuildLeaf(Range range, const Vec3& center, EdgeHierarchy& out) const {
   EdgeLeaf leaf;
-  leaf.first_block = static_cast<std::int32_t>(out_.blocks.size());
+  leaf.first_block = static_cast<std::int32_t>(out.blocks.size());
   leaf.num_blocks =
       static_cast<std::int32_t>((range.size() + EdgeBlock::kWidth - 1) / EdgeBlock::kWidth);
   leaf.first_edge = static_cast<std::int32_t>(range.data() - keys_.data());
-  out_.blocks.resize(out_.blocks.size() + static_cast<std::size_t>(leaf.num_blocks));
+  out.blocks.resize(out.blocks.size() + static_cast<std::size_t>(leaf.num_blocks));
   double slack = 0.0;
   for (std::size_t i = 0; i < range.size(); ++i) {
     const BoundaryEdge& e = Edge(range[i]);
     EdgeBlock& block =
-        out_.blocks[static_cast<std::size_t>(leaf.first_block) + i / EdgeBlock::kWidth];
+        out.blocks[static_cast<std::size_t>(leaf.first_block) + i / EdgeBlock::kWidth];
     const std::size_t lane = i % EdgeBlock::kWidth;
     const Vec3 middle = ((e.a - center) + (e.b - center)) * 0.5;
     const Vec3 half = (e.b - e.a) * 0.5;
@@ -285,8 +339,8 @@ std::int32_t Builder::BuildLeaf(Range range, const Vec3& center) {
                       std::abs(Dot(e.n1, half)) + kRounding * Norm(half)});
   }
   leaf.slack = static_cast<float>(slack);
-  out_.leaves.push_back(leaf);
-  return static_cast<std::int32_t>(out_.leaves.size()) - 1;
+  out.leaves.push_back(leaf);
+  return static_cast<std::int32_t>(out.leaves.size()) - 1;
 }
 
 }  // namespace

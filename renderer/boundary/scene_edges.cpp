@@ -45,14 +45,24 @@ Vec3 FaceNormal(const Mesh& mesh, std::int32_t face) {
 
 }  // namespace
 
+EdgeSelection SelectEdges(const Scene& placed,
+                          const std::vector<MeshTopology>& topologies,
+                          const ActiveParameters& active,
+                          const Vec3& viewer) {
+  EdgeSelection selection;
+  for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
+    selection.moves.push_back(active.meshes[m].moves);
+    selection.solid.push_back(IsOpaqueSolid(placed, m, topologies[m], viewer));
+  }
+  return selection;
+}
+
 std::vector<BoundaryEdge> SceneEdges(const Scene& placed,
                                      const std::vector<MeshTopology>& topologies,
-                                     const ActiveParameters& active,
-                                     const Vec3& viewer) {
+                                     const EdgeSelection& selection) {
   std::vector<BoundaryEdge> edges;
   for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
     const Mesh& mesh = placed.meshes[m].mesh;
-    const bool solid = IsOpaqueSolid(placed, m, topologies[m], viewer);
     for (std::size_t e = 0; e < topologies[m].edges.size(); ++e) {
       const MeshEdge& edge = topologies[m].edges[e];
       BoundaryEdge out;
@@ -63,13 +73,13 @@ std::vector<BoundaryEdge> SceneEdges(const Scene& placed,
       out.n0 = FaceNormal(mesh, edge.faces[0]);
       out.border = edge.faces[1] < 0;
       out.n1 = out.border ? -out.n0 : FaceNormal(mesh, edge.faces[1]);
-      out.weight = active.meshes[m].moves ? 1.0 : kRestingWeight;
+      out.weight = selection.moves[m] ? 1.0 : kRestingWeight;
       if (!out.border) {
         if (Norm(out.n0 - out.n1) < kCoplanar) {
           continue;
         }
         const Vec3& apex = mesh.positions[static_cast<std::size_t>(edge.apex[1])];
-        if (solid && Dot(out.n0, apex - out.a) > 0.0) {
+        if (selection.solid[m] && Dot(out.n0, apex - out.a) > 0.0) {
           continue;  // concave
         }
       }
@@ -77,6 +87,28 @@ std::vector<BoundaryEdge> SceneEdges(const Scene& placed,
     }
   }
   return edges;
+}
+
+std::shared_ptr<const EdgeTree> EdgeTreeCache::Get(const Scene& placed,
+                                                   const std::vector<MeshTopology>& topologies,
+                                                   const EdgeSelection& selection) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (tree_ != nullptr && selection == selection_) {
+      return tree_;
+    }
+  }
+  // Building runs in parallel, which a held lock could stop for ever.
+  auto tree = std::make_shared<const EdgeTree>(SceneEdges(placed, topologies, selection));
+  const std::lock_guard lock(mutex_);
+  tree_ = tree;
+  selection_ = selection;
+  return tree;
+}
+
+void EdgeTreeCache::Clear() {
+  const std::lock_guard lock(mutex_);
+  tree_ = nullptr;
 }
 
 }  // namespace pathfit::renderer
