@@ -1,8 +1,13 @@
 #include "renderer/derivative/derivative_limits.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
+#include <numbers>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_intersection.h"
+#include "renderer/geometry/mesh_normals.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -13,11 +18,38 @@ bool AnyMoves(const ParameterLayout& layout) {
       groups.begin(), groups.end(), [](const auto& g) { return MovesGeometry(g.kind); });
 }
 
+// Mean angle, rad, beyond which triangles are coarse: about its square of the light is concerned.
+constexpr double kCoarse = 0.1;
+
+const Material& MaterialOf(const Scene& scene, const SceneMesh& mesh) {
+  return scene.materials[static_cast<std::size_t>(mesh.material)];
+}
+
+std::string Degrees(double radians) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.0f", radians * 180.0 * std::numbers::inv_pi);
+  return text.data();
+}
+
+bool CameraMoves(const ParameterLayout& layout) {
+  const auto& groups = layout.groups();
+  return std::any_of(groups.begin(), groups.end(), [](const auto& g) {
+    return MovesGeometry(g.kind) && ObjectListOf(g.kind) == ObjectList::kSensors;
+  });
+}
+
+bool MeshMoves(const ParameterLayout& layout, int mesh) {
+  return layout.FirstBlock(ParameterKind::kVertexPositions, mesh) >= 0 ||
+         layout.FirstBlock(ParameterKind::kObjectTranslation, mesh) >= 0 ||
+         layout.FirstBlock(ParameterKind::kObjectRotation, mesh) >= 0 ||
+         layout.FirstBlock(ParameterKind::kObjectScale, mesh) >= 0;
+}
+
 /// Meshes made of a delta material.
 std::vector<std::string> DeltaMeshes(const Scene& scene) {
   std::vector<std::string> names;
   for (const SceneMesh& m : scene.meshes) {
-    if (IsDelta(scene.materials[static_cast<std::size_t>(m.material)].bsdf)) {
+    if (IsDelta(MaterialOf(scene, m).bsdf)) {
       names.push_back(m.name);
     }
   }
@@ -69,6 +101,29 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
                      "' is a mirror or smooth glass: what is seen in it follows moving things, but "
                      "edges seen in it, and light and shadows that reach rough surfaces through "
                      "it, are not in the derivative by moving things");
+  }
+  const Scene placed = PlacedScene(scene);
+  for (const SceneMesh& m : placed.meshes) {
+    const double deviation = MeanShadingDeviation(m.mesh);
+    if (deviation > kCoarse && !IsDelta(MaterialOf(scene, m).bsdf)) {
+      limits.push_back(
+          "'" + m.name + "' is coarse for interpolated normals: its triangles lie " +
+          Degrees(deviation) +
+          " degrees off them on average, and each stops to reflect at its own horizon; that the "
+          "horizon moves is not in the derivative by moving things; shade it flat or refine it");
+    }
+  }
+  std::vector<const Mesh*> meshes;
+  for (const SceneMesh& m : placed.meshes) {
+    meshes.push_back(&m.mesh);
+  }
+  for (const auto& [i, j] : IntersectingMeshes(meshes)) {
+    if (CameraMoves(layout) || MeshMoves(layout, i) || MeshMoves(layout, j)) {
+      limits.push_back("'" + placed.meshes[static_cast<std::size_t>(i)].name + "' and '" +
+                       placed.meshes[static_cast<std::size_t>(j)].name +
+                       "' cut each other: that their common line moves is not in the derivative "
+                       "by moving things");
+    }
   }
   for (const Emitter& emitter : scene.emitters) {
     const auto* projector = std::get_if<ProjectorEmitter>(&emitter.light);

@@ -108,4 +108,22 @@ int NormalizeVertexNormals(Mesh& mesh) {
   return num_replaced;
 }
 
+double MeanShadingDeviation(const Mesh& mesh) {
+  double sum = 0.0;
+  double area = 0.0;
+  for (std::size_t f = 0; f < mesh.normal_triangles.size(); ++f) {
+    const Triangle& t = mesh.triangles[f];
+    const auto p = [&](std::size_t i) { return mesh.positions[Index(t[i])]; };
+    const Vec3 twice_area = Cross(p(1) - p(0), p(2) - p(0));
+    double largest = 0.0;
+    for (const std::int32_t corner : mesh.normal_triangles[f]) {
+      const Vec3& n = mesh.normals[Index(corner)];
+      largest = std::max(largest, std::atan2(Norm(Cross(twice_area, n)), Dot(twice_area, n)));
+    }
+    sum += largest * Norm(twice_area);
+    area += Norm(twice_area);
+  }
+  return area > 0.0 ? sum / area : 0.0;
+}
+
 }  // namespace pathfit::renderer

@@ -13,6 +13,10 @@ void ComputeVertexNormals(Mesh& mesh);
 /// Flat shading.
 void RemoveVertexNormals(Mesh& mesh);
 
+/// Mean over the surface of the largest angle, rad, between a triangle's own normal and those of
+/// its corners; 0 for flat shading.
+double MeanShadingDeviation(const Mesh& mesh);
+
 /// Makes all normals unit, and replaces those that are zero or not finite, corner by corner, by
 /// what ComputeVertexNormals gives there. Returns how many normals were replaced.
 int NormalizeVertexNormals(Mesh& mesh);

@@ -25,12 +25,15 @@ PEER_SETTINGS = {
     "bunny_two_bounces": [("octree", 256), ("none", 64)],
     "cornell_four_bounces": [("octree", 64), ("grid", 64), ("none", 64)],
 }
-# Ours: spp, sppe, spp_direct, spp_indirect, guide.
+# Ours: form, spp, sppe, spp_direct, spp_indirect, spp_pixel, guide.
 OUR_SETTINGS = {
-    "soft_shadow": [(1, 1, 64, 0, "adaptive"), (1, 1, 64, 0, "grid"), (1, 1, 64, 0, "none")],
-    "bunny_direct": [(64, 96, 16, 0, "adaptive"), (64, 96, 16, 0, "none")],
-    "bunny_two_bounces": [(64, 48, 6, 2, "adaptive"), (64, 48, 6, 2, "none")],
-    "cornell_four_bounces": [(64, 256, 12, 12, "adaptive"), (64, 256, 12, 12, "none")],
+    "soft_shadow": [("image", 1, 1, 64, 0, 0, "adaptive"), ("image", 1, 1, 64, 0, 0, "grid"),
+                    ("image", 1, 1, 64, 0, 0, "none")],
+    "bunny_direct": [("material", 16, 12, 16, 0, 64, "adaptive"), ("material", 16, 12, 16, 0, 64, "none"),
+                     ("image", 64, 96, 16, 0, 0, "adaptive")],
+    "bunny_two_bounces": [("material", 16, 12, 8, 2, 64, "adaptive"), ("image", 64, 48, 6, 2, 0, "adaptive")],
+    "cornell_four_bounces": [("image", 64, 128, 4, 4, 0, "adaptive"), ("image", 64, 128, 4, 4, 0, "none"),
+                             ("material", 64, 64, 4, 4, 64, "adaptive")],
 }
 # The setting that is compared with (None: the best unbiased one) and the ratio that is wanted.
 TARGETS = {
@@ -75,9 +78,10 @@ def commands_of(case, args, with_peer):
     ours = [args.bench, "--meshes", args.peer / "scenes", "--case", case, "--repeats", args.repeats]
     if args.references:
         ours += ["--references", args.references]
-    for spp, sppe, direct, indirect, guide in OUR_SETTINGS[case]:
-        commands[f"ours {guide} {spp}/{sppe}/{direct}/{indirect}"] = ours + [
-            "--spp", spp, "--sppe", sppe, "--spp-direct", direct, "--spp-indirect", indirect, "--guide", guide]
+    for form, spp, sppe, direct, indirect, pixel, guide in OUR_SETTINGS[case]:
+        commands[f"ours {form} {guide} {spp}/{sppe}/{direct}/{indirect}/{pixel}"] = ours + [
+            "--form", form, "--spp", spp, "--sppe", sppe, "--spp-direct", direct, "--spp-indirect", indirect,
+            "--spp-pixel", pixel, "--guide", guide]
     commands["ours differences 64"] = ours + ["--spp", "64", "--finite-differences", "0"]
     return {name: [str(part) for part in command] for name, command in commands.items()}
 
@@ -132,13 +136,13 @@ def judge(case, results):
 
 def print_table(case, results, verdict):
     print(f"\n{case}")
-    print(f"{'setting':32}{'primal s':>10}{'deriv. s':>10}{'ratio':>8}{'variance':>11}{'efficiency':>12}"
+    print(f"{'setting':42}{'primal s':>10}{'deriv. s':>10}{'ratio':>8}{'variance':>11}{'efficiency':>12}"
           f"{'mean sq.':>11}{'z rms':>8}{'z mean':>8}{'rel. L2':>9}{'noise':>8}")
     for name, r in results.items():
         a = r.get("agreement", {})
         figures = "".join(f"{a[key]:{width}.3f}" if key in a else " " * (width - 1) + "-"
                           for key, width in (("z_rms", 8), ("z_mean", 8), ("relative_l2", 9), ("noise_l2", 8)))
-        print(f"{name:32}{r['primal_s']:10.3f}{r['gradient_s']:10.3f}{r['ratio']:8.1f}{r['variance']:11.3g}"
+        print(f"{name:42}{r['primal_s']:10.3f}{r['gradient_s']:10.3f}{r['ratio']:8.1f}{r['variance']:11.3g}"
               f"{r['efficiency']:12.4g}{r['mean_square_of_derivative']:11.3g}{figures}")
     if "ratio" in verdict:
         print(f"  {verdict['ours']} is {verdict['ratio']:.3g} times as efficient as {verdict['peer']} "

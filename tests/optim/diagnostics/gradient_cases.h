@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "optim/diagnostics/gradient_check.h"
+#include "renderer/derivative/derivative_limits.h"
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/probe.h"
 
@@ -108,7 +109,8 @@ inline void CheckKind(const std::string& name,
   ExpectRightDerivative(name, result, terms, tile, min_signal);
 }
 
-/// What does not agree, and must be known: when it agrees one day, the test is to be turned round.
+/// What does not agree, and must be known and said by name: when it agrees one day, the test is to
+/// be turned round.
 inline void ExpectLimit(const std::string& name,
                         const renderer::Scene& scene,
                         const renderer::ParameterLayout& layout,
@@ -123,6 +125,7 @@ inline void ExpectLimit(const std::string& name,
               c.z_limit,
               c.signal_to_noise);
   EXPECT_FALSE(Accepts(c)) << name;
+  EXPECT_FALSE(renderer::DerivativeLimits(scene, layout).empty()) << name;
 }
 
 }  // namespace pathfit::tests

@@ -6,3 +6,4 @@ pathfit_test(renderer/geometry/mesh_topology_test LABEL unit LINK pathfit_render
 pathfit_test(renderer/geometry/mesh_normals_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/mesh_repair_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/mesh_primitives_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/geometry/mesh_intersection_test LABEL unit LINK pathfit_renderer)

@@ -1,0 +1,89 @@
+#include "renderer/geometry/mesh_intersection.h"
+
+#include <algorithm>
+
+#include "renderer/geometry/ray_caster.h"
+
+namespace pathfit::renderer {
+namespace {
+
+struct Box {
+  Vec3 low, high;
+};
+
+Box BoxOf(const Mesh& mesh) {
+  Box box{mesh.positions.front(), mesh.positions.front()};
+  for (const Vec3& p : mesh.positions) {
+    for (int i = 0; i < 3; ++i) {
+      box.low[i] = std::min(box.low[i], p[i]);
+      box.high[i] = std::max(box.high[i], p[i]);
+    }
+  }
+  return box;
+}
+
+bool Overlap(const Box& a, const Box& b) {
+  for (int i = 0; i < 3; ++i) {
+    if (a.high[i] < b.low[i] || b.high[i] < a.low[i]) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Whether an edge of `mesh` passes through the one mesh of `other`.
+bool EdgePierces(const Mesh& mesh, const RayCaster& other) {
+  const double depth = kTouchDepth * other.Extent();
+  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3& a = mesh.positions[static_cast<std::size_t>(t[i])];
+      const Vec3& b = mesh.positions[static_cast<std::size_t>(t[(i + 1) % 3])];
+      const double length = Norm(b - a);
+      if (!(length > 0.0)) {
+        continue;
+      }
+      const auto hit = other.Intersect({a, (b - a) * (1.0 / length)});
+      if (!hit || hit->distance >= length) {
+        continue;
+      }
+      const TriangleGeometry& face = other.Geometry(hit->id);
+      const Vec3 x = face.Point(hit->b1, hit->b2);
+      const double at_a = Dot(face.n, a - x);
+      const double at_b = Dot(face.n, b - x);
+      if (at_a * at_b < 0.0 && std::min(std::abs(at_a), std::abs(at_b)) > depth) {
+        return true;
+      }
+    }
+    return false;
+  });
+}
+
+}  // namespace
+
+std::vector<std::pair<int, int>> IntersectingMeshes(const std::vector<const Mesh*>& meshes) {
+  std::vector<Box> boxes;
+  for (const Mesh* mesh : meshes) {
+    boxes.push_back(BoxOf(*mesh));
+  }
+  std::vector<RayCaster> casters(meshes.size());
+  std::vector<bool> built(meshes.size(), false);
+  const auto caster = [&](std::size_t i) -> const RayCaster& {
+    if (!built[i]) {
+      casters[i].Build({meshes[i]});
+      built[i] = true;
+    }
+    return casters[i];
+  };
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    for (std::size_t j = i + 1; j < meshes.size(); ++j) {
+      if (Overlap(boxes[i], boxes[j]) &&
+          (EdgePierces(*meshes[i], caster(j)) || EdgePierces(*meshes[j], caster(i)))) {
+        pairs.emplace_back(static_cast<int>(i), static_cast<int>(j));
+      }
+    }
+  }
+  return pairs;
+}
+
+}  // namespace pathfit::renderer

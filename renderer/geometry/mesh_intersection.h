@@ -1,0 +1,17 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "renderer/geometry/mesh.h"
+
+namespace pathfit::renderer {
+
+/// Pairs (i < j) of meshes in one frame that cut each other: an edge of one passes through a
+/// triangle of the other, deeper than kTouchDepth of their size on both sides. Meshes that only
+/// touch do not.
+std::vector<std::pair<int, int>> IntersectingMeshes(const std::vector<const Mesh*>& meshes);
+
+inline constexpr double kTouchDepth = 1e-5;
+
+}  // namespace pathfit::renderer
