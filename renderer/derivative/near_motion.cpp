@@ -5,8 +5,13 @@
 
 namespace pathfit::renderer {
 
-NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active)
-    : caster_(caster), any_(active.any_mesh_moves) {
+NearMotion::NearMotion(const RayCaster& caster,
+                       const ActiveParameters& active,
+                       DerivativeForm form)
+    : caster_(caster),
+      camera_moves_(active.camera.Any()),
+      image_form_(form == DerivativeForm::kImage) {
+  any_ = active.any_mesh_moves || (camera_moves_ && image_form_);
   const std::size_t count = active.meshes.size();
   for (const auto& mesh : active.meshes) {
     moving_.push_back(mesh.moves);
@@ -20,6 +25,13 @@ NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active)
   }
 }
 
+double NearMotion::DistanceToMotion(const SurfacePoint& p, bool visible, double reach) const {
+  const auto mesh = static_cast<std::size_t>(p.id.mesh);
+  const double distance = caster_.DistanceTo(p.x, moving_[mesh] ? all_but_[mesh] : moving_, reach);
+  const bool slides = visible && image_form_ && (camera_moves_ || moving_[mesh]);
+  return slides ? caster_.DistanceToCorner(p.x, p.ng, distance) : distance;
+}
+
 NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
                                          const PathContext& context,
                                          int first,
@@ -31,14 +43,14 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
   // The last reflection only looks for light.
   const auto last = static_cast<std::size_t>(context.max_bounces) -
                     (context.lights.areas.empty() && context.max_bounces > 0 ? 1 : 0);
+  bool visible = first == 0;
   for (auto k = static_cast<std::size_t>(first); k < std::min(last, path.vertices.size()); ++k) {
     const PathRecorder::Vertex& v = path.vertices[k];
     if (IsDelta(v.p.material->bsdf) || !v.p.Reflects()) {
       continue;
     }
-    const auto mesh = static_cast<std::size_t>(v.p.id.mesh);
-    const double distance =
-        caster_.DistanceTo(v.p.x, moving_[mesh] ? all_but_[mesh] : moving_, reach);
+    const double distance = DistanceToMotion(v.p, visible, reach);
+    visible = false;
     if (distance < kTouch * kRayOffset * caster_.Extent()) {
       return {static_cast<int>(k), 1, true};
     }

@@ -2,6 +2,7 @@
 
 #include "renderer/derivative/active_parameters.h"
 #include "renderer/derivative/path_recorder.h"
+#include "renderer/render_options.h"
 
 namespace pathfit::renderer {
 
@@ -11,11 +12,12 @@ namespace pathfit::renderer {
 /// velocity / length: its derivative over all directions stays bounded, but that of one direction
 /// does not, and near a contact its variance has no bound. Averaging over an even set of directions
 /// cancels it; the size of the set grows as the distance to the moving surface shrinks, which
-/// depends on the vertex alone, so that the mean stays.
+/// depends on the vertex alone, so that the mean stays. In image form the visible point slides, so
+/// that all surfaces near it move against it, those of its own mesh included.
 class NearMotion {
  public:
   /// `placed` and `caster` must outlive the result.
-  NearMotion(const RayCaster& caster, const ActiveParameters& active);
+  NearMotion(const RayCaster& caster, const ActiveParameters& active, DerivativeForm form);
 
   /// The first vertex (from 0) of a path, from `first` on, whose direction should be drawn more
   /// than once, and how often; count 1 if there is none. `share`: of the path in its sample,
@@ -36,8 +38,13 @@ class NearMotion {
   static constexpr double kTouch = 32.0;
 
  private:
+  /// Distance to what moves against the vertex, at most `reach`.
+  [[nodiscard]] double DistanceToMotion(const SurfacePoint& p, bool visible, double reach) const;
+
   const RayCaster& caster_;
   bool any_ = false;
+  bool camera_moves_ = false;
+  bool image_form_ = false;
   std::vector<bool> moving_;                // by mesh
   std::vector<std::vector<bool>> all_but_;  // by moving mesh: all others
 };

@@ -31,6 +31,10 @@ bool Overlap(const Box& a, const Box& b) {
   return true;
 }
 
+double LongestSide(const TriangleGeometry& t) {
+  return std::max({Norm(t.e1), Norm(t.e2), Norm(t.e2 - t.e1)});
+}
+
 /// Whether an edge of `mesh` passes through the one mesh of `other`.
 bool EdgePierces(const Mesh& mesh, const RayCaster& other) {
   const double depth = kTouchDepth * other.Extent();
@@ -48,9 +52,12 @@ bool EdgePierces(const Mesh& mesh, const RayCaster& other) {
       }
       const TriangleGeometry& face = other.Geometry(hit->id);
       const Vec3 x = face.Point(hit->b1, hit->b2);
+      // Edges of a solid that stands on another lie in the border of its faces.
+      const double inside = std::min({hit->b1, hit->b2, 1.0 - hit->b1 - hit->b2}) *
+                            face.double_area / LongestSide(face);
       const double at_a = Dot(face.n, a - x);
       const double at_b = Dot(face.n, b - x);
-      if (at_a * at_b < 0.0 && std::min(std::abs(at_a), std::abs(at_b)) > depth) {
+      if (at_a * at_b < 0.0 && std::min({std::abs(at_a), std::abs(at_b), inside}) > depth) {
         return true;
       }
     }

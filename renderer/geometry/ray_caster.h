@@ -40,6 +40,11 @@ class RayCaster {
                                   const std::vector<bool>& wanted,
                                   double max_distance) const;
 
+  /// How near a concave corner is to a surface point x with unit normal n: least distance to a
+  /// triangle over the sine of how steeply it rises above the plane of x, at most `max_distance`.
+  /// Triangles in or below that plane do not count.
+  [[nodiscard]] double DistanceToCorner(const Vec3& x, const Vec3& n, double max_distance) const;
+
   [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
     return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] +
                                                id.triangle)];
