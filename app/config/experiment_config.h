@@ -224,7 +224,7 @@ struct StageConfig {
   int spp = 8;
   int max_spp = 64;
   double spp_growth = 1.5;
-  double sppe = 4.0, spp_direct = 0.25, spp_indirect = 0.25;
+  double sppe = 4.0, spp_direct = 0.25, spp_indirect = 0.25, spp_pixel = 4.0;
   double stop_relative_cost = 0.0;
 };
 

@@ -60,6 +60,7 @@ StageConfig ReadStage(const YamlNode& node, const std::string& path, ConfigReadi
   map.Get("sppe", stage.sppe);
   map.Get("spp_direct", stage.spp_direct);
   map.Get("spp_indirect", stage.spp_indirect);
+  map.Get("spp_pixel", stage.spp_pixel);
   map.Map("stop").Get("relative_cost", stage.stop_relative_cost);
   if (map.Has("spp") && map.Has("max_spp") && stage.spp > stage.max_spp) {
     const YamlNode* spp = map.Find("spp");

@@ -92,7 +92,7 @@ SchemaNode StagesSchema() {
                .Default("1.5"),
            Number("sppe",
                   "Samples of silhouettes, borders and creases, per pixel of their length, in the "
-                  "first round; grows as spp does, and so do the two below.")
+                  "first round; grows as spp does, and so do the three below.")
                .From(0.0, 65536)
                .Default("4"),
            Number("spp_direct", "Samples per pixel of edges that throw shadows.")
@@ -101,6 +101,10 @@ SchemaNode StagesSchema() {
            Number("spp_indirect", "Samples per pixel of edges between two surfaces.")
                .From(0.0, 65536)
                .Default("0.25"),
+           Number("spp_pixel",
+                  "Samples per pixel of pixel borders; only with `form: material` in `render`.")
+               .From(0.0, 65536)
+               .Default("4"),
            Map("stop",
                {Number(
                     "relative_cost",

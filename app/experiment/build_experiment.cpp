@@ -171,6 +171,7 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
     stage.sppe = s.sppe;
     stage.spp_direct = s.spp_direct;
     stage.spp_indirect = s.spp_indirect;
+    stage.spp_pixel = s.spp_pixel;
     stage.stop_relative_cost = s.stop_relative_cost;
     fit.stages.push_back(stage);
   }
@@ -190,6 +191,7 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
   fit.terms = render.terms;
   fit.guide = render.guide;
   fit.guide_share = render.guide_share;
+  fit.form = render.form;
   fit.antithetic = render.antithetic;
   fit.linear_solver = config.solver.linear_solver == "gram" ? optim::LinearSolverChoice::kGram
                       : config.solver.linear_solver == "cholesky"

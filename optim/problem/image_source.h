@@ -16,6 +16,7 @@ struct SampleSet {
   double sppe = 1.0;
   double spp_direct = 0.0;
   double spp_indirect = 0.0;
+  double spp_pixel = 0.0;
 };
 
 /// Two independent sample sets; their mean is the image, their half difference its noise.

@@ -33,6 +33,7 @@ renderer::RenderOptions SceneImageSource::OptionsOf(int view, const SampleSet& s
   options.sppe = samples.sppe;
   options.spp_direct = samples.spp_direct;
   options.spp_indirect = samples.spp_indirect;
+  options.spp_pixel = samples.spp_pixel;
   return options;
 }
 

@@ -141,6 +141,7 @@ std::unique_ptr<SceneImageSource> FitDriver::MakeSource(const renderer::Scene& s
   options.terms = spec_.terms;
   options.guide = spec_.guide;
   options.guide_share = spec_.guide_share;
+  options.form = spec_.form;
   options.antithetic = spec_.antithetic;
   options.cancel = controls_.cancel;
   return std::make_unique<SceneImageSource>(scene, layout, std::move(cameras), options);

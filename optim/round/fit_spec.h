@@ -21,6 +21,7 @@ struct StageSpec {
   double sppe = 4.0;        ///< boundary budgets, growing with spp
   double spp_direct = 0.25;
   double spp_indirect = 0.25;
+  double spp_pixel = 4.0;  ///< material form only
   double stop_relative_cost =
       0.0;  ///< end when the averaged cost falls by less than this; 0 = never
 };
@@ -32,9 +33,10 @@ struct FitSpec {
   std::uint64_t seed = 0;
   int max_bounces = 1;
   int rr_depth = 5;
-  renderer::DerivativeTerms terms;  ///< in the image form
+  renderer::DerivativeTerms terms;
   renderer::GuideKind guide = renderer::GuideKind::kAdaptive;
   double guide_share = 0.25;
+  renderer::DerivativeForm form = renderer::DerivativeForm::kImage;
   bool antithetic = false;
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;   ///< 0 = no limit

@@ -145,12 +145,16 @@ RoundReport RunRound(const StageContext& context,
   options.loss = context.spec.loss;
   options.linear_solver = context.spec.linear_solver;
   options.max_memory_bytes = context.spec.max_memory_bytes;
-  options.samples = MakeHalves(
-      context.spec.seed,
-      context.stage,
-      round,
-      SampleUse::kFit,
-      {0, report.spp, stage.sppe * growth, stage.spp_direct * growth, stage.spp_indirect * growth});
+  options.samples = MakeHalves(context.spec.seed,
+                               context.stage,
+                               round,
+                               SampleUse::kFit,
+                               {0,
+                                report.spp,
+                                stage.sppe * growth,
+                                stage.spp_direct * growth,
+                                stage.spp_indirect * growth,
+                                stage.spp_pixel * growth});
   const auto start = Clock::now();
   ImageProblem problem(source, context.views, context.set, options);
   problem.Linearize(context.set.ValuesFromTheta(theta));

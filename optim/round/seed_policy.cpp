@@ -33,7 +33,8 @@ SampleHalves MakeHalves(
                  std::max(1, both.spp / 2),
                  0.5 * both.sppe,
                  0.5 * both.spp_direct,
-                 0.5 * both.spp_indirect};
+                 0.5 * both.spp_indirect,
+                 0.5 * both.spp_pixel};
   SampleHalves halves{half, half};
   halves.a.seed = MakeSeed(seed, stage, round, use, 0);
   halves.b.seed = MakeSeed(seed, stage, round, use, 1);

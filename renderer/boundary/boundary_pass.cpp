@@ -242,9 +242,8 @@ void EmitBoundaries(const PathContext& interior,
                          (options.terms.indirect && path.max_bounces > 1);
   std::shared_ptr<const EdgeTree> edges = std::make_shared<const EdgeTree>();
   if (secondary) {
-    edges = edge_trees.Get(*path.scene,
-                           topologies,
-                           SelectEdges(*path.scene, topologies, active, camera.Origin()));
+    edges = edge_trees.Get(
+        *path.scene, topologies, SelectEdges(*path.scene, topologies, active, camera.Origin()));
   }
   const BoundaryContext context{path, camera, active, options, topologies, *edges};
   const auto run = [&](const auto& estimator, double budget) {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "renderer/boundary/visible_point.h"
-#include "renderer/sampler/lattice_sampler.h"
 #include "renderer/core/check.h"
+#include "renderer/sampler/lattice_sampler.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -87,8 +87,8 @@ void PixelBoundary::Sample(std::int64_t index,
   const double length = end_along - first_along + 2.0 * filter.radius - 1.0;
   const double stratum_length =
       length * static_cast<double>(NumLines()) / static_cast<double>(count);
-  const double along =
-      first_along + 0.5 - filter.radius + stratum_length * (static_cast<double>(stratum) + rng.Next());
+  const double along = first_along + 0.5 - filter.radius +
+                       stratum_length * (static_cast<double>(stratum) + rng.Next());
   const Ray ray = is_column ? context_.camera.RayThrough(line.at, along)
                             : context_.camera.RayThrough(along, line.at);
   const PathContext& path = context_.path;

@@ -5,9 +5,7 @@
 
 namespace pathfit::renderer {
 
-NearMotion::NearMotion(const RayCaster& caster,
-                       const ActiveParameters& active,
-                       DerivativeForm form)
+NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active, DerivativeForm form)
     : caster_(caster),
       camera_moves_(active.camera.Any()),
       image_form_(form == DerivativeForm::kImage) {

@@ -29,8 +29,8 @@ class EnvironmentSampler {
   int width_, height_;
   Distribution1D rows_;
   std::vector<Distribution1D> columns_;  // by row
-  std::vector<double> row_cos_;  // cos(theta) of the texel rows' upper borders
-  std::vector<double> density_;  // per solid angle, of each texel
+  std::vector<double> row_cos_;          // cos(theta) of the texel rows' upper borders
+  std::vector<double> density_;          // per solid angle, of each texel
 };
 
 }  // namespace pathfit::renderer

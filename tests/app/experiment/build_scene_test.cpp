@@ -156,6 +156,8 @@ TEST(BuildFitSpec, StagesTakeTheirBudgetsAndTheTermsOfRender) {
   const ExperimentConfig config = LoadText(kFitConfig,
                                            {"stages.all.spp_direct=3",
                                             "stages.all.spp_indirect=0.5",
+                                            "stages.all.spp_pixel=7",
+                                            "render.form=material",
                                             "render.terms=[interior, direct]",
                                             "render.guiding=grid",
                                             "render.guide_share=0.1"});
@@ -170,6 +172,8 @@ TEST(BuildFitSpec, StagesTakeTheirBudgetsAndTheTermsOfRender) {
   const optim::FitSpec fit = BuildFitSpec(config, scene);
   EXPECT_EQ(fit.stages[1].spp_direct, 3.0);
   EXPECT_EQ(fit.stages[1].spp_indirect, 0.5);
+  EXPECT_EQ(fit.stages[1].spp_pixel, 7.0);
+  EXPECT_EQ(fit.form, renderer::DerivativeForm::kMaterial);
   EXPECT_TRUE(fit.terms.direct);
   EXPECT_FALSE(fit.terms.primary);
   EXPECT_EQ(fit.guide, renderer::GuideKind::kGrid);

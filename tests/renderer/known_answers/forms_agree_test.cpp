@@ -223,7 +223,7 @@ TEST(FormsAgree, CameraInARoomWithTwoBounces) {
   s.Add("block", Placed(Cube(), 0.25, {0.1, 0.2, 0.5}, {0.2, 0.3, 0.6}), 0);
   scene.sensors = {Sensor({-0.3, -0.8, 1.1}, {0.1, 0.4, 0.8}, 12.0)};
   renderer::RenderOptions options = Options(2);
-  options.spp_pixel = 256;  // much crosses the pixels' borders, in and out
+  options.spp_pixel = 256;             // much crosses the pixels' borders, in and out
   constexpr int kManyReplicates = 96;  // corners: the mean of few is not normally distributed
   ExpectFormsAgree(scene,
                    Motion(scene)

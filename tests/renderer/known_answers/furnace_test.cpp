@@ -137,8 +137,7 @@ TEST_P(FurnaceForms, C16NorOfAnOccluderThatIsAsBright) {
       options.spp *= 2;
       options.spp_direct *= 2;
     }
-    ExpectCancels(
-        name, DerivativeByTerm(renderer, scene.sensors[0], motion, options, kReplicates));
+    ExpectCancels(name, DerivativeByTerm(renderer, scene.sensors[0], motion, options, kReplicates));
   };
   const Motion pose = Motion(scene)
                           .Add(ParameterKind::kObjectTranslation, 1, Vec3{0.4, 0.3, -0.2})
