@@ -14,6 +14,7 @@ NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active, 
   for (const auto& mesh : active.meshes) {
     moving_.push_back(mesh.moves);
   }
+  all_.assign(count, true);
   all_but_.resize(count);
   for (std::size_t m = 0; m < count; ++m) {
     if (moving_[m]) {
@@ -23,11 +24,14 @@ NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active, 
   }
 }
 
-double NearMotion::DistanceToMotion(const SurfacePoint& p, bool visible, double reach) const {
+double NearMotion::DistanceToMotion(const SurfacePoint& p, bool slides, double reach) const {
   const auto mesh = static_cast<std::size_t>(p.id.mesh);
-  const double distance = caster_.DistanceTo(p.x, moving_[mesh] ? all_but_[mesh] : moving_, reach);
-  const bool slides = visible && image_form_ && (camera_moves_ || moving_[mesh]);
-  return slides ? caster_.DistanceToCorner(p.x, p.ng, distance) : distance;
+  const std::vector<bool>& against = slides && (camera_moves_ || moving_[mesh]) ? all_
+                                     : moving_[mesh]                            ? all_but_[mesh]
+                                                                                : moving_;
+  const double distance = caster_.DistanceBefore(p.x, p.ng, against, reach);
+  return IsTransmissive(p.material->bsdf) ? caster_.DistanceBefore(p.x, -p.ng, against, distance)
+                                          : distance;
 }
 
 NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
@@ -38,18 +42,21 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
     return {};
   }
   const double reach = kReach * caster_.Extent() * share;
+  const double touch = kTouch * kRayOffset * caster_.Extent();
   // The last reflection only looks for light.
   const auto last = static_cast<std::size_t>(context.max_bounces) -
                     (context.lights.areas.empty() && context.max_bounces > 0 ? 1 : 0);
-  bool visible = first == 0;
+  bool visible = first == 0;  // next to the camera, mirrors and glass left aside
   for (auto k = static_cast<std::size_t>(first); k < std::min(last, path.vertices.size()); ++k) {
     const PathRecorder::Vertex& v = path.vertices[k];
     if (IsDelta(v.p.material->bsdf) || !v.p.Reflects()) {
       continue;
     }
-    const double distance = DistanceToMotion(v.p, visible, reach);
+    const bool meets_surfaces = static_cast<int>(k) + 1 < context.max_bounces;
+    const double distance =
+        DistanceToMotion(v.p, visible && image_form_ && meets_surfaces, std::max(reach, touch));
     visible = false;
-    if (distance < kTouch * kRayOffset * caster_.Extent()) {
+    if (distance < touch) {
       return {static_cast<int>(k), 1, true};
     }
     if (distance < reach) {

@@ -38,14 +38,14 @@ class NearMotion {
   static constexpr double kTouch = 32.0;
 
  private:
-  /// Distance to what moves against the vertex, at most `reach`.
-  [[nodiscard]] double DistanceToMotion(const SurfacePoint& p, bool visible, double reach) const;
+  /// Distance to what moves against a vertex, at most `reach`.
+  [[nodiscard]] double DistanceToMotion(const SurfacePoint& p, bool slides, double reach) const;
 
   const RayCaster& caster_;
   bool any_ = false;
   bool camera_moves_ = false;
   bool image_form_ = false;
-  std::vector<bool> moving_;                // by mesh
+  std::vector<bool> all_, moving_;          // by mesh
   std::vector<std::vector<bool>> all_but_;  // by moving mesh: all others
 };
 

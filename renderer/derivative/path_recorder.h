@@ -64,7 +64,8 @@ class PathRecorder {
 
   std::vector<Vertex> vertices;
   std::vector<DirectContribution> directs;
-  std::size_t first_fixed = 0;  ///< vertices from here on do not move, whatever the parameters say
+  /// Vertices from here on do not move, whatever the parameters say.
+  std::size_t first_fixed = std::numeric_limits<std::size_t>::max();
 
  private:
   const std::vector<bool>* touches_ = nullptr;

@@ -6,25 +6,26 @@
 
 namespace pathfit::renderer {
 
-/// Squared distance of x from the segment a..b.
-inline double SquaredDistanceToSegment(const Vec3& x, const Vec3& a, const Vec3& b) {
+/// The point of the segment a..b next to x.
+inline Vec3 ClosestPointOfSegment(const Vec3& x, const Vec3& a, const Vec3& b) {
   const Vec3 along = b - a;
-  const double t = std::clamp(Dot(x - a, along) / SquaredNorm(along), 0.0, 1.0);
-  return SquaredNorm(x - a - along * t);
+  return a + along * std::clamp(Dot(x - a, along) / SquaredNorm(along), 0.0, 1.0);
 }
 
-/// Squared distance of x from a triangle: from its plane where the foot of the perpendicular lies
-/// inside, else from the nearest side.
-inline double SquaredDistanceToTriangle(const Vec3& x, const TriangleGeometry& t) {
+/// The point of a triangle next to x: the foot of the perpendicular where it lies inside, else a
+/// point of the nearest side.
+inline Vec3 ClosestPointOfTriangle(const Vec3& x, const TriangleGeometry& t) {
   const PlaneHit foot = IntersectPlane(t, x, t.n);
   if (foot.b1 >= 0.0 && foot.b2 >= 0.0 && foot.b1 + foot.b2 <= 1.0) {
-    return foot.distance * foot.distance;
+    return x + t.n * foot.distance;
   }
   const Vec3 p1 = t.p0 + t.e1;
   const Vec3 p2 = t.p0 + t.e2;
-  return std::min({SquaredDistanceToSegment(x, t.p0, p1),
-                   SquaredDistanceToSegment(x, p1, p2),
-                   SquaredDistanceToSegment(x, p2, t.p0)});
+  Vec3 best = ClosestPointOfSegment(x, t.p0, p1);
+  for (const Vec3& y : {ClosestPointOfSegment(x, p1, p2), ClosestPointOfSegment(x, p2, t.p0)}) {
+    best = SquaredNorm(y - x) < SquaredNorm(best - x) ? y : best;
+  }
+  return best;
 }
 
 }  // namespace pathfit::renderer

@@ -177,20 +177,37 @@ bool RayCaster::Occluded(const Ray& ray, double max_distance) const {
 
 namespace {
 
-/// Squared distance from a point to a triangle, or infinity if it does not count; state of one
-/// query.
-template <class Measure>
+// A triangle that rises less above the plane of a point, as a sine, is in it.
+constexpr double kFlat = 1e-3;
+constexpr double kTiny = 1e-300;  // a point has no direction from itself
+
 struct NearestQuery {
   const RayCaster* caster;
-  Measure measure;
+  const std::vector<bool>* wanted;
+  Vec3 x, n;
   double squared_distance;
 };
 
-template <class Measure>
 bool VisitTriangle(RTCPointQueryFunctionArguments* arguments) {
-  auto& nearest = *static_cast<NearestQuery<Measure>*>(arguments->userPtr);
-  const double squared = nearest.measure(TriangleId{static_cast<std::int32_t>(arguments->geomID),
-                                                    static_cast<std::int32_t>(arguments->primID)});
+  auto& nearest = *static_cast<NearestQuery*>(arguments->userPtr);
+  const TriangleId id{static_cast<std::int32_t>(arguments->geomID),
+                      static_cast<std::int32_t>(arguments->primID)};
+  if (!(*nearest.wanted)[static_cast<std::size_t>(id.mesh)]) {
+    return false;
+  }
+  const TriangleGeometry& t = nearest.caster->Geometry(id);
+  const Vec3 to_nearest = ClosestPointOfTriangle(nearest.x, t) - nearest.x;
+  double rise = 0.0;
+  for (const Vec3& to : {to_nearest,
+                         t.Point(0.0, 0.0) - nearest.x,
+                         t.Point(1.0, 0.0) - nearest.x,
+                         t.Point(0.0, 1.0) - nearest.x}) {
+    rise = std::max(rise, Dot(nearest.n, to) / std::max(Norm(to), kTiny));
+  }
+  if (!(rise > kFlat)) {
+    return false;
+  }
+  const double squared = SquaredNorm(to_nearest) / (rise * rise);
   if (squared >= nearest.squared_distance) {
     return false;
   }
@@ -199,52 +216,23 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* arguments) {
   return true;
 }
 
-/// Least distance from x, in coordinates relative to the centre; `measure` must not be below the
-/// true squared distance.
-template <class Measure>
-double Nearest(RTCScene scene,
-               const RayCaster& caster,
-               const Vec3& relative_x,
-               double max_distance,
-               Measure measure) {
-  NearestQuery<Measure> nearest{&caster, measure, max_distance * max_distance};
+}  // namespace
+
+double RayCaster::DistanceBefore(const Vec3& x,
+                                 const Vec3& n,
+                                 const std::vector<bool>& wanted,
+                                 double max_distance) const {
+  NearestQuery nearest{this, &wanted, x, n, max_distance * max_distance};
   RTCPointQuery query;
-  query.x = static_cast<float>(relative_x.x);
-  query.y = static_cast<float>(relative_x.y);
-  query.z = static_cast<float>(relative_x.z);
+  query.x = static_cast<float>(x.x - center_.x);
+  query.y = static_cast<float>(x.y - center_.y);
+  query.z = static_cast<float>(x.z - center_.z);
   query.time = 0.0F;
   query.radius = static_cast<float>(max_distance);
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
-  rtcPointQuery(scene, &query, &context, VisitTriangle<Measure>, &nearest);
+  rtcPointQuery(handles_->scene, &query, &context, VisitTriangle, &nearest);
   return std::sqrt(nearest.squared_distance);
-}
-
-// A triangle that rises less above the plane of a point, as a sine, is in it.
-constexpr double kFlat = 1e-3;
-
-}  // namespace
-
-double RayCaster::DistanceTo(const Vec3& x,
-                             const std::vector<bool>& wanted,
-                             double max_distance) const {
-  return Nearest(handles_->scene, *this, x - center_, max_distance, [&](TriangleId id) {
-    return wanted[static_cast<std::size_t>(id.mesh)] ? SquaredDistanceToTriangle(x, Geometry(id))
-                                                     : std::numeric_limits<double>::infinity();
-  });
-}
-
-double RayCaster::DistanceToCorner(const Vec3& x, const Vec3& n, double max_distance) const {
-  return Nearest(handles_->scene, *this, x - center_, max_distance, [&](TriangleId id) {
-    const TriangleGeometry& t = Geometry(id);
-    double rise = 0.0;
-    for (const Vec3& corner : {t.Point(0.0, 0.0), t.Point(1.0, 0.0), t.Point(0.0, 1.0)}) {
-      const Vec3 to_corner = corner - x;
-      rise = std::max(rise, Dot(n, to_corner) / Norm(to_corner));
-    }
-    return rise > kFlat ? SquaredDistanceToTriangle(x, t) / (rise * rise)
-                        : std::numeric_limits<double>::infinity();
-  });
 }
 
 }  // namespace pathfit::renderer

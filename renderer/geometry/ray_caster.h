@@ -34,16 +34,13 @@ class RayCaster {
   /// Whether anything lies within `max_distance` (infinity allowed).
   [[nodiscard]] bool Occluded(const Ray& ray, double max_distance) const;
 
-  /// Distance from x to the nearest triangle of the meshes with `wanted[mesh]`, at most
-  /// `max_distance`.
-  [[nodiscard]] double DistanceTo(const Vec3& x,
-                                  const std::vector<bool>& wanted,
-                                  double max_distance) const;
-
-  /// How near a concave corner is to a surface point x with unit normal n: least distance to a
-  /// triangle over the sine of how steeply it rises above the plane of x, at most `max_distance`.
-  /// Triangles in or below that plane do not count.
-  [[nodiscard]] double DistanceToCorner(const Vec3& x, const Vec3& n, double max_distance) const;
+  /// How near a surface point x with unit normal n has other surfaces before it: least distance to
+  /// a triangle of the meshes with `wanted[mesh]`, over the sine of how steeply the triangle rises
+  /// above the plane of x, at most `max_distance`. Triangles in or below that plane do not count.
+  [[nodiscard]] double DistanceBefore(const Vec3& x,
+                                      const Vec3& n,
+                                      const std::vector<bool>& wanted,
+                                      double max_distance) const;
 
   [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
     return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] +

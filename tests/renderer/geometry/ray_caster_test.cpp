@@ -106,6 +106,23 @@ TEST(RayCaster, OffsetPointsClearTheSurface) {
   }
 }
 
+TEST(RayCaster, DistanceBeforeSeesCornersAndNotWhatLiesBehind) {
+  const Mesh floor = tests::Rectangle();  // [-1, 1]^2, z = 0
+  Mesh wall = floor;                      // upright at x = 0.5, from z = 0 to 2
+  for (Vec3& p : wall.positions) p = {0.5, p.y, p.x + 1.0};
+  Mesh sheet = floor;  // just below the floor
+  for (Vec3& p : sheet.positions) p.z -= 1e-4;
+  const RayCaster caster = CasterOf({&floor, &wall, &sheet});
+  const std::vector<bool> all = {true, true, true};
+  const Vec3 up{0, 0, 1};
+  const double d = 0.01;
+  // From beside the wall its corners rise almost straight up.
+  EXPECT_NEAR(caster.DistanceBefore({0.5 - d, 0.0, 0.0}, up, all, 0.5), d, 0.2 * d);
+  EXPECT_EQ(caster.DistanceBefore({0.5 - d, 0.0, 0.0}, up, {true, false, true}, 0.5), 0.5);
+  EXPECT_EQ(caster.DistanceBefore({-0.8, 0.0, 0.0}, up, all, 0.5), 0.5);
+  EXPECT_LT(caster.DistanceBefore({-0.8, 0.0, 0.0}, -up, all, 0.5), 2e-4);
+}
+
 TEST(RayCaster, ExtentIsHalfTheDiagonalAndEmptyScenesWork) {
   const Mesh plate = tests::Rectangle();
   EXPECT_DOUBLE_EQ(CasterOf({&plate}).Extent(), std::sqrt(2.0));
