@@ -179,7 +179,8 @@ namespace {
 
 // A triangle that rises less above the plane of a point, as a sine, is in it.
 constexpr double kFlat = 1e-3;
-constexpr double kTiny = 1e-300;  // a point has no direction from itself
+// Rounding of points on triangles, relative to the scene's extent.
+constexpr double kRounding = 1e-9;
 
 struct NearestQuery {
   const RayCaster* caster;
@@ -197,12 +198,15 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* arguments) {
   }
   const TriangleGeometry& t = nearest.caster->Geometry(id);
   const Vec3 to_nearest = ClosestPointOfTriangle(nearest.x, t) - nearest.x;
+  // A point's own triangle is above or below it by rounding only.
+  const double least = kRounding * nearest.caster->Extent();
   double rise = 0.0;
   for (const Vec3& to : {to_nearest,
                          t.Point(0.0, 0.0) - nearest.x,
                          t.Point(1.0, 0.0) - nearest.x,
                          t.Point(0.0, 1.0) - nearest.x}) {
-    rise = std::max(rise, Dot(nearest.n, to) / std::max(Norm(to), kTiny));
+    const double norm = Norm(to);
+    rise = norm > least ? std::max(rise, Dot(nearest.n, to) / norm) : rise;
   }
   if (!(rise > kFlat)) {
     return false;

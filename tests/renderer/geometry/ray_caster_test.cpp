@@ -121,6 +121,16 @@ TEST(RayCaster, DistanceBeforeSeesCornersAndNotWhatLiesBehind) {
   EXPECT_EQ(caster.DistanceBefore({0.5 - d, 0.0, 0.0}, up, {true, false, true}, 0.5), 0.5);
   EXPECT_EQ(caster.DistanceBefore({-0.8, 0.0, 0.0}, up, all, 0.5), 0.5);
   EXPECT_LT(caster.DistanceBefore({-0.8, 0.0, 0.0}, -up, all, 0.5), 2e-4);
+  // Its own triangle does not count, however rounding has moved a point.
+  Mesh ball = MakeIcosphere(2, 1.0);
+  const RayCaster of_ball = CasterOf({&ball});
+  CounterRng rng(6, 0, 0, 0, 0);
+  for (int i = 0; i < 2000; ++i) {
+    const TriangleGeometry& t = of_ball.Geometry({0, i % static_cast<int>(ball.triangles.size())});
+    const double a = rng.Next();
+    const Vec3 x = t.Point(a, rng.Next() * (1.0 - a));
+    EXPECT_EQ(of_ball.DistanceBefore(x, t.n, {true}, 0.5), 0.5);
+  }
 }
 
 TEST(RayCaster, ExtentIsHalfTheDiagonalAndEmptyScenesWork) {
