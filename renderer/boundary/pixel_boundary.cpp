@@ -17,10 +17,7 @@ constexpr std::uint64_t kShiftDomain = 9;
 PixelBounds BoundsOfMotion(const BoundaryContext& context) {
   const ActiveParameters& active = context.active;
   const Camera& camera = context.camera.camera();
-  const auto& environment = context.path.lights.environment;
-  const bool sky_moves =
-      environment && active.lights[static_cast<std::size_t>(environment->emitter)].moves;
-  if (active.camera.Any() || sky_moves) {
+  if (active.camera.Any() || SkyMoves(context)) {
     return {0, 0, camera.width, camera.height};
   }
   std::vector<bool> moving;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "renderer/boundary/visible_point.h"
 #include "renderer/geometry/disjoint_sets.h"
 
 namespace pathfit::renderer {
@@ -29,10 +30,7 @@ Candidates CandidatesOf(const BoundaryContext& context, std::size_t mesh) {
   if (context.options.form == DerivativeForm::kImage) {
     return {sweeps, sweeps, false};
   }
-  const auto& environment = context.path.lights.environment;
-  const bool sky_moves =
-      environment && active.lights[static_cast<std::size_t>(environment->emitter)].moves;
-  return {sweeps || active.any_mesh_moves || sky_moves, false, !sweeps};
+  return {sweeps || active.any_mesh_moves || SkyMoves(context), false, !sweeps};
 }
 
 struct FaceNormal {

@@ -7,6 +7,11 @@ bool IsInImageForm(const BoundaryContext& context, const std::optional<Hit>& hit
          (!hit && context.camera.IsOrthographic());
 }
 
+bool SkyMoves(const BoundaryContext& context) {
+  const auto& environment = context.path.lights.environment;
+  return environment && context.active.lights[static_cast<std::size_t>(environment->emitter)].moves;
+}
+
 void AddMotionOfVisiblePoint(const BoundaryContext& context,
                              const std::optional<Hit>& hit,
                              const Ray& ray,

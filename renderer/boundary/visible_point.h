@@ -11,6 +11,9 @@ namespace pathfit::renderer {
 /// which fills the image. No hit: environment.
 bool IsInImageForm(const BoundaryContext& context, const std::optional<Hit>& hit);
 
+/// Whether the environment turns, so that its points move in the image.
+bool SkyMoves(const BoundaryContext& context);
+
 /// Adds the gradient of m . u', u' the image velocity of the material point that sensor ray `ray`
 /// meets, to `row`. The environment's point is a direction that turns with the light. `m`: pixels.
 void AddMotionOfVisiblePoint(const BoundaryContext& context,

@@ -117,8 +117,7 @@ double MeanShadingDeviation(const Mesh& mesh) {
     const Vec3 twice_area = Cross(p(1) - p(0), p(2) - p(0));
     double largest = 0.0;
     for (const std::int32_t corner : mesh.normal_triangles[f]) {
-      const Vec3& n = mesh.normals[Index(corner)];
-      largest = std::max(largest, std::atan2(Norm(Cross(twice_area, n)), Dot(twice_area, n)));
+      largest = std::max(largest, AngleBetween(twice_area, mesh.normals[Index(corner)]));
     }
     sum += largest * Norm(twice_area);
     area += Norm(twice_area);
