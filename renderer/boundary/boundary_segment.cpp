@@ -89,15 +89,6 @@ double ShadingCorrection(const SurfacePoint& p, const Vec3& wi) {
   return std::abs(Dot(p.n, wi) / Dot(p.ng, wi));
 }
 
-/// Step along the surface at x_D to the side that the edge hides from the source.
-Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& s) {
-  const RayCaster& caster = *context.path.caster;
-  const Vec3& n = caster.Geometry(s.d.id).n;
-  const Vec3 tangent = s.n_b - n * Dot(n, s.n_b);
-  const double length = std::max(Norm(tangent), kMinTangent);
-  return tangent * (kIntoShadow * kRayOffset * caster.Extent() / (length * length));
-}
-
 /// `step`: visibility is tested so far beside the vertex.
 std::optional<Connection> Connect(const BoundaryContext& context,
                                   const Detector& detector,
@@ -183,6 +174,14 @@ bool Advance(const BoundaryContext& context,
 
 }  // namespace
 
+Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segment, TriangleId id) {
+  const RayCaster& caster = *context.path.caster;
+  const Vec3& n = caster.Geometry(id).n;
+  const Vec3 tangent = segment.n_b - n * Dot(n, segment.n_b);
+  const double length = std::max(Norm(tangent), kMinTangent);
+  return tangent * (kIntoShadow * kRayOffset * caster.Extent() / (length * length));
+}
+
 bool StartSegment(const BoundaryContext& context,
                   const BoundaryEdge& edge,
                   double t,
@@ -215,13 +214,14 @@ std::optional<Hit> TraceFromEdge(const BoundaryContext& context,
                                  const Vec3& direction) {
   const MeshEdge& edge = context.topologies[static_cast<std::size_t>(segment.edge->mesh)]
                              .edges[static_cast<std::size_t>(segment.edge->edge)];
-  const std::array<TriangleId, 2> faces = {TriangleId{segment.edge->mesh, edge.faces[0]},
-                                           TriangleId{segment.edge->mesh, edge.faces[1]}};
+  const std::array<TriangleId, 3> ignored = {TriangleId{segment.edge->mesh, edge.faces[0]},
+                                             TriangleId{segment.edge->mesh, edge.faces[1]},
+                                             segment.source.id};
   // The ray starts a little before the edge point: a surface that touches the edge there blocks the
   // segment, which rounding would otherwise decide by chance.
   const double start = TouchDistance(context);
   auto hit = context.path.caster->IntersectIgnoring(
-      {segment.x_b - direction * start, direction}, 0.0, faces);
+      {segment.x_b - direction * start, direction}, 0.0, ignored);
   if (hit) {
     hit->distance -= start;
   }
@@ -265,7 +265,7 @@ void ConnectDetectors(const BoundaryContext& context,
     if (!delta && !IsBlack(radiance)) {
       // The border of a shadow is seen where its dark side is, too. A light in the camera's own
       // place casts shadows exactly behind what it lights, which rounding would show or hide.
-      const Vec3 step = k == 0 ? StepIntoShadow(context, segment) : Vec3{};
+      const Vec3 step = k == 0 ? StepIntoShadow(context, segment, segment.d.id) : Vec3{};
       if (const auto connection = Connect(context, detector, step)) {
         const bool image = k == 0 && context.options.form == DerivativeForm::kImage;
         if (image) {

@@ -114,10 +114,10 @@ void DirectBoundary::SampleArea(const std::array<double, 3>& u,
   if (hit && !(hit->id == y.id) && hit->distance < segment.t2 * (1.0 - kReachTolerance)) {
     return;
   }
+  segment.source = {y.id, y.b1, y.b2, -1, false, {}};
   if (!TraceDetectorEnd(context_, segment)) {
     return;
   }
-  segment.source = {y.id, y.b1, y.b2, -1, false, {}};
   const double pdf_w = y.pdf * segment.t2 * segment.t2 / std::abs(cos_light);
   const double pdf = pick.probability / edge.Length() * pdf_w;
   Connect(segment, radiance, weight * LightShare(pdf_w) / pdf, sampler, splats);

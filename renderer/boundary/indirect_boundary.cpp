@@ -33,20 +33,20 @@ void IndirectBoundary::Sample(const std::array<double, 3>& u,
     return;
   }
   const auto hit = TraceFromEdge(context_, segment, segment.w);
-  if (!hit || !TraceDetectorEnd(context_, segment)) {
+  if (!hit) {
     return;
   }
   segment.t2 = hit->distance;
   segment.source = {hit->id, hit->b1, hit->b2, -1, false, {}};
+  if (!TraceDetectorEnd(context_, segment)) {
+    return;
+  }
   const PathContext& path = context_.path;
-  const SurfacePoint source =
-      MakeSurfacePoint(*path.scene,
-                       *path.caster,
-                       hit->id,
-                       hit->b1,
-                       hit->b2,
-                       path.caster->Geometry(hit->id).Point(hit->b1, hit->b2),
-                       -segment.w);
+  // On the side that is seen: the edge may touch the surface, and hide all light.
+  const Vec3 x = path.caster->Geometry(hit->id).Point(hit->b1, hit->b2) -
+                 StepIntoShadow(context_, segment, hit->id);
+  const SurfacePoint source = MakeSurfacePoint(
+      *path.scene, *path.caster, hit->id, hit->b1, hit->b2, x, -segment.w);
   if (IsDelta(source.material->bsdf)) {
     return;  // a reflection in a mirror moves over it: no material point
   }

@@ -21,7 +21,7 @@ class Sweep {
         form_(context.form),
         pixel_(pixel),
         vertices_(path.vertices),
-        first_fixed_(path.first_fixed),
+        contact_(path.contact),
         directs_(path.directs),
         target_(sum),
         motion_(*context.path.scene, *context.path.caster, camera_, active_, target_),
@@ -35,7 +35,7 @@ class Sweep {
     }
     Rgb throughput = Rgb::Constant(pixel_.weight);
     bool seen_rough = false;
-    frozen_ = std::min(count, first_fixed_);
+    frozen_ = std::min(count, contact_ < count ? contact_ + 1 : count);
     for (std::size_t k = 0; k < count; ++k) {
       Vertex& v = vertices_[k];
       v.throughput = throughput;
@@ -76,6 +76,8 @@ class Sweep {
                       : EvalBsdf(v.p.material->bsdf, v.p.inputs, c);
   }
   [[nodiscard]] bool Moves(std::size_t k) const { return moving_ && k < frozen_; }
+  /// Whether directions away from the sensor turn with the vertex' and its target's motion.
+  [[nodiscard]] bool Turns(std::size_t k) const { return Moves(k) && k != contact_; }
 
   /// Whether anything that moves touches the path.
   [[nodiscard]] bool IsMoving() const {
@@ -124,7 +126,7 @@ class Sweep {
     } else if (direct.distance > 0.0) {
       AdjointOfPointLight(k, direct, d_wi, weight * bsdf, per_radiance);
     } else {
-      if (Moves(k) && motion_.LightMoves(direct.emitter)) {
+      if (Turns(k) && motion_.LightMoves(direct.emitter)) {
         motion_.LightSpin(direct.emitter, Cross(direct.wi, d_wi));
       }
       const auto& environment = context_.lights.environment;
@@ -153,7 +155,7 @@ class Sweep {
     const double cos_light = Dot(triangle.n, direct.wi);
     appearance_.AreaEmission(
         light, direct.id, direct.b1, direct.b2, cos_light < 0.0 ? 1.0 : -1.0, per_radiance);
-    if (!Moves(k)) {
+    if (!Turns(k)) {
       return;
     }
     d_wi += Outer(triangle.n, value * (1.0 / cos_light));
@@ -176,7 +178,7 @@ class Sweep {
       }
       const IntensityPartials partials = IntensityDerivative(light, -direct.wi);
       appearance_.Intensity(light, partials, per_radiance);
-      if (!Moves(k)) {
+      if (!Turns(k)) {
         return;
       }
       ColorGradient d_w;  // by the direction from the light
@@ -201,7 +203,7 @@ class Sweep {
     const Rgb weight = v.throughput * beyond * v.on.factor;
     ColorGradient d_wi;
     const Rgb bsdf = AdjointOfBsdf(k, v.on.wi, weight, d_wi);
-    if (Moves(k) && k + 1 < frozen_) {
+    if (Turns(k) && Moves(k + 1)) {
       const Rgb value = weight * bsdf;
       const double r = Norm(next.p.x - v.p.x);
       const Rgb per_cos = value * (1.0 / Dot(next.p.ng, v.on.wi));
@@ -279,14 +281,14 @@ class Sweep {
   DerivativeForm form_;
   const PixelSample& pixel_;
   std::vector<Vertex>& vertices_;
-  const std::size_t first_fixed_;
+  const std::size_t contact_;  // the vertex whose directions away from it are kept fixed
   const std::vector<DirectContribution>& directs_;
   AccumulatorTarget target_;
   MotionAdjoint<ColorGradient, AccumulatorTarget> motion_;
   AppearanceAdjoint appearance_;
   bool moving_ = false;
   std::size_t first_rough_ = 0;  // the first vertex that is no mirror or glass
-  std::size_t frozen_ = 0;       // from here on directions are kept fixed
+  std::size_t frozen_ = 0;       // vertices from here on do not move
 };
 
 }  // namespace

@@ -39,7 +39,7 @@ class PathRecorder {
   void Clear() {
     vertices.clear();
     directs.clear();
-    first_fixed = std::numeric_limits<std::size_t>::max();
+    contact = std::numeric_limits<std::size_t>::max();
     wants_light_ = touches_ == nullptr;
   }
   void OnVertex(const SurfacePoint& p) {
@@ -64,8 +64,8 @@ class PathRecorder {
 
   std::vector<Vertex> vertices;
   std::vector<DirectContribution> directs;
-  /// Vertices from here on do not move, whatever the parameters say.
-  std::size_t first_fixed = std::numeric_limits<std::size_t>::max();
+  /// Of this vertex only the segment towards the sensor moves, of those behind it nothing.
+  std::size_t contact = std::numeric_limits<std::size_t>::max();
 
  private:
   const std::vector<bool>* touches_ = nullptr;

@@ -189,7 +189,7 @@ Rgba EstimatePixelWithDerivative(const AdjointContext& context,
                   ? context.near_motion->FirstSplit(recorder, context.path, first, share)
                   : NearMotion::Split{};
           if (split.touches) {
-            recorder.first_fixed = static_cast<std::size_t>(split.vertex);
+            recorder.contact = static_cast<std::size_t>(split.vertex);
           }
           if (on_surface && split.count == 1) {
             AccumulatePathAdjoint(context, part, recorder, sum);
