@@ -45,8 +45,8 @@ void IndirectBoundary::Sample(const std::array<double, 3>& u,
   // On the side that is seen: the edge may touch the surface, and hide all light.
   const Vec3 x = path.caster->Geometry(hit->id).Point(hit->b1, hit->b2) -
                  StepIntoShadow(context_, segment, hit->id);
-  const SurfacePoint source = MakeSurfacePoint(
-      *path.scene, *path.caster, hit->id, hit->b1, hit->b2, x, -segment.w);
+  const SurfacePoint source =
+      MakeSurfacePoint(*path.scene, *path.caster, hit->id, hit->b1, hit->b2, x, -segment.w);
   if (IsDelta(source.material->bsdf)) {
     return;  // a reflection in a mirror moves over it: no material point
   }

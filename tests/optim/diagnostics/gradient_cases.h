@@ -128,4 +128,21 @@ inline void ExpectLimit(const std::string& name,
   EXPECT_FALSE(renderer::DerivativeLimits(scene, layout).empty()) << name;
 }
 
+/// Samples for a thing that moves in a small scene.
+inline optim::GradientCheckOptions OptionsForMotion(renderer::DerivativeForm form,
+                                                    int max_bounces) {
+  optim::GradientCheckOptions options;
+  options.replicates = 24;
+  options.spp = form == renderer::DerivativeForm::kImage ? 48 : 128;
+  options.difference_spp = 384;
+  options.sppe = 24.0;
+  options.spp_direct = 48.0;
+  options.spp_indirect = 48.0;
+  options.spp_pixel = 24.0;
+  options.step = 2.5e-3;
+  options.max_bounces = max_bounces;
+  options.form = form;
+  return options;
+}
+
 }  // namespace pathfit::tests

@@ -102,4 +102,25 @@ inline renderer::Emitter Panel(int mesh, const Rgb& radiance, int texture = -1) 
   return {"panel", renderer::LightFrame::kWorld, {}, light};
 }
 
+/// One thing (mesh 1, material 1) above a floor (mesh 0), seen obliquely, under one lamp.
+inline Scene Above(const Mesh& thing, double floor_height = 0.0) {
+  Scene scene;
+  scene.materials = {{"floor", renderer::LambertBsdf{}, {0.8, 0.7, 0.6}},
+                     {"thing", renderer::LambertBsdf{}, {0.5, 0.7, 0.9}}};
+  scene.meshes = {{"floor", Floor(3.0, floor_height), 0, {}}, {"thing", thing, 1, {}}};
+  scene.emitters = {Lamp({1.0, 3.0, 0.8}, {9, 8, 7})};
+  scene.sensors = {CameraAt({0.6, 2.6, 3.4}, {0.0, 0.45, 0}, 24.0, 16, 16)};
+  // Tilted: an edge along a row of pixels would cross the border of a tile as a whole.
+  scene.sensors[0].rotation = {0.0, 0.0, 0.2};
+  return scene;
+}
+/// The same under a square light (mesh 2) as well.
+inline Scene AboveUnderPanel(const Mesh& thing) {
+  Scene scene = Above(thing);
+  scene.materials.push_back({"black", renderer::LambertBsdf{}, {0, 0, 0}});
+  scene.meshes.push_back({"panel", Ceiling(0.5, {-0.3, 2.6, 0.2}), 2, {}});
+  scene.emitters.push_back(Panel(2, {6, 6, 6}));
+  return scene;
+}
+
 }  // namespace pathfit::tests

@@ -20,45 +20,17 @@ using renderer::Vec3;
 using tests::CheckKind;
 using tests::ExpectedTerms;
 
+using tests::Above;
+using tests::AboveUnderPanel;
+
 constexpr DerivativeForm kImage = DerivativeForm::kImage;
 constexpr DerivativeForm kMaterial = DerivativeForm::kMaterial;
 const ExpectedTerms kShadows = {Term::kInterior, Term::kPrimary, Term::kDirect};
 
 GradientCheckOptions Moving(DerivativeForm form = kImage, int max_bounces = 1) {
-  GradientCheckOptions options;
-  options.replicates = 24;
-  options.spp = form == kImage ? 48 : 128;
-  options.difference_spp = 384;
-  options.sppe = 24.0;
-  options.spp_direct = 48.0;
-  options.spp_indirect = 48.0;
-  options.spp_pixel = 24.0;
-  options.step = 2.5e-3;
-  options.max_bounces = max_bounces;
-  options.form = form;
-  return options;
+  return tests::OptionsForMotion(form, max_bounces);
 }
 
-/// One thing (mesh 1, material 1) above a floor (mesh 0), seen obliquely, under one lamp.
-Scene Above(const Mesh& thing, double floor_height = 0.0) {
-  Scene scene;
-  scene.materials = {{"floor", renderer::LambertBsdf{}, {0.8, 0.7, 0.6}},
-                     {"thing", renderer::LambertBsdf{}, {0.5, 0.7, 0.9}}};
-  scene.meshes = {{"floor", tests::Floor(3.0, floor_height), 0, {}}, {"thing", thing, 1, {}}};
-  scene.emitters = {tests::Lamp({1.0, 3.0, 0.8}, {9, 8, 7})};
-  scene.sensors = {tests::CameraAt({0.6, 2.6, 3.4}, {0.0, 0.45, 0}, 24.0, 16, 16)};
-  // Tilted: an edge along a row of pixels would cross the border of a tile as a whole.
-  scene.sensors[0].rotation = {0.0, 0.0, 0.2};
-  return scene;
-}
-/// The same under a square light (mesh 2) as well.
-Scene AboveUnderPanel(const Mesh& thing) {
-  Scene scene = Above(thing);
-  scene.materials.push_back({"black", renderer::LambertBsdf{}, {0, 0, 0}});
-  scene.meshes.push_back({"panel", tests::Ceiling(0.5, {-0.3, 2.6, 0.2}), 2, {}});
-  scene.emitters.push_back(tests::Panel(2, {6, 6, 6}));
-  return scene;
-}
 Mesh Box(const Vec3& at = {0, 0.7, 0}) {
   return tests::Placed(tests::Cube(), 0.4, at, {0.3, 0.6, 0.2});
 }
@@ -203,27 +175,6 @@ TEST(DifficultScenes, ThinSheet) {
               1.0,
               kShadows);
   }
-}
-
-/// Slides over the floor, which it touches with its lower side.
-TEST(DifficultScenes, BoxStandingOnTheFloor) {
-  Scene scene = AboveUnderPanel(tests::Placed(tests::Cube(), 0.4, {0, 0.4, 0}, {0, 0.5, 0}));
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    renderer::ParameterLayout layout(scene);
-    layout.Add(ParameterKind::kObjectTranslation, 1);
-    tests::ExpectRightDerivative(
-        std::string("standing box slides") + (form == kImage ? ", image" : ", material"),
-        CheckGradient(scene, scene.sensors[0], -1, layout, {0.7, 0.0, 0.5}, Moving(form)),
-        {Term::kPrimary, Term::kDirect});
-  }
-}
-
-/// The line in which two meshes cut each other is no edge of either: no term moves it.
-TEST(DifficultScenes, BoxInTheFloor) {
-  const Scene scene = Above(Box({0, 0.1, 0}));
-  renderer::ParameterLayout layout(scene);
-  layout.Add(ParameterKind::kObjectTranslation, 1);
-  tests::ExpectLimit("sunk box rises", scene, layout, {0.0, 1.0, 0.0}, Moving());
 }
 
 TEST(DifficultScenes, RoughGlassBall) {

@@ -1,10 +1,11 @@
+#include "tests/renderer/known_answers/shadow_receiver.h"
+
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "tests/renderer/known_answers/known_answer.h"
 #include "tests/support/finite_difference.h"
 
 // Path_space 6.3, C8, C10, C11, C11b, C19, C23: the floor's irradiance in shadows that move. No
@@ -17,48 +18,6 @@ using renderer::DerivativeForm;
 using renderer::Mesh;
 using renderer::ParameterKind;
 
-constexpr int kReplicates = 20;
-
-class ShadowReceiver : public ::testing::Test {
- protected:
-  ShadowReceiver() {
-    options_.max_bounces = 1;
-    options_.spp = 4096;
-    options_.sppe = 64;
-    options_.spp_direct = 16384;
-    options_.spp_indirect = 131072;
-    options_.spp_pixel = 16384;
-  }
-  [[nodiscard]] const renderer::Camera& Sensor() const { return floor_.scene.sensors[0]; }
-
-  void ExpectValue(const Known& known) const {
-    const renderer::Renderer renderer(floor_.scene);
-    ExpectKnown("E",
-                Irradiance(Channel(PrimalReplicates(renderer, Sensor(), options_, kReplicates), 0)),
-                known);
-  }
-  TermReplicates ExpectDerivative(const std::string& name,
-                                  const Motion& motion,
-                                  const Known& known) const {
-    const renderer::Renderer renderer(floor_.scene);
-    TermReplicates found = DerivativeByTerm(renderer, Sensor(), motion, options_, kReplicates);
-    ExpectKnown(name, Irradiance(found.Total()), known);
-    return found;
-  }
-  /// The whole derivative comes from one term.
-  static void ExpectOnly(std::size_t term, const TermReplicates& found) {
-    for (std::size_t t = 0; t < kNumTerms; ++t) {
-      if (t == term) continue;
-      for (const double value : found.terms[t]) EXPECT_EQ(value, 0.0) << "term " << t;
-    }
-  }
-  static Motion& Move(Motion& motion, int mesh, const Vec3& v) {
-    return motion.Vertices(mesh, [v](const Vec3&) { return v; });
-  }
-
-  FloorScene floor_;
-  renderer::RenderOptions options_;
-};
 /// Where the receiver moves the two forms split the derivative differently; elsewhere they are the
 /// same numbers.
 class MovingShadowReceiver : public ShadowReceiver,
@@ -67,9 +26,6 @@ class MovingShadowReceiver : public ShadowReceiver,
   MovingShadowReceiver() { options_.form = GetParam(); }
 };
 
-constexpr std::size_t kDirect = 2;
-constexpr std::size_t kIndirect = 3;
-
 /// Black from both sides, its edge x = `edge` at `height`: as much of a half plane as shadows.
 Mesh HalfPlane(double edge, double height, double depth, double half_width) {
   return Ceiling(edge - depth, edge, -half_width, half_width, height);
@@ -77,12 +33,6 @@ Mesh HalfPlane(double edge, double height, double depth, double half_width) {
 /// Vertices on the edge x = `edge` move, the far border stays.
 Motion EdgeMotion(const renderer::Scene& scene, int mesh, double edge, const Vec3& v) {
   return Motion(scene).Vertices(mesh, [=](const Vec3& p) { return p.x == edge ? v : Vec3{}; });
-}
-
-/// Average over the piece of the floor.
-template <class F>
-double Average(const F& at, double x0, double x1, double y0, double y1) {
-  return Integrate2D(at, x0, x1, y0, y1, 2, 2) / ((x1 - x0) * (y1 - y0));
 }
 
 TEST_P(MovingShadowReceiver, C8HalfPlane) {

@@ -1,3 +1,4 @@
+pathfit_test(renderer/known_answers/contact_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/known_answers/film_answers_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/known_answers/forms_agree_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/known_answers/furnace_test LABEL statistical LINK pathfit_test_support)
