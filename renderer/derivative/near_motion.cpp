@@ -60,7 +60,7 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
       return {static_cast<int>(k), 1, true};
     }
     if (distance < reach) {
-      return {static_cast<int>(k), static_cast<int>(std::ceil(reach / distance))};
+      return {static_cast<int>(k), 2 * static_cast<int>(std::ceil(0.5 * reach / distance))};
     }
   }
   return {};

@@ -197,7 +197,13 @@ Rgba EstimatePixelWithDerivative(const AdjointContext& context,
           const double each = 1.0 / split.count;
           for (int i = 0; i < split.count && split.count > 1; ++i) {
             LatticeSampler shifted = numbers;
-            shifted.ShiftDirection(split.vertex + 1, i * each, i * kGoldenStep);
+            // Half of them evenly over all directions: where the surface grazes, the derivative
+            // does not vanish with the cosine.
+            shifted.ShiftDirection(
+                split.vertex + 1,
+                i / 2 * 2 * each,
+                i / 2 * kGoldenStep,
+                i % 2 == 0 ? DirectionDraw::kMixedBsdf : DirectionDraw::kMixedUniform);
             trace(shifted);
             self(self, shifted, Scaled(part, each), split.vertex + 1, share * each);
           }

@@ -3,8 +3,11 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/math/frame.h"
+#include "renderer/math/warp.h"
 #include "renderer/path/surface_point.h"
 #include "renderer/sampler/counter_rng.h"
+#include "renderer/sampler/lattice_sampler.h"
 #include "renderer/scene/light_set.h"
 #include "renderer/scene/view_bounds.h"
 
@@ -70,6 +73,7 @@ class IndependentSampler {
   double Next() { return rng_.Next(); }
   double NextDirection(int /*bounce*/, int /*component*/) { return Next(); }
   double NextLight() { return Next(); }
+  static DirectionDraw DrawAt(int /*bounce*/) { return DirectionDraw::kBsdf; }
 
  private:
   CounterRng rng_;
@@ -107,12 +111,45 @@ inline bool LightVisible(const RayCaster& caster,
   return !caster.Occluded({origin, to_light * (1.0 / length)}, ShadowDistance(caster, length));
 }
 
-/// Density of BSDF sampling as MIS sees it.
+/// Density of the directions that SampleDirection draws, as MIS sees it.
 inline double ScatterPdf(const PathContext& context,
                          const SurfacePoint& p,
-                         const BsdfCosines& cosines) {
-  return context.antithetic ? MirroredPairPdf(p.material->bsdf, p.inputs, cosines)
-                            : BsdfPdf(p.material->bsdf, p.inputs, cosines);
+                         const BsdfCosines& cosines,
+                         DirectionDraw draw) {
+  const Bsdf& bsdf = p.material->bsdf;
+  const double pdf = context.antithetic ? MirroredPairPdf(bsdf, p.inputs, cosines)
+                                        : BsdfPdf(bsdf, p.inputs, cosines);
+  if (draw == DirectionDraw::kBsdf) {
+    return pdf;
+  }
+  const double spread = IsTransmissive(bsdf) ? 2.0 : 1.0;
+  return 0.5 * (pdf + UniformHemispherePdf() / spread);
+}
+
+/// The next direction at a vertex.
+template <class Sampler>
+std::optional<BsdfSample> SampleDirection(const PathContext& context,
+                                          const SurfacePoint& p,
+                                          int bounce,
+                                          bool mirrored,
+                                          Sampler& sampler) {
+  const Bsdf& bsdf = p.material->bsdf;
+  const double u0 = sampler.NextDirection(bounce, 0);
+  const double u1 = sampler.NextDirection(bounce, 1);
+  const double u2 = sampler.Next();
+  const DirectionDraw draw = sampler.DrawAt(bounce);
+  std::optional<BsdfSample> sample;
+  if (draw == DirectionDraw::kMixedUniform) {
+    const Vec3 local =
+        IsTransmissive(bsdf) ? SampleUniformSphere(u0, u1) : SampleUniformHemisphere(u0, u1);
+    sample = BsdfSample{Frame::FromNormal(p.n).ToWorld(local)};
+  } else {
+    sample = SampleBsdf(bsdf, p.inputs, p.n, p.wo, u0, u1, u2, mirrored);
+  }
+  if (sample && (context.antithetic || draw != DirectionDraw::kBsdf) && !sample->delta) {
+    sample->pdf = ScatterPdf(context, p, p.Cosines(sample->wi), draw);
+  }
+  return sample;
 }
 
 /// Share of a sample drawn with density `own` that `other` could have drawn, too. The square,
@@ -134,6 +171,7 @@ struct PathRange {
 template <class Sampler, class Recorder>
 Rgb SampleLights(const PathContext& context,
                  const SurfacePoint& p,
+                 DirectionDraw draw,
                  Sampler& sampler,
                  Recorder& recorder) {
   const RayCaster& caster = *context.caster;
@@ -157,7 +195,7 @@ Rgb SampleLights(const PathContext& context,
     const Vec3 wi = environment.world_from_light * sample.direction;
     if (sample.pdf > 0.0 && p.Accepts(wi)) {
       const BsdfCosines cosines = p.Cosines(wi);
-      const double other = ScatterPdf(context, p, cosines);
+      const double other = ScatterPdf(context, p, cosines, draw);
       add({environment.emitter,
            wi,
            0.0,
@@ -184,7 +222,7 @@ Rgb SampleLights(const PathContext& context,
         const Rgb radiance = AreaRadiance(light, sample.id.triangle, sample.b1, sample.b2, side);
         const BsdfCosines cosines = p.Cosines(wi);
         const double pdf = sample.pdf * distance2 / std::abs(cos_light);
-        const double other = ScatterPdf(context, p, cosines);
+        const double other = ScatterPdf(context, p, cosines, draw);
         add({light.emitter,
              wi,
              distance,
@@ -266,7 +304,8 @@ Rgb TraceRadiance(const PathContext& context,
     }
     if (!delta) {
       if (wants_light) {
-        add(bounce, throughput * SampleLights(context, p, sampler, recorder));
+        add(bounce,
+            throughput * SampleLights(context, p, sampler.DrawAt(bounce), sampler, recorder));
       } else {
         SkipLights(context, sampler);
       }
@@ -274,16 +313,12 @@ Rgb TraceRadiance(const PathContext& context,
         break;
       }
     }
-    const double u0 = sampler.NextDirection(bounce, 0);
-    const double u1 = sampler.NextDirection(bounce, 1);
-    const double u2 = sampler.Next();
-    const auto sample =
-        SampleBsdf(p.material->bsdf, p.inputs, p.n, p.wo, u0, u1, u2, range.mirrored);
+    const auto sample = SampleDirection(context, p, bounce, range.mirrored, sampler);
     if (!sample || !(sample->pdf > 0.0) || !p.Accepts(sample->wi)) {
       break;
     }
     const BsdfCosines cosines = p.Cosines(sample->wi);
-    const double pdf = context.antithetic && !delta ? ScatterPdf(context, p, cosines) : sample->pdf;
+    const double pdf = sample->pdf;
     const Continuation on{
         sample->wi, delta ? 1.0 / pdf : std::abs(cosines.cos_i) / pdf, delta, cosines.cos_i < 0.0};
     const Rgb bsdf = delta ? EvalDelta(p.material->bsdf, p.inputs, cosines.cos_o, on.transmit).value

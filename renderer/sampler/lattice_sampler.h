@@ -8,6 +8,10 @@
 
 namespace pathfit::renderer {
 
+/// The density of the next direction: the BSDF's, or half of it and half a uniform one, of which
+/// this sample follows one half and others the other.
+enum class DirectionDraw { kBsdf, kMixedBsdf, kMixedUniform };
+
 /// Uniform numbers of one sample of a pixel. The first kDimensions (pixel position, first light and
 /// direction choice) come from a rank-1 lattice shifted per pixel, so that the samples of one pixel
 /// spread evenly; each alone is uniform. Later dimensions are independent.
@@ -21,9 +25,18 @@ class LatticeSampler {
 
   static constexpr std::size_t kMaxShifts = 4;
   /// Moves the two numbers that choose the direction at the vertex of this bounce (from 1) around
-  /// the unit square; for up to kMaxShifts different bounces.
-  void ShiftDirection(int bounce, double shift0, double shift1) {
-    shifts_[num_shifts_++] = {bounce, {shift0, shift1}};
+  /// the unit square, and says how they choose it; for up to kMaxShifts different bounces.
+  void ShiftDirection(int bounce, double shift0, double shift1, DirectionDraw draw) {
+    shifts_[num_shifts_++] = {bounce, {shift0, shift1}, draw};
+  }
+  /// How the direction at the vertex of this bounce is drawn.
+  [[nodiscard]] DirectionDraw DrawAt(int bounce) const {
+    for (std::size_t i = 0; i < num_shifts_; ++i) {
+      if (shifts_[i].bounce == bounce) {
+        return shifts_[i].draw;
+      }
+    }
+    return DirectionDraw::kBsdf;
   }
   [[nodiscard]] bool CanShift() const { return num_shifts_ < kMaxShifts; }
   /// Moves all numbers that choose points on lights: the second path of a pair, which shares the
@@ -73,6 +86,7 @@ class LatticeSampler {
   struct Shift {
     int bounce = 0;
     std::array<double, 2> by{};
+    DirectionDraw draw = DirectionDraw::kBsdf;
   };
   std::array<Shift, kMaxShifts> shifts_{};
   std::size_t num_shifts_ = 0;
