@@ -6,7 +6,7 @@ void GeometryScatter::Run(const Rgb& radiance, std::size_t first_rough, std::siz
   for (std::size_t k = end; k-- > first_rough + 1;) {
     Vertex& v = vertices_[k];
     Vertex& previous = vertices_[k - 1];
-    const ColorGradient d_end = EndPointAdjoint(v.p.wo, SegmentLength(previous, v), v.d_wo);
+    const ColorGradient d_end = EndPointAdjoint(v.p.wo, Norm(previous.p.x - v.p.x), v.d_wo);
     previous.d_x += d_end;
     v.d_x -= d_end;
     ScatterMaterialPoint(v);

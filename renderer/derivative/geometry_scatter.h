@@ -13,14 +13,6 @@ inline ColorGradient EndPointAdjoint(const Vec3& unit, double r, const ColorGrad
   return (adjoint - Outer(unit, Dot(unit, adjoint))) * (1.0 / r);
 }
 
-/// Distance from a vertex to the next one's plane in the direction of the ray between them. The ray
-/// started an offset beside the vertex, which near a contact is not small against the segment.
-inline double SegmentLength(const PathRecorder::Vertex& from, const PathRecorder::Vertex& to) {
-  const Vec3 segment = to.p.x - from.p.x;
-  const double along = -Dot(to.p.ng, segment) / Dot(to.p.ng, to.p.wo);
-  return along > 0.0 ? along : Norm(segment);
-}
-
 /// Turns the adjoints that a sweep left in a path's vertices (positions, normals, directions) into
 /// parameters: image points up to the first rough vertex, material points behind it.
 class GeometryScatter {

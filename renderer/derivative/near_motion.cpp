@@ -14,24 +14,36 @@ NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active, 
   for (const auto& mesh : active.meshes) {
     moving_.push_back(mesh.moves);
   }
-  all_.assign(count, true);
+  own_corners_.resize(count);
   all_but_.resize(count);
   for (std::size_t m = 0; m < count; ++m) {
-    if (moving_[m]) {
+    const bool slides = image_form_ && (camera_moves_ || moving_[m]);
+    if (slides || moving_[m]) {
       all_but_[m].assign(count, true);
       all_but_[m][m] = false;
+    }
+    if (slides) {
+      own_corners_[m] = std::make_unique<OwnCorners>(
+          caster, static_cast<int>(m), count, kReach * caster.Extent());
     }
   }
 }
 
 double NearMotion::DistanceToMotion(const SurfacePoint& p, bool slides, double reach) const {
   const auto mesh = static_cast<std::size_t>(p.id.mesh);
-  const std::vector<bool>& against = slides && (camera_moves_ || moving_[mesh]) ? all_
-                                     : moving_[mesh]                            ? all_but_[mesh]
-                                                                                : moving_;
-  const double distance = caster_.DistanceBefore(p.x, p.ng, against, reach);
-  return IsTransmissive(p.material->bsdf) ? caster_.DistanceBefore(p.x, -p.ng, against, distance)
-                                          : distance;
+  slides = slides && own_corners_[mesh] != nullptr;
+  const std::vector<bool>& against = slides || moving_[mesh] ? all_but_[mesh] : moving_;
+  double distance = reach;
+  for (const double side : {1.0, -1.0}) {
+    if (side < 0.0 && !IsTransmissive(p.material->bsdf)) {
+      break;
+    }
+    if (slides) {
+      distance = std::min(distance, own_corners_[mesh]->DistanceAt(p, side));
+    }
+    distance = caster_.DistanceBefore(p.x, p.ng * side, against, distance);
+  }
+  return distance;
 }
 
 NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,

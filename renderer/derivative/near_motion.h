@@ -1,6 +1,10 @@
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "renderer/derivative/active_parameters.h"
+#include "renderer/derivative/own_corners.h"
 #include "renderer/derivative/path_recorder.h"
 #include "renderer/render_options.h"
 
@@ -25,7 +29,7 @@ class NearMotion {
   struct Split {
     int vertex = 0;
     int count = 1;
-    bool touches = false;  ///< the vertex is closer than kTouch: nothing from it on is to move
+    bool touches = false;  ///< the vertex is closer than kTouch: PathRecorder::contact
   };
   [[nodiscard]] Split FirstSplit(const PathRecorder& path,
                                  const PathContext& context,
@@ -33,8 +37,8 @@ class NearMotion {
                                  double share) const;
 
   static constexpr double kReach = 0.03;  ///< splits begin at this distance, half diagonals
-  /// Closer, in ray offsets, rays no longer meet what is near as they should. The derivative of so
-  /// narrow a strip is bounded and left out: a share of about kTouch * kRayOffset.
+  /// Closer, in ray offsets, rays no longer meet what is near as they should. What leaves so narrow
+  /// a strip has a bounded derivative, which is left out: a share of about kTouch * kRayOffset.
   static constexpr double kTouch = 32.0;
 
  private:
@@ -45,8 +49,10 @@ class NearMotion {
   bool any_ = false;
   bool camera_moves_ = false;
   bool image_form_ = false;
-  std::vector<bool> all_, moving_;          // by mesh
-  std::vector<std::vector<bool>> all_but_;  // by moving mesh: all others
+  // By mesh; the last two of those that move or slide.
+  std::vector<bool> moving_;
+  std::vector<std::vector<bool>> all_but_;
+  std::vector<std::unique_ptr<OwnCorners>> own_corners_;
 };
 
 }  // namespace pathfit::renderer

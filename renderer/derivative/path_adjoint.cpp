@@ -205,7 +205,7 @@ class Sweep {
     const Rgb bsdf = AdjointOfBsdf(k, v.on.wi, weight, d_wi);
     if (Turns(k) && Moves(k + 1)) {
       const Rgb value = weight * bsdf;
-      const double r = SegmentLength(v, next);
+      const double r = Norm(next.p.x - v.p.x);
       const Rgb per_cos = value * (1.0 / Dot(next.p.ng, v.on.wi));
       next.d_ng += Outer(v.on.wi, per_cos);
       d_wi += Outer(next.p.ng, per_cos);

@@ -197,17 +197,26 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* arguments) {
     return false;
   }
   const TriangleGeometry& t = nearest.caster->Geometry(id);
+  const std::array<Vec3, 3> to_corners = {
+      t.p0 - nearest.x, t.p0 + t.e1 - nearest.x, t.p0 + t.e2 - nearest.x};
+  if (std::all_of(to_corners.begin(), to_corners.end(), [&](const Vec3& to) {
+        return !(Dot(nearest.n, to) > 0.0);
+      })) {
+    return false;
+  }
   const Vec3 to_nearest = ClosestPointOfTriangle(nearest.x, t) - nearest.x;
+  if (SquaredNorm(to_nearest) >= nearest.squared_distance) {
+    return false;
+  }
   // A point's own triangle is above or below it by rounding only.
   const double least = kRounding * nearest.caster->Extent();
   double rise = 0.0;
-  for (const Vec3& to : {to_nearest,
-                         t.Point(0.0, 0.0) - nearest.x,
-                         t.Point(1.0, 0.0) - nearest.x,
-                         t.Point(0.0, 1.0) - nearest.x}) {
+  const auto look_at = [&](const Vec3& to) {
     const double norm = Norm(to);
     rise = norm > least ? std::max(rise, Dot(nearest.n, to) / norm) : rise;
-  }
+  };
+  look_at(to_nearest);
+  std::for_each(to_corners.begin(), to_corners.end(), look_at);
   if (!(rise > kFlat)) {
     return false;
   }

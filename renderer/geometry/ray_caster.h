@@ -46,6 +46,13 @@ class RayCaster {
     return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] +
                                                id.triangle)];
   }
+  [[nodiscard]] std::size_t NumTriangles(int mesh) const {
+    const auto m = static_cast<std::size_t>(mesh);
+    const std::size_t end = m + 1 < first_triangle_.size()
+                                ? static_cast<std::size_t>(first_triangle_[m + 1])
+                                : triangles_.size();
+    return end - static_cast<std::size_t>(first_triangle_[m]);
+  }
   /// A point moved off the surface so that a ray from it does not meet the surface again; `n`
   /// points to the side of the ray. The distance is kRayOffset times the extent of the scene.
   [[nodiscard]] Vec3 OffsetPoint(const Vec3& x, const Vec3& n) const { return x + n * offset_; }

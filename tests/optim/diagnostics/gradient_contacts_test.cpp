@@ -90,7 +90,7 @@ TEST(Contacts, LampStandsOnTheFloor) {
                          {0.7, 0.0, 0.5},
                          1,
                          2,
-                         {Term::kInterior, Term::kPrimary, Term::kDirect});
+                         {Term::kInterior, Term::kPrimary});
 }
 
 /// Its edges touch two surfaces at once.
