@@ -85,12 +85,8 @@ TEST(Contacts, LampStandsOnTheFloor) {
   scene.emitters[0] = tests::Panel(1, {2, 2, 2});
   scene.meshes.push_back(
       {"post", tests::Placed(tests::Cube(), 0.15, {0.7, 0.3, 0.5}, {0.1, 0.2, 0.3}), 0, {}});
-  ExpectRightTranslation("standing lamp",
-                         scene,
-                         {0.7, 0.0, 0.5},
-                         1,
-                         2,
-                         {Term::kInterior, Term::kPrimary});
+  ExpectRightTranslation(
+      "standing lamp", scene, {0.7, 0.0, 0.5}, 1, 2, {Term::kInterior, Term::kPrimary});
 }
 
 /// Its edges touch two surfaces at once.
