@@ -128,7 +128,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const CameraModel model(camera);
   const PathContext context = impl_->Context(model, options);
   const ActiveParameters active = ActiveParameters::Make(impl_->scene, layout, model, sensor);
-  const NearMotion near_motion(impl_->caster, active, options.form);
+  const NearMotion near_motion(impl_->caster, active, options);
   const AdjointContext adjoint{context, model, active, options.form, &near_motion};
   Film film = options.with_image ? Film(camera.width, camera.height) : Film();
   RenderStats sum;

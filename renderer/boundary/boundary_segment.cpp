@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 namespace pathfit::renderer {
 namespace {
@@ -13,10 +14,15 @@ constexpr double kMinSinPhi = 1e-9;
 // An edge this close to another surface, as a multiple of the offset of secondary rays, touches it.
 constexpr double kTouch = 2.0;
 
-// How far inside the shadow of an edge visibility is tested, as a multiple of the same offset.
+// How far inside the shadow of an edge visibility is tested, and outside it a source that touches
+// the edge is shaded, as a multiple of the same offset.
 constexpr double kIntoShadow = 4.0;
 // A surface that is nearly edge-on to the shadow's border is not followed further than this allows.
 constexpr double kMinTangent = 0.1;
+// Planes of triangles whose normals' cosine differs less from 1 are one.
+constexpr double kCoplanar = 1e-9;
+// So many triangles of the surface that touches an edge may meet in one of its points.
+constexpr std::size_t kMaxTouching = 8;
 
 double TouchDistance(const BoundaryContext& context) {
   return kTouch * kRayOffset * context.path.caster->Extent();
@@ -172,6 +178,28 @@ bool Advance(const BoundaryContext& context,
   return true;
 }
 
+std::array<TriangleId, 2> FacesOf(const BoundaryContext& context, const BoundarySegment& s) {
+  const MeshEdge& edge = context.topologies[static_cast<std::size_t>(s.edge->mesh)]
+                             .edges[static_cast<std::size_t>(s.edge->edge)];
+  return {TriangleId{s.edge->mesh, edge.faces[0]}, TriangleId{s.edge->mesh, edge.faces[1]}};
+}
+
+/// What the line meets beyond x_B.
+std::optional<Hit> TraceIgnoring(const BoundaryContext& context,
+                                 const BoundarySegment& s,
+                                 const Vec3& direction,
+                                 std::span<const TriangleId> ignored) {
+  // The ray starts a little before the edge point: a surface that touches the edge there is met,
+  // which rounding would otherwise decide by chance.
+  const double start = TouchDistance(context);
+  auto hit =
+      context.path.caster->IntersectIgnoring({s.x_b - direction * start, direction}, 0.0, ignored);
+  if (hit) {
+    hit->distance -= start;
+  }
+  return hit;
+}
+
 }  // namespace
 
 Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segment, TriangleId id) {
@@ -209,32 +237,36 @@ bool StartSegment(const BoundaryContext& context,
   return true;
 }
 
+bool TouchesEdge(const BoundaryContext& context, double distance) {
+  return distance <= TouchDistance(context);
+}
+
 std::optional<Hit> TraceFromEdge(const BoundaryContext& context,
                                  const BoundarySegment& segment,
                                  const Vec3& direction) {
-  const MeshEdge& edge = context.topologies[static_cast<std::size_t>(segment.edge->mesh)]
-                             .edges[static_cast<std::size_t>(segment.edge->edge)];
-  const std::array<TriangleId, 3> ignored = {TriangleId{segment.edge->mesh, edge.faces[0]},
-                                             TriangleId{segment.edge->mesh, edge.faces[1]},
-                                             segment.source.id};
-  // The ray starts a little before the edge point: a surface that touches the edge there blocks the
-  // segment, which rounding would otherwise decide by chance.
-  const double start = TouchDistance(context);
-  auto hit = context.path.caster->IntersectIgnoring(
-      {segment.x_b - direction * start, direction}, 0.0, ignored);
-  if (hit) {
-    hit->distance -= start;
-  }
-  return hit;
+  return TraceIgnoring(context, segment, direction, FacesOf(context, segment));
 }
 
 bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment) {
-  const auto hit = TraceFromEdge(context, segment, -segment.w);
-  if (!hit || !(hit->distance > TouchDistance(context))) {
+  const RayCaster& caster = *context.path.caster;
+  const std::array<TriangleId, 2> faces = FacesOf(context, segment);
+  std::array<TriangleId, kMaxTouching> ignored{faces[0], faces[1]};
+  std::size_t count = faces.size();
+  auto hit = TraceIgnoring(context, segment, -segment.w, {ignored.data(), count});
+  if (segment.source.id.IsValid() && TouchesEdge(context, segment.t2)) {
+    // The ray starts behind the source's plane, which may be made of several triangles here.
+    const Vec3& n = caster.Geometry(segment.source.id).n;
+    while (hit && TouchesEdge(context, hit->distance) && count < ignored.size() &&
+           std::abs(Dot(n, caster.Geometry(hit->id).n)) > 1.0 - kCoplanar) {
+      ignored[count++] = hit->id;
+      hit = TraceIgnoring(context, segment, -segment.w, {ignored.data(), count});
+    }
+  }
+  if (!hit || TouchesEdge(context, hit->distance)) {
     return false;
   }
   segment.d = *hit;
-  segment.x_d = context.path.caster->Geometry(hit->id).Point(hit->b1, hit->b2);
+  segment.x_d = caster.Geometry(hit->id).Point(hit->b1, hit->b2);
   return true;
 }
 

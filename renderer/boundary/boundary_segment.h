@@ -50,19 +50,22 @@ bool StartSegment(const BoundaryContext& context,
                   const Vec3& w,
                   BoundarySegment& segment);
 
-/// What the line meets beyond x_B in a direction; the edge's own faces and the source's are left
-/// out.
+/// What the line meets beyond x_B in a direction, the edge's own faces left out.
 std::optional<Hit> TraceFromEdge(const BoundaryContext& context,
                                  const BoundarySegment& segment,
                                  const Vec3& direction);
 
-/// Finds the detector end by tracing against w, once the source is known; false if there is none.
+/// Finds the detector end by tracing against w; false if there is none. Set source and t2 first.
 /// Where a surface touches the edge, it can be the source and not the detector: a point that gets
 /// covered is covered from both its neighbours on a path at once, and counts once.
 bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment);
 
-/// Small step along the surface of an end to the side that the edge hides from the other end.
+/// Small step along the surface of a segment's end, to the side that the edge hides from the other
+/// end.
 Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segment, TriangleId id);
+
+/// Whether a surface at this distance from x_B touches the edge.
+bool TouchesEdge(const BoundaryContext& context, double distance);
 
 /// Radiance that leaves x_S along the segment, by the number of surfaces that reflected it:
 /// cumulative[i] holds all with at most i reflections at and behind x_S.

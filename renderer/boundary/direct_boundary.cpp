@@ -1,5 +1,6 @@
 #include "renderer/boundary/direct_boundary.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -184,7 +185,7 @@ void DirectBoundary::SampleWedgeDirection(const std::array<double, 3>& u,
         AreaRadiance(*light, hit->id.triangle, hit->b1, hit->b2, cos_light > 0.0 ? 1.0 : -1.0);
     light_pdf =
         lights.area_sampler->Pdf(hit->id) * hit->distance * hit->distance / std::abs(cos_light);
-    segment.t2 = hit->distance;
+    segment.t2 = std::max(0.0, hit->distance);
     segment.source = {hit->id, hit->b1, hit->b2, -1, false, {}};
   } else if (lights.environment) {
     const auto& environment = *lights.environment;

@@ -1,5 +1,7 @@
 #include "renderer/boundary/indirect_boundary.h"
 
+#include <algorithm>
+
 #include "renderer/boundary/tangent_wedge.h"
 
 namespace pathfit::renderer {
@@ -36,15 +38,16 @@ void IndirectBoundary::Sample(const std::array<double, 3>& u,
   if (!hit) {
     return;
   }
-  segment.t2 = hit->distance;
+  segment.t2 = std::max(0.0, hit->distance);
   segment.source = {hit->id, hit->b1, hit->b2, -1, false, {}};
   if (!TraceDetectorEnd(context_, segment)) {
     return;
   }
   const PathContext& path = context_.path;
-  // On the side that is seen: the edge may touch the surface, and hide all light.
-  const Vec3 x = path.caster->Geometry(hit->id).Point(hit->b1, hit->b2) -
-                 StepIntoShadow(context_, segment, hit->id);
+  Vec3 x = path.caster->Geometry(hit->id).Point(hit->b1, hit->b2);
+  if (TouchesEdge(context_, segment.t2)) {  // shade what is seen of it, not what lies in the dark
+    x -= StepIntoShadow(context_, segment, hit->id);
+  }
   const SurfacePoint source =
       MakeSurfacePoint(*path.scene, *path.caster, hit->id, hit->b1, hit->b2, x, -segment.w);
   if (IsDelta(source.material->bsdf)) {

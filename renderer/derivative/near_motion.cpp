@@ -5,10 +5,12 @@
 
 namespace pathfit::renderer {
 
-NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active, DerivativeForm form)
+NearMotion::NearMotion(const RayCaster& caster,
+                       const ActiveParameters& active,
+                       const RenderOptions& options)
     : caster_(caster),
       camera_moves_(active.camera.Any()),
-      image_form_(form == DerivativeForm::kImage) {
+      image_form_(options.form == DerivativeForm::kImage) {
   any_ = active.any_mesh_moves || (camera_moves_ && image_form_);
   const std::size_t count = active.meshes.size();
   for (const auto& mesh : active.meshes) {
@@ -22,7 +24,7 @@ NearMotion::NearMotion(const RayCaster& caster, const ActiveParameters& active, 
       all_but_[m].assign(count, true);
       all_but_[m][m] = false;
     }
-    if (slides) {
+    if (slides && options.terms.interior && options.max_bounces > 1) {
       own_corners_[m] = std::make_unique<OwnCorners>(
           caster, static_cast<int>(m), count, kReach * caster.Extent());
     }

@@ -21,11 +21,11 @@ namespace pathfit::renderer {
 class NearMotion {
  public:
   /// `placed` and `caster` must outlive the result.
-  NearMotion(const RayCaster& caster, const ActiveParameters& active, DerivativeForm form);
+  NearMotion(const RayCaster& caster, const ActiveParameters& active, const RenderOptions& options);
 
-  /// The first vertex (from 0) of a path, from `first` on, whose direction should be drawn more
-  /// than once, and how often; count 1 if there is none. `share`: of the path in its sample,
-  /// after splits at earlier vertices.
+  /// The first vertex (from 0) of a path, from `first` on, that touches something, or whose
+  /// direction should be drawn more than once, and how often; count 1 if there is none. `share`: of
+  /// the path in its sample, after splits at earlier vertices; 0: no more splits.
   struct Split {
     int vertex = 0;
     int count = 1;
@@ -49,7 +49,7 @@ class NearMotion {
   bool any_ = false;
   bool camera_moves_ = false;
   bool image_form_ = false;
-  // By mesh; the last two of those that move or slide.
+  // By mesh; all_but_ of those that move or slide, own_corners_ of those that slide.
   std::vector<bool> moving_;
   std::vector<std::vector<bool>> all_but_;
   std::vector<std::unique_ptr<OwnCorners>> own_corners_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace pathfit::renderer {
 namespace {
@@ -20,32 +19,28 @@ OwnCorners::OwnCorners(const RayCaster& caster, int mesh, std::size_t num_meshes
     : caster_(caster), only_(num_meshes, false), reach_(reach) {
   only_[static_cast<std::size_t>(mesh)] = true;
   const std::size_t count = 2 * caster.NumTriangles(mesh);
-  of_centre_ = std::make_unique<std::atomic<float>[]>(count);
+  radius_ = std::make_unique<std::atomic<float>[]>(count);
   for (std::size_t i = 0; i < count; ++i) {
-    of_centre_[i].store(-1.0F, std::memory_order_relaxed);
+    radius_[i].store(-1.0F, std::memory_order_relaxed);
   }
 }
 
 double OwnCorners::DistanceAt(const SurfacePoint& p, double side) const {
   const TriangleGeometry& t = caster_.Geometry(p.id);
+  const Vec3 n = p.ng * side;
   const double size = LongestEdge(t);
-  double reach = reach_;
+  float radius = static_cast<float>(reach_);
   if (size < kSmall * reach_) {
     std::atomic<float>& known =
-        of_centre_[2 * static_cast<std::size_t>(p.id.triangle) + (p.side * side > 0.0 ? 0 : 1)];
-    float distance = known.load(std::memory_order_relaxed);
-    if (distance < 0.0F) {
-      distance = static_cast<float>(
-          caster_.DistanceBefore(t.Point(1.0 / 3.0, 1.0 / 3.0), p.ng * side, only_, reach_));
-      known.store(distance, std::memory_order_relaxed);
-    }
-    reach = std::min(reach_, distance + size);
-    if (reach == reach_) {
-      return std::numeric_limits<double>::infinity();
+        radius_[2 * static_cast<std::size_t>(p.id.triangle) + (p.side * side > 0.0 ? 0 : 1)];
+    radius = known.load(std::memory_order_relaxed);
+    if (radius < 0.0F) {
+      radius = static_cast<float>(
+          caster_.SearchRadius(t.Point(1.0 / 3.0, 1.0 / 3.0), n, only_, reach_, size));
+      known.store(radius, std::memory_order_relaxed);
     }
   }
-  const double found = caster_.DistanceBefore(p.x, p.ng * side, only_, reach);
-  return found < reach ? found : std::numeric_limits<double>::infinity();
+  return radius > 0.0F ? caster_.DistanceBefore(p.x, n, only_, reach_, radius) : reach_;
 }
 
 }  // namespace pathfit::renderer

@@ -9,23 +9,23 @@
 
 namespace pathfit::renderer {
 
-/// How near points of one mesh are to concave corners of the same mesh. A fine mesh is asked once
-/// per triangle how far it is worth looking, for many samples see the same triangle. Thread-safe.
+/// How near points of one mesh are to concave corners of the same mesh. Many samples see the same
+/// triangle of a fine mesh: how far to look is found once for each. Thread-safe.
 class OwnCorners {
  public:
-  /// `caster` must outlive the result; nothing is found beyond `reach`.
+  /// `caster` must outlive the result.
   OwnCorners(const RayCaster& caster, int mesh, std::size_t num_meshes, double reach);
 
   /// RayCaster::DistanceBefore within the point's own mesh, before the surface (`side` 1) or behind
-  /// it (-1); infinity if nothing is found. Depends on the point alone.
+  /// it (-1), at most `reach`.
   [[nodiscard]] double DistanceAt(const SurfacePoint& p, double side) const;
 
  private:
   const RayCaster& caster_;
   std::vector<bool> only_;
   double reach_;
-  // Of the centres, front and back of each triangle; negative: not yet known.
-  std::unique_ptr<std::atomic<float>[]> of_centre_;
+  // RayCaster::SearchRadius of front and back of each triangle; negative: not yet known.
+  std::unique_ptr<std::atomic<float>[]> radius_;
 };
 
 }  // namespace pathfit::renderer

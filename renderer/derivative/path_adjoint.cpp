@@ -35,7 +35,7 @@ class Sweep {
     }
     Rgb throughput = Rgb::Constant(pixel_.weight);
     bool seen_rough = false;
-    frozen_ = std::min(count, contact_ < count ? contact_ + 1 : count);
+    frozen_ = contact_ < count ? contact_ + 1 : count;
     for (std::size_t k = 0; k < count; ++k) {
       Vertex& v = vertices_[k];
       v.throughput = throughput;
@@ -60,7 +60,7 @@ class Sweep {
     if (moving_) {
       GeometryScatter(
           {{context_, camera_, active_, form_, nullptr}, pixel_, vertices_, motion_, appearance_})
-          .Run(beyond, first_rough_, std::min(count, frozen_));
+          .Run(beyond, first_rough_, frozen_);
     }
     if (active_.any_material) {
       for (const Vertex& v : vertices_) {

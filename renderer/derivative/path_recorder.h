@@ -64,7 +64,7 @@ class PathRecorder {
 
   std::vector<Vertex> vertices;
   std::vector<DirectContribution> directs;
-  /// Of this vertex only the segment towards the sensor moves, of those behind it nothing.
+  /// Directions away from this vertex are kept fixed, and vertices behind it do not move.
   std::size_t contact = std::numeric_limits<std::size_t>::max();
 
  private:

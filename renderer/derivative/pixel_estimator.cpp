@@ -185,9 +185,9 @@ Rgba EstimatePixelWithDerivative(const AdjointContext& context,
                              int first,
                              double share) -> void {
           const NearMotion::Split split =
-              on_surface && numbers.CanShift()
-                  ? context.near_motion->FirstSplit(recorder, context.path, first, share)
-                  : NearMotion::Split{};
+              on_surface ? context.near_motion->FirstSplit(
+                               recorder, context.path, first, numbers.CanShift() ? share : 0.0)
+                         : NearMotion::Split{};
           if (split.touches) {
             recorder.contact = static_cast<std::size_t>(split.vertex);
           }

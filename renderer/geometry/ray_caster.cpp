@@ -183,50 +183,88 @@ constexpr double kFlat = 1e-3;
 constexpr double kRounding = 1e-9;
 
 struct NearestQuery {
-  const RayCaster* caster;
-  const std::vector<bool>* wanted;
+  const RayCaster& caster;
+  const std::vector<bool>& wanted;
   Vec3 x, n;
-  double squared_distance;
+  double max_distance;
+  double slack;
+  double found;
 };
 
-bool VisitTriangle(RTCPointQueryFunctionArguments* arguments) {
-  auto& nearest = *static_cast<NearestQuery*>(arguments->userPtr);
-  const TriangleId id{static_cast<std::int32_t>(arguments->geomID),
-                      static_cast<std::int32_t>(arguments->primID)};
-  if (!(*nearest.wanted)[static_cast<std::size_t>(id.mesh)]) {
-    return false;
-  }
-  const TriangleGeometry& t = nearest.caster->Geometry(id);
+/// How near a triangle is to the query's point, and how steeply it rises above its plane, seen from
+/// up to `slack` nearer. No rise: in or below the plane.
+struct Corner {
+  double distance = 0.0, rise = 0.0;
+};
+Corner CornerWith(const NearestQuery& query, const TriangleGeometry& t) {
   const std::array<Vec3, 3> to_corners = {
-      t.p0 - nearest.x, t.p0 + t.e1 - nearest.x, t.p0 + t.e2 - nearest.x};
+      t.p0 - query.x, t.p0 + t.e1 - query.x, t.p0 + t.e2 - query.x};
   if (std::all_of(to_corners.begin(), to_corners.end(), [&](const Vec3& to) {
-        return !(Dot(nearest.n, to) > 0.0);
+        return !(Dot(query.n, to) > 0.0);
       })) {
-    return false;
+    return {};
   }
-  const Vec3 to_nearest = ClosestPointOfTriangle(nearest.x, t) - nearest.x;
-  if (SquaredNorm(to_nearest) >= nearest.squared_distance) {
-    return false;
-  }
+  const Vec3 to_nearest = ClosestPointOfTriangle(query.x, t) - query.x;
+  Corner corner{Norm(to_nearest), 0.0};
   // A point's own triangle is above or below it by rounding only.
-  const double least = kRounding * nearest.caster->Extent();
-  double rise = 0.0;
+  const double least = kRounding * query.caster.Extent();
   const auto look_at = [&](const Vec3& to) {
     const double norm = Norm(to);
-    rise = norm > least ? std::max(rise, Dot(nearest.n, to) / norm) : rise;
+    const double height = Dot(query.n, to);
+    if (norm > least && height > 0.0) {
+      corner.rise = std::max(corner.rise, height / std::max(norm - query.slack, height));
+    }
   };
   look_at(to_nearest);
   std::for_each(to_corners.begin(), to_corners.end(), look_at);
-  if (!(rise > kFlat)) {
+  return corner.rise > kFlat ? corner : Corner{};
+}
+
+/// The triangle that a point query visits, if it is wanted.
+const TriangleGeometry* Visited(const RTCPointQueryFunctionArguments* arguments,
+                                const NearestQuery& query) {
+  const TriangleId id{static_cast<std::int32_t>(arguments->geomID),
+                      static_cast<std::int32_t>(arguments->primID)};
+  return query.wanted[static_cast<std::size_t>(id.mesh)] ? &query.caster.Geometry(id) : nullptr;
+}
+
+bool VisitForDistance(RTCPointQueryFunctionArguments* arguments) {
+  auto& query = *static_cast<NearestQuery*>(arguments->userPtr);
+  const TriangleGeometry* t = Visited(arguments, query);
+  const Corner corner = t != nullptr ? CornerWith(query, *t) : Corner{};
+  if (!(corner.rise > 0.0) || corner.distance >= query.found * corner.rise) {
     return false;
   }
-  const double squared = SquaredNorm(to_nearest) / (rise * rise);
-  if (squared >= nearest.squared_distance) {
+  query.found = corner.distance / corner.rise;
+  if (query.found >= static_cast<double>(arguments->query->radius)) {
     return false;
   }
-  nearest.squared_distance = squared;
-  arguments->query->radius = static_cast<float>(std::sqrt(squared));
+  arguments->query->radius = static_cast<float>(query.found);
   return true;
+}
+
+bool VisitForRadius(RTCPointQueryFunctionArguments* arguments) {
+  auto& query = *static_cast<NearestQuery*>(arguments->userPtr);
+  const TriangleGeometry* t = Visited(arguments, query);
+  const Corner corner = t != nullptr ? CornerWith(query, *t) : Corner{};
+  if (corner.rise > 0.0 && corner.distance - query.slack < query.max_distance * corner.rise) {
+    query.found = std::max(query.found, corner.distance + query.slack);
+  }
+  return false;
+}
+
+/// `x` relative to the caster's centre.
+void VisitTriangles(
+    RTCScene scene, const Vec3& x, double radius, RTCPointQueryFunction visit, NearestQuery& user) {
+  RTCPointQuery query;
+  query.x = static_cast<float>(x.x);
+  query.y = static_cast<float>(x.y);
+  query.z = static_cast<float>(x.z);
+  query.time = 0.0F;
+  query.radius = static_cast<float>(radius);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene, &query, &context, visit, &user);
 }
 
 }  // namespace
@@ -234,18 +272,22 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* arguments) {
 double RayCaster::DistanceBefore(const Vec3& x,
                                  const Vec3& n,
                                  const std::vector<bool>& wanted,
-                                 double max_distance) const {
-  NearestQuery nearest{this, &wanted, x, n, max_distance * max_distance};
-  RTCPointQuery query;
-  query.x = static_cast<float>(x.x - center_.x);
-  query.y = static_cast<float>(x.y - center_.y);
-  query.z = static_cast<float>(x.z - center_.z);
-  query.time = 0.0F;
-  query.radius = static_cast<float>(max_distance);
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(handles_->scene, &query, &context, VisitTriangle, &nearest);
-  return std::sqrt(nearest.squared_distance);
+                                 double max_distance,
+                                 double radius) const {
+  NearestQuery query{*this, wanted, x, n, max_distance, 0.0, max_distance};
+  VisitTriangles(
+      handles_->scene, x - center_, std::min(radius, max_distance), VisitForDistance, query);
+  return query.found;
+}
+
+double RayCaster::SearchRadius(const Vec3& x,
+                               const Vec3& n,
+                               const std::vector<bool>& wanted,
+                               double max_distance,
+                               double slack) const {
+  NearestQuery query{*this, wanted, x, n, max_distance, slack, 0.0};
+  VisitTriangles(handles_->scene, x - center_, max_distance + slack, VisitForRadius, query);
+  return query.found;
 }
 
 }  // namespace pathfit::renderer

@@ -40,7 +40,22 @@ class RayCaster {
   [[nodiscard]] double DistanceBefore(const Vec3& x,
                                       const Vec3& n,
                                       const std::vector<bool>& wanted,
-                                      double max_distance) const;
+                                      double max_distance) const {
+    return DistanceBefore(x, n, wanted, max_distance, max_distance);
+  }
+  /// Looks only for triangles within `radius`.
+  [[nodiscard]] double DistanceBefore(const Vec3& x,
+                                      const Vec3& n,
+                                      const std::vector<bool>& wanted,
+                                      double max_distance,
+                                      double radius) const;
+  /// Radius that is enough for DistanceBefore from all points within `slack` of x in the plane
+  /// through x with normal n; 0 if these find nothing.
+  [[nodiscard]] double SearchRadius(const Vec3& x,
+                                    const Vec3& n,
+                                    const std::vector<bool>& wanted,
+                                    double max_distance,
+                                    double slack) const;
 
   [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
     return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] +

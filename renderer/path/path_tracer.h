@@ -7,7 +7,7 @@
 #include "renderer/math/warp.h"
 #include "renderer/path/surface_point.h"
 #include "renderer/sampler/counter_rng.h"
-#include "renderer/sampler/lattice_sampler.h"
+#include "renderer/sampler/direction_draw.h"
 #include "renderer/scene/light_set.h"
 #include "renderer/scene/view_bounds.h"
 
@@ -21,7 +21,7 @@ struct PathContext {
   PixelBounds bounds;  ///< rays of pixels outside meet nothing
   int max_bounces = 1;
   int rr_depth = 5;
-  bool antithetic = false;  ///< paths come in pairs, the second with mirrored BSDF samples
+  bool antithetic = false;  ///< paths come in pairs, the second mirrored at its first rough vertex
 
   [[nodiscard]] bool HasExtendedLights() const {
     return lights.environment.has_value() || !lights.areas.empty();
@@ -111,43 +111,50 @@ inline bool LightVisible(const RayCaster& caster,
   return !caster.Occluded({origin, to_light * (1.0 / length)}, ShadowDistance(caster, length));
 }
 
-/// Density of the directions that SampleDirection draws, as MIS sees it.
-inline double ScatterPdf(const PathContext& context,
-                         const SurfacePoint& p,
+/// The family of directions that one vertex draws from.
+struct DirectionFamily {
+  DirectionDraw draw = DirectionDraw::kBsdf;
+  bool paired = false;    ///< BSDF samples of two paths, the second mirrored
+  bool mirrored = false;  ///< this is the second
+};
+
+/// Density of the directions of a family, as MIS sees it.
+inline double ScatterPdf(const SurfacePoint& p,
                          const BsdfCosines& cosines,
-                         DirectionDraw draw) {
+                         const DirectionFamily& family) {
   const Bsdf& bsdf = p.material->bsdf;
-  const double pdf = context.antithetic ? MirroredPairPdf(bsdf, p.inputs, cosines)
-                                        : BsdfPdf(bsdf, p.inputs, cosines);
-  if (draw == DirectionDraw::kBsdf) {
+  const double pdf =
+      family.paired ? MirroredPairPdf(bsdf, p.inputs, cosines) : BsdfPdf(bsdf, p.inputs, cosines);
+  if (family.draw == DirectionDraw::kBsdf) {
     return pdf;
   }
   const double spread = IsTransmissive(bsdf) ? 2.0 : 1.0;
   return 0.5 * (pdf + UniformHemispherePdf() / spread);
 }
 
-/// The next direction at a vertex.
+/// The next direction at a vertex; its density is the family's.
 template <class Sampler>
-std::optional<BsdfSample> SampleDirection(const PathContext& context,
-                                          const SurfacePoint& p,
+std::optional<BsdfSample> SampleDirection(const SurfacePoint& p,
                                           int bounce,
-                                          bool mirrored,
+                                          const DirectionFamily& family,
                                           Sampler& sampler) {
   const Bsdf& bsdf = p.material->bsdf;
   const double u0 = sampler.NextDirection(bounce, 0);
   const double u1 = sampler.NextDirection(bounce, 1);
   const double u2 = sampler.Next();
-  const DirectionDraw draw = sampler.DrawAt(bounce);
   std::optional<BsdfSample> sample;
-  if (draw == DirectionDraw::kMixedUniform) {
-    const Vec3 local =
+  if (family.draw == DirectionDraw::kMixedUniform) {
+    Vec3 local =
         IsTransmissive(bsdf) ? SampleUniformSphere(u0, u1) : SampleUniformHemisphere(u0, u1);
+    if (family.mirrored) {
+      local = {-local.x, -local.y, local.z};
+    }
     sample = BsdfSample{Frame::FromNormal(p.n).ToWorld(local)};
   } else {
-    sample = SampleBsdf(bsdf, p.inputs, p.n, p.wo, u0, u1, u2, mirrored);
+    sample = SampleBsdf(bsdf, p.inputs, p.n, p.wo, u0, u1, u2, family.mirrored);
   }
-  if (sample && (context.antithetic || draw != DirectionDraw::kBsdf) && !sample->delta) {
-    sample->pdf = ScatterPdf(context, p, p.Cosines(sample->wi), draw);
+  if (sample && (family.paired || family.draw != DirectionDraw::kBsdf) && !sample->delta) {
+    sample->pdf = ScatterPdf(p, p.Cosines(sample->wi), family);
   }
   return sample;
 }
@@ -171,7 +178,7 @@ struct PathRange {
 template <class Sampler, class Recorder>
 Rgb SampleLights(const PathContext& context,
                  const SurfacePoint& p,
-                 DirectionDraw draw,
+                 const DirectionFamily& family,
                  Sampler& sampler,
                  Recorder& recorder) {
   const RayCaster& caster = *context.caster;
@@ -195,7 +202,7 @@ Rgb SampleLights(const PathContext& context,
     const Vec3 wi = environment.world_from_light * sample.direction;
     if (sample.pdf > 0.0 && p.Accepts(wi)) {
       const BsdfCosines cosines = p.Cosines(wi);
-      const double other = ScatterPdf(context, p, cosines, draw);
+      const double other = ScatterPdf(p, cosines, family);
       add({environment.emitter,
            wi,
            0.0,
@@ -222,7 +229,7 @@ Rgb SampleLights(const PathContext& context,
         const Rgb radiance = AreaRadiance(light, sample.id.triangle, sample.b1, sample.b2, side);
         const BsdfCosines cosines = p.Cosines(wi);
         const double pdf = sample.pdf * distance2 / std::abs(cos_light);
-        const double other = ScatterPdf(context, p, cosines, draw);
+        const double other = ScatterPdf(p, cosines, family);
         add({light.emitter,
              wi,
              distance,
@@ -281,6 +288,8 @@ Rgb TraceRadiance(const PathContext& context,
                   const PathRange& range) {
   Rgb radiance;
   Rgb throughput{1.0, 1.0, 1.0};
+  // Mirroring a second vertex, too, would pair only two of the four combinations of densities.
+  bool paired = context.antithetic;
   double emission_weight = range.with_emission ? 1.0 : 0.0;
   const auto add = [&](int bounces, const Rgb& value) {
     radiance += value;
@@ -298,14 +307,14 @@ Rgb TraceRadiance(const PathContext& context,
       break;
     }
     const bool delta = IsDelta(p.material->bsdf);
+    const DirectionFamily family{sampler.DrawAt(bounce), paired, paired && range.mirrored};
     const bool wants_light = recorder.WantsLight();
     if (!wants_light && bounce == range.max_bounces) {
       break;
     }
     if (!delta) {
       if (wants_light) {
-        add(bounce,
-            throughput * SampleLights(context, p, sampler.DrawAt(bounce), sampler, recorder));
+        add(bounce, throughput * SampleLights(context, p, family, sampler, recorder));
       } else {
         SkipLights(context, sampler);
       }
@@ -313,7 +322,8 @@ Rgb TraceRadiance(const PathContext& context,
         break;
       }
     }
-    const auto sample = SampleDirection(context, p, bounce, range.mirrored, sampler);
+    const auto sample = SampleDirection(p, bounce, family, sampler);
+    paired = paired && delta;
     if (!sample || !(sample->pdf > 0.0) || !p.Accepts(sample->wi)) {
       break;
     }

@@ -5,12 +5,9 @@
 #include <cstdint>
 
 #include "renderer/sampler/counter_rng.h"
+#include "renderer/sampler/direction_draw.h"
 
 namespace pathfit::renderer {
-
-/// The density of the next direction: the BSDF's, or half of it and half a uniform one, of which
-/// this sample follows one half and others the other.
-enum class DirectionDraw { kBsdf, kMixedBsdf, kMixedUniform };
 
 /// Uniform numbers of one sample of a pixel. The first kDimensions (pixel position, first light and
 /// direction choice) come from a rank-1 lattice shifted per pixel, so that the samples of one pixel

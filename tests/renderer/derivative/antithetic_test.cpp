@@ -1,6 +1,10 @@
+#include <array>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/probe.h"
+#include "tests/support/statistics.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -59,6 +63,29 @@ TEST(Antithetic, SameMeanAndFarLessNoiseForGlossyReflections) {
                 plain.variance / pairs.variance);
     EXPECT_GT(plain.variance, least_ratio * pairs.variance) << roughness;
   }
+}
+
+/// Two rough metal plates that reflect each other: only one vertex of a path may be mirrored.
+TEST(Antithetic, SameMeanOverTwoGlossyReflections) {
+  Scene scene = GlossyPlate(0.8);
+  Mesh wall = tests::Plate(1.0, 1.0, 0.0);
+  ApplyTransform({RotationAboutAxis({0, 1, 0}, 2.0), {-0.7, 0.0, 0.7}}, wall);
+  scene.meshes.push_back({"wall", wall, 0, {}});
+  scene.sensors = {tests::CameraAt({2.0, 0.4, 0.8}, {-0.3, 0, 0.1}, 30.0, 8, 8)};
+  const Renderer renderer(scene);
+  RenderOptions options;
+  options.spp = 1024;
+  options.max_bounces = 3;
+  std::array<tests::MeanAndError, 2> means;
+  for (const bool antithetic : {false, true}) {
+    options.antithetic = antithetic;
+    options.view = antithetic ? 1 : 0;
+    means[antithetic ? 1 : 0] = tests::EstimateMean(
+        tests::Channel(tests::PrimalReplicates(renderer, scene.sensors[0], options, 48), 1));
+  }
+  const double error = std::hypot(means[0].error, means[1].error);
+  EXPECT_NEAR(means[0].mean, means[1].mean, 4.0 * error);
+  EXPECT_LT(error, 1e-3 * means[0].mean);
 }
 
 TEST(Antithetic, TheImageOfADerivativeIsThePrimalImage) {

@@ -65,9 +65,11 @@ class BlockOnSlab : public ShadowReceiver {
  private:
   int AddSlab() {
     floor_ = FloorScene(kReach);
-    Mesh slab;
-    slab.positions = {{-1, kSlab, 0.4}, {-1, kSlab, 3}, {1, kSlab, 3}, {1, kSlab, 0.4}};
-    slab.triangles = {{0, 1, 2}, {0, 2, 3}};
+    Mesh slab;  // two strips that meet under the block's near border
+    for (const double z : {0.4, kNear, 3.0}) {
+      slab.positions.insert(slab.positions.end(), {Vec3{-1, kSlab, z}, Vec3{1, kSlab, z}});
+    }
+    slab.triangles = {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}};
     return floor_.Add("slab", slab);
   }
 };
