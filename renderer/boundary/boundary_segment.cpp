@@ -159,8 +159,12 @@ bool Advance(const BoundaryContext& context,
   }
   const BsdfCosines cosines = p.Cosines(detector.wi);
   if (IsDelta(bsdf)) {
-    throughput *=
-        EvalDelta(bsdf, p.inputs, cosines.cos_o, cosines.cos_i < 0.0).value * (1.0 / sample->pdf);
+    // Refraction spreads the beam that is followed backwards by eta^2.
+    const bool transmit = cosines.cos_i < 0.0;
+    const double eta = transmit ? RelativeEta(bsdf, p.inputs) : 1.0;
+    throughput *= EvalDelta(bsdf, p.inputs, cosines.cos_o, transmit).value *
+                  (ShadingCorrection(p, detector.wi) /
+                   (ShadingCorrection(p, sample->wi) * eta * eta * sample->pdf));
   } else {
     throughput *=
         EvalBsdf(bsdf, p.inputs, cosines) *

@@ -190,9 +190,10 @@ void DirectBoundary::SampleWedgeDirection(const std::array<double, 3>& u,
   } else if (lights.environment) {
     const auto& environment = *lights.environment;
     radiance = EnvironmentRadianceInWorld(environment, w);
-    light_pdf = environment.light->texels.size() == 1
-                    ? 0.25 * std::numbers::inv_pi
-                    : environment.sampler->Pdf(EnvironmentUv(environment.light_from_world * w));
+    light_pdf =
+        environment.light->texels.size() == 1
+            ? 0.25 * std::numbers::inv_pi
+            : environment.sampler->Pdf(EnvironmentUv(environment.light_from_world * w), true);
     segment.t2 = kInfinity;
     segment.source = {{}, 0.0, 0.0, environment.emitter, true, {}};
   }

@@ -31,7 +31,7 @@ bool IsOpaqueSolid(const Scene& scene,
   const SceneMesh& mesh = scene.meshes[index];
   if (!topology.closed ||
       IsTransmissive(scene.materials[static_cast<std::size_t>(mesh.material)].bsdf) ||
-      !IsOutsideBox(mesh.mesh, viewer) || SignedVolume(mesh.mesh) <= 0.0) {
+      !IsOutsideBox(mesh.mesh, viewer) || !IsWoundOutwards(mesh.mesh)) {
     return false;
   }
   return true;

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "renderer/boundary/visible_point.h"
-#include "renderer/geometry/disjoint_sets.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -64,24 +63,6 @@ bool IsViewedFromOutside(const Mesh& mesh, const CameraModel& camera) {
     }
   }
   return false;
-}
-
-/// Whether every connected piece of a closed mesh is wound outwards.
-bool IsWoundOutwards(const Mesh& mesh) {
-  DisjointSets pieces(mesh.positions.size());
-  for (const Triangle& t : mesh.triangles) {
-    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]));
-    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[2]));
-  }
-  std::vector<double> volume(mesh.positions.size(), 0.0);
-  const Vec3& origin = mesh.positions.front();
-  for (const Triangle& t : mesh.triangles) {
-    const auto p = [&](std::size_t i) {
-      return mesh.positions[static_cast<std::size_t>(t[i])] - origin;
-    };
-    volume[pieces.Find(static_cast<std::size_t>(t[0]))] += Dot(p(0), Cross(p(1), p(2)));
-  }
-  return std::none_of(volume.begin(), volume.end(), [](double v) { return v < 0.0; });
 }
 
 /// Whether a list that is indexed by its own triangles has different values on both sides.

@@ -1,6 +1,7 @@
 #include "renderer/derivative/active_parameters.h"
 
 #include <algorithm>
+#include <variant>
 
 namespace pathfit::renderer {
 namespace {
@@ -112,6 +113,9 @@ ActiveParameters ActiveParameters::Make(const Scene& scene,
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     active.materials.push_back(
         BlocksOfMaterial(layout, scene.materials[i], static_cast<int>(i), active.textures));
+    active.materials.back().bends =
+        active.materials.back().eta >= 0 &&
+        std::holds_alternative<SmoothDielectricBsdf>(scene.materials[i].bsdf);
   }
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
     MeshBlocks b = BlocksOfMesh(layout, scene.meshes[i], static_cast<int>(i));

@@ -27,7 +27,8 @@ struct ActiveParameters {
   struct MaterialBlocks {
     std::int32_t base_color = -1, roughness = -1, metallic = -1, eta = -1, k = -1;
     bool scalar_eta = false;
-    bool any = false;  ///< any of these or of its textures' texels, or colours of a mesh
+    bool any = false;    ///< any of these or of its textures' texels, or colours of a mesh
+    bool bends = false;  ///< eta of smooth glass: turns the refracted ray
   };
   struct LightBlocks {
     std::int32_t intensity = -1, texels = -1, position = -1, rotation = -1, angles = -1;

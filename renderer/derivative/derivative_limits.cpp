@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <numbers>
+#include <variant>
 
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_intersection.h"
@@ -43,6 +44,17 @@ bool MeshMoves(const ParameterLayout& layout, int mesh) {
          layout.FirstBlock(ParameterKind::kObjectTranslation, mesh) >= 0 ||
          layout.FirstBlock(ParameterKind::kObjectRotation, mesh) >= 0 ||
          layout.FirstBlock(ParameterKind::kObjectScale, mesh) >= 0;
+}
+
+/// Whether the index of smooth glass is a parameter: it bends what is seen through it.
+bool GlassBends(const Scene& scene, const ParameterLayout& layout) {
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    if (std::holds_alternative<SmoothDielectricBsdf>(scene.materials[i].bsdf) &&
+        layout.FirstBlock(ParameterKind::kEta, static_cast<int>(i)) >= 0) {
+      return true;
+    }
+  }
+  return false;
 }
 
 /// Meshes made of a delta material.
@@ -93,6 +105,12 @@ bool MovesGeometry(ParameterKind kind) {
 
 std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
   std::vector<std::string> limits;
+  if (GlassBends(scene, layout)) {
+    limits.push_back(
+        "the index of smooth glass is a parameter: what is seen through the glass follows it, but "
+        "edges seen through it, and light that reaches rough surfaces through it, are not in the "
+        "derivative by the index");
+  }
   if (!AnyMoves(layout)) {
     return limits;
   }

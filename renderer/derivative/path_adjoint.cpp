@@ -79,8 +79,15 @@ class Sweep {
   /// Whether directions away from the sensor turn with the vertex' and its target's motion.
   [[nodiscard]] bool Turns(std::size_t k) const { return Moves(k) && k != contact_; }
 
-  /// Whether anything that moves touches the path.
+  /// Whether anything that moves or bends touches the path.
   [[nodiscard]] bool IsMoving() const {
+    const auto bends = [&](const Vertex& v) {
+      const SceneMesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
+      return active_.materials[static_cast<std::size_t>(mesh.material)].bends;
+    };
+    if (active_.any_material && std::any_of(vertices_.begin(), vertices_.end(), bends)) {
+      return true;
+    }
     if (!active_.any_geometry || active_.camera.Any() || active_.any_light_moves) {
       return active_.any_geometry;
     }

@@ -102,7 +102,9 @@ Rgba MeanOfSamples(const PathContext& context,
       static_cast<std::uint64_t>(x);
   const CounterRng shift(options.seed, kShiftDomain, options.view, pixel, 0);
   Rgba sum;
-  for (int s = 0; s < options.spp; ++s) {
+  // Only whole pairs have the right mean.
+  const int spp = context.antithetic ? options.spp + options.spp % 2 : options.spp;
+  for (int s = 0; s < spp; ++s) {
     const auto index = static_cast<std::uint64_t>(s / group);
     LatticeSampler sampler(
         shift, CounterRng(options.seed, kInteriorDomain, options.view, pixel, index), index);
@@ -116,8 +118,8 @@ Rgba MeanOfSamples(const PathContext& context,
       ++stats.non_finite_samples;
     }
   }
-  stats.paths += options.spp;
-  return sum * (1.0 / options.spp);
+  stats.paths += spp;
+  return sum * (1.0 / spp);
 }
 
 }  // namespace

@@ -96,9 +96,9 @@ DirectionSample EnvironmentSampler::Sample(const Vec3& normal, double u0, double
           {(x + fx) / width_, std::acos(cos_theta) * std::numbers::inv_pi}};
 }
 
-double EnvironmentSampler::Pdf(const Vec2& uv) const {
+double EnvironmentSampler::Pdf(const Vec2& uv, bool above) const {
   if (width_ * height_ == 1) {
-    return UniformHemispherePdf();
+    return above ? UniformHemispherePdf() : 0.0;
   }
   const int x = std::min(static_cast<int>(uv.x * width_), width_ - 1);
   const int y = std::min(static_cast<int>(uv.y * height_), height_ - 1);

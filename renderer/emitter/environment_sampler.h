@@ -22,8 +22,9 @@ class EnvironmentSampler {
 
   /// `normal` in the light's own frame: used by constant environments only.
   [[nodiscard]] DirectionSample Sample(const Vec3& normal, double u0, double u1) const;
-  /// Density of a direction above the receiver, by its map coordinates.
-  [[nodiscard]] double Pdf(const Vec2& uv) const;
+  /// Density of a direction by its map coordinates. `above`: on the receiver's side; constant
+  /// environments draw no others.
+  [[nodiscard]] double Pdf(const Vec2& uv, bool above) const;
 
  private:
   int width_, height_;

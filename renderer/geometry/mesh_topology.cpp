@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "renderer/core/check.h"
+#include "renderer/geometry/disjoint_sets.h"
 #include "renderer/geometry/mesh_checks.h"
 
 namespace pathfit::renderer {
@@ -41,6 +42,23 @@ MeshTopology MeshTopology::Build(const Mesh& mesh) {
                                 topology.edges.end(),
                                 [](const MeshEdge& edge) { return edge.faces[1] >= 0; });
   return topology;
+}
+
+bool IsWoundOutwards(const Mesh& mesh) {
+  DisjointSets pieces(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) {
+    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]));
+    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[2]));
+  }
+  std::vector<double> volume(mesh.positions.size(), 0.0);
+  const Vec3& origin = mesh.positions.front();
+  for (const Triangle& t : mesh.triangles) {
+    const auto p = [&](std::size_t i) {
+      return mesh.positions[static_cast<std::size_t>(t[i])] - origin;
+    };
+    volume[pieces.Find(static_cast<std::size_t>(t[0]))] += Dot(p(0), Cross(p(1), p(2)));
+  }
+  return std::none_of(volume.begin(), volume.end(), [](double v) { return v < 0.0; });
 }
 
 }  // namespace pathfit::renderer

@@ -27,4 +27,7 @@ struct MeshTopology {
   static MeshTopology Build(const Mesh& mesh);
 };
 
+/// Whether every connected piece of a closed mesh is wound outwards.
+bool IsWoundOutwards(const Mesh& mesh);
+
 }  // namespace pathfit::renderer

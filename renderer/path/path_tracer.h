@@ -346,7 +346,7 @@ Rgb TraceRadiance(const PathContext& context,
     if (escaped && context.lights.environment) {
       const auto& environment = *context.lights.environment;
       const Vec2 uv = EnvironmentUv(environment.light_from_world * sample->wi);
-      const double other = delta ? 0.0 : environment.sampler->Pdf(uv);
+      const double other = delta ? 0.0 : environment.sampler->Pdf(uv, cosines.cos_i > 0.0);
       const DirectContribution direct{environment.emitter,
                                       sample->wi,
                                       0.0,

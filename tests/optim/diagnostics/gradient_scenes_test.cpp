@@ -241,6 +241,22 @@ TEST(DifficultScenes, Mirrors) {
                renderer::SceneError);
 }
 
+/// Nothing moves, but what is seen through the glass does.
+TEST(DifficultScenes, IndexOfSmoothGlass) {
+  Scene scene = Above(tests::Ball(0.5, {0, 0.8, 0}, true, 5));
+  scene.meshes.erase(scene.meshes.begin());
+  scene.emitters[0] = tests::GradientEnvironment(8, 4);
+  scene.materials[1].bsdf = renderer::SmoothDielectricBsdf{1.4};
+  GradientCheckOptions options = Moving(kImage, 4);
+  options.spp = 1024;
+  options.difference_spp = 2048;
+  options.step = 4e-3;
+  CheckKind("smooth glass, index", scene, ParameterKind::kEta, 1, options, 0.5, {Term::kInterior});
+  renderer::ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kEta, 1);
+  EXPECT_EQ(renderer::DerivativeLimits(scene, layout).size(), 1U);
+}
+
 TEST(DifficultScenes, LampInABowl) {
   Mesh bowl = renderer::MakeIcosphere(1, 0.7);
   std::erase_if(bowl.triangles, [&](const renderer::Triangle& t) {

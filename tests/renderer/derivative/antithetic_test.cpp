@@ -88,6 +88,17 @@ TEST(Antithetic, SameMeanOverTwoGlossyReflections) {
   EXPECT_LT(error, 1e-3 * means[0].mean);
 }
 
+TEST(Antithetic, SamplesAreWholePairs) {
+  const Scene scene = GlossyPlate(0.5);
+  const Renderer renderer(scene);
+  RenderOptions options;
+  options.antithetic = true;
+  options.spp = 3;
+  const Film odd = renderer.RenderPrimal(scene.sensors[0], options);
+  options.spp = 4;
+  EXPECT_EQ(odd.pixels, renderer.RenderPrimal(scene.sensors[0], options).pixels);
+}
+
 TEST(Antithetic, TheImageOfADerivativeIsThePrimalImage) {
   const Scene scene = GlossyPlate(0.3);
   const Renderer renderer(scene);

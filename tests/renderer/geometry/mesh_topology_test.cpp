@@ -99,5 +99,18 @@ TEST(MeshTopology, ClosedMeshesFollowEuler) {
   }
 }
 
+TEST(MeshTopology, EveryPieceMustBeWoundOutwards) {
+  Mesh two = MakeIcosphere(1, 1.0);
+  EXPECT_TRUE(IsWoundOutwards(two));
+  const Mesh small = MakeIcosphere(1, 0.3);
+  const auto first = static_cast<std::int32_t>(two.positions.size());
+  for (const Vec3& p : small.positions) two.positions.push_back(p + Vec3{3.0, 0.0, 0.0});
+  for (const Triangle& t : small.triangles) {
+    two.triangles.push_back({first + t[0], first + t[2], first + t[1]});
+  }
+  EXPECT_GT(SignedVolume(two), 0.0);
+  EXPECT_FALSE(IsWoundOutwards(two));
+}
+
 }  // namespace
 }  // namespace pathfit::renderer

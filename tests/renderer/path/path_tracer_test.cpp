@@ -1,5 +1,7 @@
 #include "renderer/path/path_tracer.h"
 
+#include <array>
+#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -33,6 +35,30 @@ Scene WhiteMetalFloor(double alpha) {
                         MetallicRoughnessBsdf{std::sqrt(alpha), 1.0},
                         {1, 1, 1},
                         {tests::ConstantEnvironment({1, 1, 1})});
+}
+
+/// A sky of one colour is drawn over the receiver's hemisphere only; what glass lets through comes
+/// from the other one.
+TEST(PathTracer, RoughGlassUnderAConstantSkyOfOneOrMoreTexels) {
+  std::array<tests::MeanAndError, 2> means;
+  for (const bool texels : {false, true}) {
+    Scene scene = tests::SceneOf(tests::Plate(1, 1, 0),
+                                 RoughDielectricBsdf{0.8, 1.5},
+                                 {1, 1, 1},
+                                 {tests::ConstantEnvironment({1, 1, 1})});
+    if (texels) {
+      auto& sky = std::get<EnvironmentEmitter>(scene.emitters[0].light);
+      sky.width = sky.height = 2;
+      sky.texels.assign(4, {1, 1, 1});
+    }
+    RenderOptions options = Options(4096);
+    options.view = texels ? 1 : 0;
+    means[texels ? 1 : 0] = tests::EstimateMean(
+        Radiance(scene, tests::ProbeCamera({0.5, 0.3, 1.2}, {0, 0, 0}), options));
+  }
+  const double error = std::hypot(means[0].error, means[1].error);
+  EXPECT_NEAR(means[0].mean, means[1].mean, 4.0 * error);
+  EXPECT_LT(error, 2e-3);
 }
 
 // C20: GGX with F = 1 in a constant environment, normal incidence and 45 degrees (height-correlated
