@@ -113,9 +113,8 @@ ActiveParameters ActiveParameters::Make(const Scene& scene,
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     active.materials.push_back(
         BlocksOfMaterial(layout, scene.materials[i], static_cast<int>(i), active.textures));
-    active.materials.back().bends =
-        active.materials.back().eta >= 0 &&
-        std::holds_alternative<SmoothDielectricBsdf>(scene.materials[i].bsdf);
+    active.materials.back().bends = BendsRays(scene, layout, static_cast<int>(i));
+    active.any_bends = active.any_bends || active.materials.back().bends;
   }
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
     MeshBlocks b = BlocksOfMesh(layout, scene.meshes[i], static_cast<int>(i));
@@ -153,6 +152,12 @@ ActiveParameters ActiveParameters::Make(const Scene& scene,
         (area != nullptr && active.meshes[static_cast<std::size_t>(area->mesh)].any_geometry);
   }
   return active;
+}
+
+bool BendsRays(const Scene& scene, const ParameterLayout& layout, int material) {
+  return std::holds_alternative<SmoothDielectricBsdf>(
+             scene.materials[static_cast<std::size_t>(material)].bsdf) &&
+         layout.FirstBlock(ParameterKind::kEta, material) >= 0;
 }
 
 }  // namespace pathfit::renderer

@@ -57,6 +57,7 @@ struct ActiveParameters {
   bool any_light_moves = false;
   bool any_light = false;  ///< intensities, texels, textures, angles
   bool any_material = false;
+  bool any_bends = false;
   std::vector<bool> touches;  ///< by mesh: whether a path that meets it depends on a parameter
   bool all_paths = false;     ///< whether all paths do, by lights or the sensor
 
@@ -66,5 +67,8 @@ struct ActiveParameters {
                                const CameraModel& camera,
                                int sensor);
 };
+
+/// Whether a material is smooth glass whose index is a parameter: it bends what is seen through it.
+bool BendsRays(const Scene& scene, const ParameterLayout& layout, int material);
 
 }  // namespace pathfit::renderer

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "renderer/core/error.h"
+#include "renderer/derivative/active_parameters.h"
 #include "renderer/geometry/mesh_intersection.h"
 #include "renderer/geometry/mesh_normals.h"
 
@@ -44,17 +45,6 @@ bool MeshMoves(const ParameterLayout& layout, int mesh) {
          layout.FirstBlock(ParameterKind::kObjectTranslation, mesh) >= 0 ||
          layout.FirstBlock(ParameterKind::kObjectRotation, mesh) >= 0 ||
          layout.FirstBlock(ParameterKind::kObjectScale, mesh) >= 0;
-}
-
-/// Whether the index of smooth glass is a parameter: it bends what is seen through it.
-bool GlassBends(const Scene& scene, const ParameterLayout& layout) {
-  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-    if (std::holds_alternative<SmoothDielectricBsdf>(scene.materials[i].bsdf) &&
-        layout.FirstBlock(ParameterKind::kEta, static_cast<int>(i)) >= 0) {
-      return true;
-    }
-  }
-  return false;
 }
 
 /// Meshes made of a delta material.
@@ -105,7 +95,11 @@ bool MovesGeometry(ParameterKind kind) {
 
 std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
   std::vector<std::string> limits;
-  if (GlassBends(scene, layout)) {
+  bool bends = false;
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    bends = bends || BendsRays(scene, layout, static_cast<int>(i));
+  }
+  if (bends) {
     limits.push_back(
         "the index of smooth glass is a parameter: what is seen through the glass follows it, but "
         "edges seen through it, and light that reaches rough surfaces through it, are not in the "

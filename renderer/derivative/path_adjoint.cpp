@@ -85,7 +85,7 @@ class Sweep {
       const SceneMesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
       return active_.materials[static_cast<std::size_t>(mesh.material)].bends;
     };
-    if (active_.any_material && std::any_of(vertices_.begin(), vertices_.end(), bends)) {
+    if (active_.any_bends && std::any_of(vertices_.begin(), vertices_.end(), bends)) {
       return true;
     }
     if (!active_.any_geometry || active_.camera.Any() || active_.any_light_moves) {

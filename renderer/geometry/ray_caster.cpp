@@ -186,13 +186,13 @@ struct NearestQuery {
   const RayCaster& caster;
   const std::vector<bool>& wanted;
   Vec3 x, n;
-  double max_distance;
+  double limit;  // what is not nearer, over its rise, does not count
   double slack;
-  double found;
+  double radius = 0.0;
 };
 
 /// How near a triangle is to the query's point, and how steeply it rises above its plane, seen from
-/// up to `slack` nearer. No rise: in or below the plane.
+/// up to `slack` nearer. No rise: in or below the plane, or beyond the limit.
 struct Corner {
   double distance = 0.0, rise = 0.0;
 };
@@ -206,6 +206,9 @@ Corner CornerWith(const NearestQuery& query, const TriangleGeometry& t) {
   }
   const Vec3 to_nearest = ClosestPointOfTriangle(query.x, t) - query.x;
   Corner corner{Norm(to_nearest), 0.0};
+  if (corner.distance - query.slack >= query.limit) {
+    return {};  // a rise is at most 1
+  }
   // A point's own triangle is above or below it by rounding only.
   const double least = kRounding * query.caster.Extent();
   const auto look_at = [&](const Vec3& to) {
@@ -217,38 +220,39 @@ Corner CornerWith(const NearestQuery& query, const TriangleGeometry& t) {
   };
   look_at(to_nearest);
   std::for_each(to_corners.begin(), to_corners.end(), look_at);
-  return corner.rise > kFlat ? corner : Corner{};
+  return corner.rise > kFlat && corner.distance - query.slack < query.limit * corner.rise
+             ? corner
+             : Corner{};
 }
 
-/// The triangle that a point query visits, if it is wanted.
-const TriangleGeometry* Visited(const RTCPointQueryFunctionArguments* arguments,
-                                const NearestQuery& query) {
+/// The corner with the triangle that a point query visits.
+Corner VisitedCorner(const RTCPointQueryFunctionArguments* arguments, const NearestQuery& query) {
   const TriangleId id{static_cast<std::int32_t>(arguments->geomID),
                       static_cast<std::int32_t>(arguments->primID)};
-  return query.wanted[static_cast<std::size_t>(id.mesh)] ? &query.caster.Geometry(id) : nullptr;
+  return query.wanted[static_cast<std::size_t>(id.mesh)]
+             ? CornerWith(query, query.caster.Geometry(id))
+             : Corner{};
 }
 
 bool VisitForDistance(RTCPointQueryFunctionArguments* arguments) {
   auto& query = *static_cast<NearestQuery*>(arguments->userPtr);
-  const TriangleGeometry* t = Visited(arguments, query);
-  const Corner corner = t != nullptr ? CornerWith(query, *t) : Corner{};
-  if (!(corner.rise > 0.0) || corner.distance >= query.found * corner.rise) {
+  const Corner corner = VisitedCorner(arguments, query);
+  if (!(corner.rise > 0.0)) {
     return false;
   }
-  query.found = corner.distance / corner.rise;
-  if (query.found >= static_cast<double>(arguments->query->radius)) {
+  query.limit = corner.distance / corner.rise;
+  if (query.limit >= static_cast<double>(arguments->query->radius)) {
     return false;
   }
-  arguments->query->radius = static_cast<float>(query.found);
+  arguments->query->radius = static_cast<float>(query.limit);
   return true;
 }
 
 bool VisitForRadius(RTCPointQueryFunctionArguments* arguments) {
   auto& query = *static_cast<NearestQuery*>(arguments->userPtr);
-  const TriangleGeometry* t = Visited(arguments, query);
-  const Corner corner = t != nullptr ? CornerWith(query, *t) : Corner{};
-  if (corner.rise > 0.0 && corner.distance - query.slack < query.max_distance * corner.rise) {
-    query.found = std::max(query.found, corner.distance + query.slack);
+  const Corner corner = VisitedCorner(arguments, query);
+  if (corner.rise > 0.0) {
+    query.radius = std::max(query.radius, corner.distance + query.slack);
   }
   return false;
 }
@@ -274,10 +278,10 @@ double RayCaster::DistanceBefore(const Vec3& x,
                                  const std::vector<bool>& wanted,
                                  double max_distance,
                                  double radius) const {
-  NearestQuery query{*this, wanted, x, n, max_distance, 0.0, max_distance};
+  NearestQuery query{*this, wanted, x, n, max_distance, 0.0};
   VisitTriangles(
       handles_->scene, x - center_, std::min(radius, max_distance), VisitForDistance, query);
-  return query.found;
+  return query.limit;
 }
 
 double RayCaster::SearchRadius(const Vec3& x,
@@ -285,9 +289,9 @@ double RayCaster::SearchRadius(const Vec3& x,
                                const std::vector<bool>& wanted,
                                double max_distance,
                                double slack) const {
-  NearestQuery query{*this, wanted, x, n, max_distance, slack, 0.0};
+  NearestQuery query{*this, wanted, x, n, max_distance, slack};
   VisitTriangles(handles_->scene, x - center_, max_distance + slack, VisitForRadius, query);
-  return query.found;
+  return query.radius;
 }
 
 }  // namespace pathfit::renderer

@@ -19,14 +19,6 @@ Mesh Block(double x0, double x1, double y0, double y1, double z0, double z1) {
   return mesh;
 }
 
-/// Radiance 1.
-renderer::Emitter Panel(int mesh) {
-  renderer::AreaEmitter light;
-  light.mesh = mesh;
-  light.intensity = {1.0, 1.0, 1.0};
-  return {"light", renderer::LightFrame::kWorld, {}, light};
-}
-
 /// The receiver z = 0 sees a shining slab y = kSlab, on which a black block lies. The block hides
 /// from a point of the receiver what lies in the hull of its projection onto the slab.
 class BlockOnSlab : public ShadowReceiver {
@@ -75,7 +67,7 @@ class BlockOnSlab : public ShadowReceiver {
 };
 
 TEST_F(BlockOnSlab, CoversALight) {
-  floor_.scene.emitters = {Panel(slab_)};
+  floor_.Shine(slab_);
   options_.spp_direct = 1 << 18;
   const renderer::Scene& scene = floor_.scene;
   for (const auto& [name, v] : {std::pair{"dE/dx", Vec3{1, 0, 0}}, {"dE/dz", Vec3{0, 0, 1}}}) {
@@ -118,7 +110,7 @@ TEST_P(Contact, FrontSeesTheFloorAtItsFoot) {
   floor_.scene.materials[0].base_color = {0.0, 0.0, 0.0};
   floor_.scene.materials[1].base_color = {1.0, 1.0, 1.0};
   const int block = floor_.Add("block", Block(-0.6, 0.6, 0.0, 0.6, 0.0, 0.7));
-  floor_.scene.emitters = {Panel(0)};
+  floor_.Shine(0);
   options_.max_bounces = 2;
   floor_.LookDown(-width, width, 0.0, top);
   floor_.scene.sensors[0].world_from_camera =

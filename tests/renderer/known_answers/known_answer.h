@@ -66,12 +66,15 @@ class FloorScene {
   }
   int AddLight(const renderer::Mesh& mesh, double radiance = 1.0, int texture = -1) {
     const int index = Add("light", mesh);
+    Shine(index, radiance, texture);
+    return index;
+  }
+  void Shine(int index, double radiance = 1.0, int texture = -1) {
     renderer::AreaEmitter light;
     light.mesh = index;
     light.intensity = renderer::Rgb::Constant(radiance);
     light.texture = texture;
     scene.emitters.push_back({"light", renderer::LightFrame::kWorld, {}, light});
-    return index;
   }
   /// Sensor 0: a parallel camera at `height` looking straight down at the floor; its one pixel is
   /// [x0, x1] x [y0, y1].
