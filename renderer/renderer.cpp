@@ -49,8 +49,9 @@ struct Renderer::Impl {
 
   void BuildCaster() {
     std::vector<const Mesh*> meshes;
-    for (const SceneMesh& m : placed.meshes) {
-      meshes.push_back(&m.mesh);
+    for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
+      meshes.push_back(&placed.meshes[m].mesh);
+      topologies[m].UpdateSolid(placed.meshes[m].mesh);
     }
     caster.Build(meshes);
     edge_trees.Clear();

@@ -29,12 +29,8 @@ bool IsOpaqueSolid(const Scene& scene,
                    const MeshTopology& topology,
                    const Vec3& viewer) {
   const SceneMesh& mesh = scene.meshes[index];
-  if (!topology.closed ||
-      IsTransmissive(scene.materials[static_cast<std::size_t>(mesh.material)].bsdf) ||
-      !IsOutsideBox(mesh.mesh, viewer) || !IsWoundOutwards(mesh.mesh)) {
-    return false;
-  }
-  return true;
+  return topology.solid && IsOutsideBox(mesh.mesh, viewer) &&
+         !IsTransmissive(scene.materials[static_cast<std::size_t>(mesh.material)].bsdf);
 }
 
 Vec3 FaceNormal(const Mesh& mesh, std::int32_t face) {

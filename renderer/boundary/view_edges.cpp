@@ -215,8 +215,7 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
     if (!candidates.outlines) {
       continue;
     }
-    const bool solid = context.topologies[m].closed && IsViewedFromOutside(mesh, context.camera) &&
-                       IsWoundOutwards(mesh);
+    const bool solid = context.topologies[m].solid && IsViewedFromOutside(mesh, context.camera);
     const SeamKinds seams = SeamKindsOf(context, m, material);
     const auto& edges = context.topologies[m].edges;
     for (std::size_t e = 0; e < edges.size(); ++e) {

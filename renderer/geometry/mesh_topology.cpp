@@ -9,6 +9,27 @@
 #include "renderer/geometry/mesh_checks.h"
 
 namespace pathfit::renderer {
+namespace {
+
+/// Whether every connected piece of a closed mesh is wound outwards.
+bool IsWoundOutwards(const Mesh& mesh) {
+  DisjointSets pieces(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) {
+    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]));
+    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[2]));
+  }
+  std::vector<double> volume(mesh.positions.size(), 0.0);
+  const Vec3& origin = mesh.positions.front();
+  for (const Triangle& t : mesh.triangles) {
+    const auto p = [&](std::size_t i) {
+      return mesh.positions[static_cast<std::size_t>(t[i])] - origin;
+    };
+    volume[pieces.Find(static_cast<std::size_t>(t[0]))] += Dot(p(0), Cross(p(1), p(2)));
+  }
+  return std::none_of(volume.begin(), volume.end(), [](double v) { return v < 0.0; });
+}
+
+}  // namespace
 MeshTopology MeshTopology::Build(const Mesh& mesh) {
   MeshTopology topology;
   std::unordered_map<std::uint64_t, std::size_t> edge_of;
@@ -41,24 +62,10 @@ MeshTopology MeshTopology::Build(const Mesh& mesh) {
   topology.closed = std::all_of(topology.edges.begin(),
                                 topology.edges.end(),
                                 [](const MeshEdge& edge) { return edge.faces[1] >= 0; });
+  topology.UpdateSolid(mesh);
   return topology;
 }
 
-bool IsWoundOutwards(const Mesh& mesh) {
-  DisjointSets pieces(mesh.positions.size());
-  for (const Triangle& t : mesh.triangles) {
-    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]));
-    pieces.Unite(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[2]));
-  }
-  std::vector<double> volume(mesh.positions.size(), 0.0);
-  const Vec3& origin = mesh.positions.front();
-  for (const Triangle& t : mesh.triangles) {
-    const auto p = [&](std::size_t i) {
-      return mesh.positions[static_cast<std::size_t>(t[i])] - origin;
-    };
-    volume[pieces.Find(static_cast<std::size_t>(t[0]))] += Dot(p(0), Cross(p(1), p(2)));
-  }
-  return std::none_of(volume.begin(), volume.end(), [](double v) { return v < 0.0; });
-}
+void MeshTopology::UpdateSolid(const Mesh& mesh) { solid = closed && IsWoundOutwards(mesh); }
 
 }  // namespace pathfit::renderer

@@ -22,12 +22,12 @@ struct MeshTopology {
   std::vector<MeshEdge> edges;
   std::vector<std::vector<std::int32_t>> neighbors;  ///< one ring of each vertex, ascending
   bool closed = false;                               ///< every edge has two faces
+  bool solid = false;  ///< closed, and every connected piece wound outwards
 
   /// Precondition: ValidateMesh passed.
   static MeshTopology Build(const Mesh& mesh);
+  /// For new positions: only `solid` depends on them.
+  void UpdateSolid(const Mesh& mesh);
 };
-
-/// Whether every connected piece of a closed mesh is wound outwards.
-bool IsWoundOutwards(const Mesh& mesh);
 
 }  // namespace pathfit::renderer

@@ -99,9 +99,9 @@ TEST(MeshTopology, ClosedMeshesFollowEuler) {
   }
 }
 
-TEST(MeshTopology, EveryPieceMustBeWoundOutwards) {
+TEST(MeshTopology, EveryPieceOfASolidIsWoundOutwards) {
   Mesh two = MakeIcosphere(1, 1.0);
-  EXPECT_TRUE(IsWoundOutwards(two));
+  EXPECT_TRUE(MeshTopology::Build(two).solid);
   const Mesh small = MakeIcosphere(1, 0.3);
   const auto first = static_cast<std::int32_t>(two.positions.size());
   for (const Vec3& p : small.positions) two.positions.push_back(p + Vec3{3.0, 0.0, 0.0});
@@ -109,7 +109,18 @@ TEST(MeshTopology, EveryPieceMustBeWoundOutwards) {
     two.triangles.push_back({first + t[0], first + t[2], first + t[1]});
   }
   EXPECT_GT(SignedVolume(two), 0.0);
-  EXPECT_FALSE(IsWoundOutwards(two));
+  const MeshTopology topology = MeshTopology::Build(two);
+  EXPECT_TRUE(topology.closed);
+  EXPECT_FALSE(topology.solid);
+}
+
+TEST(MeshTopology, SolidFollowsThePositions) {
+  Mesh mesh = MakeIcosphere(1, 1.0);
+  MeshTopology topology = MeshTopology::Build(mesh);
+  for (Vec3& p : mesh.positions) p.x = -p.x;
+  topology.UpdateSolid(mesh);
+  EXPECT_FALSE(topology.solid);
+  EXPECT_FALSE(MeshTopology::Build(MakeQuad()).solid);
 }
 
 }  // namespace
