@@ -25,7 +25,7 @@ constexpr double kCoplanar = 1e-9;
 constexpr std::size_t kMaxTouching = 8;
 
 double TouchDistance(const BoundaryContext& context) {
-  return kTouch * kRayOffset * context.path.caster->Extent();
+  return kTouch * context.path.caster->Offset();
 }
 
 using RowMotion = MotionAdjoint<Vec3, MotionRow>;
@@ -123,7 +123,7 @@ std::optional<Connection> Connect(const BoundaryContext& context,
                           (ShadingCorrection(p, detector.wi) *
                            std::abs(Dot(p.ng, Cross(projection->du, projection->dv))));
   if (IsBlack(connection.importance) ||
-      caster.Occluded({caster.OffsetPoint(p.x, p.ng) + step, to_camera.direction},
+      caster.Occluded({p.x + p.ng * caster.Offset() + step, to_camera.direction},
                       ShadowDistance(caster, connection.view.distance))) {
     return std::nullopt;
   }
@@ -173,7 +173,7 @@ bool Advance(const BoundaryContext& context,
   if (IsBlack(throughput)) {
     return false;
   }
-  const auto hit = caster.Intersect({caster.OffsetPoint(p.x, p.ng), sample->wi});
+  const auto hit = caster.Intersect({p.x + p.ng * caster.Offset(), sample->wi});
   if (!hit) {
     return false;
   }
@@ -211,7 +211,7 @@ Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segme
   const Vec3& n = caster.Geometry(id).n;
   const Vec3 tangent = segment.n_b - n * Dot(n, segment.n_b);
   const double length = std::max(Norm(tangent), kMinTangent);
-  return tangent * (kIntoShadow * kRayOffset * caster.Extent() / (length * length));
+  return tangent * (kIntoShadow * caster.Offset() / (length * length));
 }
 
 bool StartSegment(const BoundaryContext& context,

@@ -153,7 +153,7 @@ Rgb PrimaryBoundary::ShadeFace(const EdgePoint& point, TriangleId face) const {
   const TriangleGeometry& geometry = caster.Geometry(face);
   const PlaneHit at_edge = IntersectPlane(geometry, point.ray.origin, point.ray.direction);
   const double to_center = Norm(geometry.Point(1.0 / 3.0, 1.0 / 3.0) - point.x);
-  const double inset = std::min(kMaxInset, kInset * kRayOffset * caster.Extent() / to_center);
+  const double inset = std::min(kMaxInset, kInset * caster.Offset() / to_center);
   const double b1 = at_edge.b1 + inset * (1.0 / 3.0 - at_edge.b1);
   const double b2 = at_edge.b2 + inset * (1.0 / 3.0 - at_edge.b2);
   const SurfacePoint p = MakeSurfacePoint(
@@ -175,7 +175,7 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
   const RayCaster& caster = *context_.path.caster;
   // Moving x by v along g moves the image by m . u' = |g| v across the edge.
   const double pixels_per_metre = Norm(point.g) / std::hypot(point.m.x, point.m.y);
-  const double step = side * kClearance * kRayOffset * caster.Extent() * pixels_per_metre;
+  const double step = side * kClearance * caster.Offset() * pixels_per_metre;
   const Vec2 shift = point.m * (step / std::hypot(point.m.x, point.m.y));
   const Ray ray =
       context_.camera.RayThrough(point.projection.u + shift.x, point.projection.v + shift.y);

@@ -6,8 +6,9 @@ void GeometryScatter::Run(const Rgb& radiance, std::size_t first_rough, std::siz
   for (std::size_t k = end; k-- > first_rough + 1;) {
     Vertex& v = vertices_[k];
     Vertex& previous = vertices_[k - 1];
-    const ColorGradient d_end = EndPointAdjoint(v.p.wo, Norm(previous.p.x - v.p.x), v.d_wo);
-    previous.d_x += d_end;
+    const Vec3 start = RayStart(*context_.caster, previous.p, previous.on.wi);
+    const ColorGradient d_end = EndPointAdjoint(v.p.wo, Norm(start - v.p.x), v.d_wo);
+    MoveStart(*context_.caster, previous, d_end);
     v.d_x -= d_end;
     ScatterMaterialPoint(v);
   }
@@ -79,10 +80,12 @@ void GeometryScatter::ScatterImagePoint(std::size_t k) {
     ScatterNormals(v);
   }
   const ColorGradient d_origin = d_point - d_plane;
-  const Vec3& origin = k == 0 ? pixel_.ray.origin : vertices_[k - 1].p.x;
+  const Vec3 origin = k == 0
+                          ? pixel_.ray.origin
+                          : RayStart(*context_.caster, vertices_[k - 1].p, vertices_[k - 1].on.wi);
   const ColorGradient d_direction = d_origin * Norm(v.p.x - origin) - v.d_wo;
   if (k > 0) {
-    vertices_[k - 1].d_x += d_origin;
+    MoveStart(*context_.caster, vertices_[k - 1], d_origin);
     vertices_[k - 1].d_wi += d_direction;
   } else if (active_.camera.Any()) {
     motion_.CameraRay(pixel_.ray, pixel_.u, pixel_.v, d_origin, d_direction);

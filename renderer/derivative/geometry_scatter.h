@@ -13,6 +13,13 @@ inline ColorGradient EndPointAdjoint(const Vec3& unit, double r, const ColorGrad
   return (adjoint - Outer(unit, Dot(unit, adjoint))) * (1.0 / r);
 }
 
+/// Adds the adjoint of the place where the ray to the next vertex starts: beside its vertex, with
+/// whose normal it turns. Without that what moves as a whole has a derivative of the lift's size.
+inline void MoveStart(const RayCaster& caster, PathRecorder::Vertex& v, const ColorGradient& d) {
+  v.d_x += d;
+  v.d_ng += d * RayLift(caster, v.p, v.on.wi);
+}
+
 /// Turns the adjoints that a sweep left in a path's vertices (positions, normals, directions) into
 /// parameters: image points up to the first rough vertex, material points behind it.
 class GeometryScatter {

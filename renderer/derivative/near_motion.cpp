@@ -56,7 +56,7 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
     return {};
   }
   const double reach = kReach * caster_.Extent() * share;
-  const double touch = kTouch * kRayOffset * caster_.Extent();
+  const double touch = kTouch * caster_.Offset();
   // The last reflection only looks for light.
   const auto last = static_cast<std::size_t>(context.max_bounces) -
                     (context.lights.areas.empty() && context.max_bounces > 0 ? 1 : 0);

@@ -212,14 +212,14 @@ class Sweep {
     const Rgb bsdf = AdjointOfBsdf(k, v.on.wi, weight, d_wi);
     if (Turns(k) && Moves(k + 1)) {
       const Rgb value = weight * bsdf;
-      const double r = Norm(next.p.x - v.p.x);
+      const double r = Norm(next.p.x - RayStart(*context_.caster, v.p, v.on.wi));
       const Rgb per_cos = value * (1.0 / Dot(next.p.ng, v.on.wi));
       next.d_ng += Outer(v.on.wi, per_cos);
       d_wi += Outer(next.p.ng, per_cos);
       const ColorGradient d_end =
           EndPointAdjoint(v.on.wi, r, d_wi) - Outer(v.on.wi, value * (2.0 / r));
       next.d_x += d_end;
-      v.d_x -= d_end;
+      MoveStart(*context_.caster, v, -d_end);
       next.d_log_area += value;
     }
     return bsdf * beyond * v.on.factor;

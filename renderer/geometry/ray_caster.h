@@ -68,9 +68,9 @@ class RayCaster {
                                 : triangles_.size();
     return end - static_cast<std::size_t>(first_triangle_[m]);
   }
-  /// A point moved off the surface so that a ray from it does not meet the surface again; `n`
-  /// points to the side of the ray. The distance is kRayOffset times the extent of the scene.
-  [[nodiscard]] Vec3 OffsetPoint(const Vec3& x, const Vec3& n) const { return x + n * offset_; }
+  /// How far beside a surface a ray starts so that it does not meet the surface again, metres:
+  /// kRayOffset times the extent.
+  [[nodiscard]] double Offset() const { return offset_; }
   /// Half the diagonal of the bounding box, metres.
   [[nodiscard]] double Extent() const { return extent_; }
   [[nodiscard]] const Vec3& Center() const { return center_; }

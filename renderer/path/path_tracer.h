@@ -92,7 +92,7 @@ inline double SurvivalProbability(const Rgb& throughput) {
 
 /// A shadow ray's length to a point: short of it by the offset at both ends.
 inline double ShadowDistance(const RayCaster& caster, double distance) {
-  return distance * (1.0 - kShadowShortening) - 2.0 * kRayOffset * caster.Extent();
+  return distance * (1.0 - kShadowShortening) - 2.0 * caster.Offset();
 }
 
 /// Whether nothing lies between a vertex and a light in unit direction wi; `distance` 0 means at
@@ -102,7 +102,7 @@ inline bool LightVisible(const RayCaster& caster,
                          const SurfacePoint& p,
                          const Vec3& wi,
                          double distance) {
-  const Vec3 origin = caster.OffsetPoint(p.x, Dot(p.ng, wi) > 0.0 ? p.ng : -p.ng);
+  const Vec3 origin = RayStart(caster, p, wi);
   if (!(distance > 0.0)) {
     return !caster.Occluded({origin, wi}, std::numeric_limits<double>::infinity());
   }
@@ -333,8 +333,7 @@ Rgb TraceRadiance(const PathContext& context,
         sample->wi, delta ? 1.0 / pdf : std::abs(cosines.cos_i) / pdf, delta, cosines.cos_i < 0.0};
     const Rgb bsdf = delta ? EvalDelta(p.material->bsdf, p.inputs, cosines.cos_o, on.transmit).value
                            : EvalBsdf(p.material->bsdf, p.inputs, cosines);
-    const Ray ray{context.caster->OffsetPoint(p.x, Dot(p.ng, sample->wi) > 0.0 ? p.ng : -p.ng),
-                  sample->wi};
+    const Ray ray{RayStart(*context.caster, p, sample->wi), sample->wi};
     std::optional<Hit> hit;
     bool escaped = false;
     if (bounce == range.max_bounces && context.lights.areas.empty() && !delta) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "renderer/geometry/ray_caster.h"
 #include "renderer/path/mirror_normal.h"
 #include "renderer/scene/scene.h"
@@ -32,6 +34,14 @@ struct SurfacePoint {
     return {Dot(n, wi), Dot(n, wo), Dot(wi, wo)};
   }
 };
+
+/// How far along p.ng a ray in direction wi starts: beside the surface, on the side of wi.
+inline double RayLift(const RayCaster& caster, const SurfacePoint& p, const Vec3& wi) {
+  return std::copysign(caster.Offset(), Dot(p.ng, wi));
+}
+inline Vec3 RayStart(const RayCaster& caster, const SurfacePoint& p, const Vec3& wi) {
+  return p.x + p.ng * RayLift(caster, p, wi);
+}
 
 inline const Triangle& CornersOf(const std::vector<Triangle>& triangles, TriangleId id) {
   return triangles[static_cast<std::size_t>(id.triangle)];

@@ -100,7 +100,7 @@ TEST(RayCaster, OffsetPointsClearTheSurface) {
       const double b = rng.Next() * (1.0 - a);
       Vec3 d = SampleUniformHemisphere(rng.Next(), rng.Next());
       if (Dot(d, t.n) < 0.0) d = -d;
-      occluded += caster.Occluded({caster.OffsetPoint(t.Point(a, b), t.n), d}, kInfinity) ? 1 : 0;
+      occluded += caster.Occluded({t.Point(a, b) + t.n * caster.Offset(), d}, kInfinity) ? 1 : 0;
     }
     EXPECT_EQ(occluded, 0) << "scale " << scale;
   }

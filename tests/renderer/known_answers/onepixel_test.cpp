@@ -280,7 +280,7 @@ TEST_P(OnePixelForms, C27CameraMovesAsTheWorldDoesTheOtherWay) {
                Motion(scene).Vertices(0, moved).Vertices(1, moved).Vertices(2, moved),
                -1.0,
                GetParam(),
-               1e-7);  // a hit lies on its camera ray to the rounding of barycentrics
+               1e-12);
   }
 }
 
