@@ -93,6 +93,7 @@ void WriteImages(const optim::GradientCheckResult& result, const fs::path& stem)
       write(optim::MeanFilm(result[term]), optim::TermName(term));
     }
   }
+  write(optim::MeanFilm(optim::Estimates(result)), "derivative");
   write(difference, "difference");
 }
 
@@ -130,7 +131,7 @@ struct Row {
   std::string name, sensor;
   optim::GradientComparison tiles, whole;
   std::vector<std::pair<std::string, TermSum>> terms;  ///< those that were run
-  TermSum difference;
+  TermSum derivative, difference;
   bool passed = false;
 };
 
@@ -154,42 +155,48 @@ nlohmann::json ToJson(const Row& row) {
           {"z_sum_limit", row.whole.z_limit},
           {"signal_to_noise", row.tiles.signal_to_noise},
           {"sum_of_terms", terms},
+          {"sum_derivative", sum(row.derivative)},
           {"sum_difference", sum(row.difference)}};
 }
 
 /// One line per parameter with the verdict, one per term below it.
 void PrintTable(const std::vector<Row>& rows) {
-  fmt::print("{:<28} {:<12} {:>12} {:>11} {:>7} {:>7} {:>7} {:>7} {:>8}  result\n",
+  fmt::print("{:<28} {:<12} {:>11} {:>8} {:>11} {:>8} {:>6} {:>6} {:>6} {:>6} {:>8}  result\n",
              "parameter",
              "sensor",
-             "sum",
+             "difference",
              "+-",
+             "derivative",
+             "+-",
+             "z sum",
              "z rms",
              "z max",
              "limit",
-             "z sum",
              "signal/n");
   for (const Row& r : rows) {
     fmt::print(
-        "{:<28} {:<12} {:>12.5g} {:>11.2g} {:>7.2f} {:>7.2f} {:>7.2f} {:>7.2f} {:>8.3g}  {}\n",
+        "{:<28} {:<12} {:>11.5g} {:>8.2g} {:>11.5g} {:>8.2g} {:>6.2f} {:>6.2f} {:>6.2f} {:>6.2f} "
+        "{:>8.3g}  {}\n",
         r.name,
         r.sensor,
         r.difference.mean.g,
         r.difference.error.g,
+        r.derivative.mean.g,
+        r.derivative.error.g,
+        r.whole.z_max,
         r.tiles.z_rms,
         r.tiles.z_max,
         r.tiles.z_limit,
-        r.whole.z_max,
         r.tiles.signal_to_noise,
         r.passed ? "agrees" : "DIFFERS");
     for (const auto& [name, sum] : r.terms) {
-      fmt::print("{:<28} {:<12} {:>12.5g} {:>11.2g}\n", "", name, sum.mean.g, sum.error.g);
+      fmt::print("{:<28} {:>33} {:>11.5g} {:>8.2g}\n", "", name, sum.mean.g, sum.error.g);
     }
   }
   fmt::print(
-      "Sums over the image of the green channel: first the finite difference, then the terms of "
-      "the "
-      "derivative;\nz over tiles of {0} x {0} pixels, colours and coverage.\n",
+      "Sums over the image of the green channel: the finite difference, the derivative and its "
+      "terms. z sum:\nof the whole image; the others over tiles of {0} x {0} pixels; both over "
+      "colours and coverage.\n",
       kTile);
 }
 
@@ -236,6 +243,7 @@ ExitStatus GradcheckCommand(CommandContext& context) {
                 optim::Compare(result, {}, kTile, config.gradcheck.sigma),
                 optim::Compare(result, {}, 0, config.gradcheck.sigma),
                 {},
+                SumOf(optim::Estimates(result)),
                 SumOf(result.difference)};
         for (const optim::Term term : optim::kAllTerms) {
           if (!result[term].empty()) {

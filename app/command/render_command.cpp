@@ -170,6 +170,8 @@ ExitStatus RenderCommand(CommandContext& context) {
   for (const std::string& limit_of : renderer::DerivativeLimits(experiment.scene, layout)) {
     context.log.Warn(limit_of);
   }
+  renderer::RenderOptions options = MakeRenderOptions(config);
+  renderer::CheckDerivative(experiment.scene, layout, options);
   const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
   const fs::path folder =
       fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
@@ -186,7 +188,6 @@ ExitStatus RenderCommand(CommandContext& context) {
     for (const auto& sensor : experiment.scene.sensors) all.push_back(sensor.name);
     return all;
   }());
-  renderer::RenderOptions options = MakeRenderOptions(config);
   options.cancel = &signals.flag();
   std::vector<fs::path> written;
   try {

@@ -3,7 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/output/scale_bar.h"
+
 namespace pathfit::app {
+namespace {
+
+/// -1 blue, 0 white, 1 red.
+std::array<float, 3> SignedColor(double value) {
+  const auto fade = static_cast<float>(1.0 - std::min(1.0, std::abs(value)));
+  return {value < 0.0 ? fade : 1.0F, fade, value > 0.0 ? fade : 1.0F};
+}
+
+}  // namespace
 
 double SignedScale(const renderer::Film& film) {
   std::vector<double> values;
@@ -23,12 +34,10 @@ renderer::Image SignedImage(const renderer::Film& film, double scale) {
   renderer::Image image(film.width, film.height, 3);
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const double value = scale > 0.0 ? renderer::Luminance(film.pixels[i].Color()) / scale : 0.0;
-    const auto fade = static_cast<float>(1.0 - std::min(1.0, std::abs(value)));
-    image.data[3 * i] = value < 0.0 ? fade : 1.0F;
-    image.data[3 * i + 1] = fade;
-    image.data[3 * i + 2] = value > 0.0 ? fade : 1.0F;
+    const std::array<float, 3> color = SignedColor(value);
+    std::copy(color.begin(), color.end(), image.data.begin() + static_cast<std::ptrdiff_t>(3 * i));
   }
-  return image;
+  return WithScaleBar(image, scale, SignedColor);
 }
 
 }  // namespace pathfit::app

@@ -10,7 +10,8 @@ namespace pathfit::app {
 /// the maximum if that is zero.
 double SignedScale(const renderer::Film& film);
 
-/// Luminance from -scale (blue) over 0 (white) to +scale (red), encoded for display.
+/// Luminance from -scale (blue) over 0 (white) to +scale (red), encoded for display, with a bar of
+/// these colours and numbers below.
 renderer::Image SignedImage(const renderer::Film& film, double scale);
 
 }  // namespace pathfit::app

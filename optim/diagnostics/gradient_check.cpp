@@ -14,8 +14,11 @@ namespace {
 using renderer::Film;
 using renderer::Rgba;
 
-// Differences below this share of the largest value are rounding, not signal.
+// Differences below this share of the largest value, or of what one sample adds, are rounding, not
+// signal.
 constexpr double kRounding = 1e-9;
+// Pixels around a tile whose light a sample of the tile may carry to its other side of an edge.
+constexpr int kAround = 2;
 
 Film Scaled(const Film& film, double scale) {
   Film out = film;
@@ -43,6 +46,40 @@ Rgba TileSum(const Film& film, int x0, int y0, int tile) {
     }
   }
   return sum;
+}
+
+/// What moving edges add to the mean estimate, by absolute value: the difference sees it as samples
+/// that change sides.
+Film EdgeFilm(const GradientCheckResult& result, const TermScales& scales) {
+  Film sum(result.difference.front().width, result.difference.front().height);
+  for (const Term term : {Term::kPrimary, Term::kDirect, Term::kIndirect}) {
+    if (result[term].empty()) {
+      continue;
+    }
+    const Film mean = MeanFilm(result[term]);
+    for (std::size_t i = 0; i < sum.pixels.size(); ++i) {
+      for (int c = 0; c < 4; ++c) {
+        sum.pixels[i][c] += std::abs(mean.pixels[i][c] * scales[term]);
+      }
+    }
+  }
+  return sum;
+}
+
+/// Largest values of the tile and what is around it.
+Rgba LargestNear(const Film& film, int x0, int y0, int tile) {
+  Rgba largest;
+  for (int y = std::max(0, y0 - kAround); y < std::min(film.height, y0 + tile + kAround); ++y) {
+    for (int x = std::max(0, x0 - kAround); x < std::min(film.width, x0 + tile + kAround); ++x) {
+      const Rgba& p =
+          film.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(film.width) +
+                      static_cast<std::size_t>(x)];
+      for (int c = 0; c < 4; ++c) {
+        largest[c] = std::max(largest[c], p[c]);
+      }
+    }
+  }
+  return largest;
 }
 
 /// Upper quantile of the standard normal distribution for small tail probabilities (Newton on
@@ -174,6 +211,7 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   const bool moves = Moves(layout);
   const bool moves_edges = MovesEdges(layout);
   GradientCheckResult result;
+  result.quantum = Film(camera.width, camera.height);
   for (int r = 0; r < options.replicates; ++r) {
     render.seed = options.seed + 2 * static_cast<std::uint64_t>(r);
     for (const Term term : kAllTerms) {
@@ -191,13 +229,16 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
     const Film plus = at_plus.RenderPrimal(camera_of(at_plus), render);
     const Film minus = at_minus.RenderPrimal(camera_of(at_minus), render);
     result.difference.push_back(CentralDifference(plus, minus, options.step));
-    for (int c = 0; c < 4 && moves_edges; ++c) {
-      for (const Rgba& p : plus.pixels) {
-        result.quantum[c] = std::max(result.quantum[c], p[c]);
+    for (std::size_t i = 0; i < plus.pixels.size() && moves_edges; ++i) {
+      for (int c = 0; c < 4; ++c) {
+        result.quantum.pixels[i][c] =
+            std::max({result.quantum.pixels[i][c], plus.pixels[i][c], minus.pixels[i][c]});
       }
     }
   }
-  result.quantum *= 0.5 / (options.step * options.difference_spp * options.replicates);
+  for (Rgba& q : result.quantum.pixels) {
+    q *= 0.5 / (options.step * options.difference_spp * options.replicates);
+  }
   return result;
 }
 
@@ -207,6 +248,7 @@ GradientComparison Compare(const GradientCheckResult& result,
                            double sigma) {
   const std::size_t n = result.difference.size();
   const Film& first = result.difference.front();
+  const Film edge_film = EdgeFilm(result, scales);
   const int side = tile > 0 ? tile : std::max(first.width, first.height);
   GradientComparison out;
   double sum_z2 = 0.0;
@@ -214,6 +256,8 @@ GradientComparison Compare(const GradientCheckResult& result,
   double sum_noise2 = 0.0;
   for (int y = 0; y < first.height; y += side) {
     for (int x = 0; x < first.width; x += side) {
+      const Rgba quantum = LargestNear(result.quantum, x, y, side);
+      const Rgba edges = TileSum(edge_film, x, y, side);
       std::vector<Rgba> errors;
       Rgba mean_error;
       Rgba mean_difference;
@@ -237,10 +281,10 @@ GradientComparison Compare(const GradientCheckResult& result,
           largest = std::max(largest, std::abs(e[c]));
         }
         const bool constant = variance == 0.0 && mean_error[c] == 0.0;
-        const double quantum = constant ? 0.0 : result.quantum[c];
-        const double error_bar =
-            std::hypot(std::sqrt(variance / static_cast<double>(n * (n - 1))), quantum);
-        const double rounding = kRounding * largest + 1e-300;
+        // Poisson: `edges` in steps of `quantum`; of more than one the spread tells.
+        const double counted = constant ? 0.0 : std::min(edges[c], quantum[c]) * quantum[c];
+        const double error_bar = std::sqrt(variance / static_cast<double>(n * (n - 1)) + counted);
+        const double rounding = kRounding * (largest + quantum[c]) + 1e-300;
         if (error_bar <= rounding &&
             std::abs(mean_error[c]) <= 1e-6 * std::abs(mean_difference[c]) + rounding) {
           if (largest > 1e-300) {
@@ -267,6 +311,21 @@ GradientComparison Compare(const GradientCheckResult& result,
                                            : std::numeric_limits<double>::infinity();
   }
   return out;
+}
+
+std::vector<Film> Estimates(const GradientCheckResult& result) {
+  std::vector<Film> sums;
+  for (const Film& difference : result.difference) {
+    sums.emplace_back(difference.width, difference.height);
+  }
+  for (const Term term : kAllTerms) {
+    for (std::size_t r = 0; r < result[term].size(); ++r) {
+      for (std::size_t i = 0; i < sums[r].pixels.size(); ++i) {
+        sums[r].pixels[i] += result[term][r].pixels[i];
+      }
+    }
+  }
+  return sums;
 }
 
 Film MeanFilm(const std::vector<Film>& films) {

@@ -43,10 +43,10 @@ renderer::DerivativeTerms OnlyTerm(Term term);
 struct GradientCheckResult {
   std::array<std::vector<renderer::Film>, kAllTerms.size()> terms;  ///< empty: term was not run
   std::vector<renderer::Film> difference;
-  /// What one sample that changes sides of an edge adds to the mean difference. Where an edge
-  /// barely touches a tile, few or no samples do, and the spread of the replicates tells nothing:
-  /// this is the least error bar there.
-  renderer::Rgba quantum;
+  /// The most that one sample of a pixel adds to the mean difference when it changes sides of an
+  /// edge. Where an edge barely touches a tile, few or no samples do, and the spread of the
+  /// replicates tells nothing: error bars hold the spread of their number as well.
+  renderer::Film quantum;
 
   [[nodiscard]] const std::vector<renderer::Film>& operator[](Term term) const {
     return terms[static_cast<std::size_t>(term)];
@@ -84,6 +84,9 @@ GradientComparison Compare(const GradientCheckResult& result,
                            const TermScales& scales,
                            int tile,
                            double sigma = 4.0);
+
+/// The derivative of each replicate: the sum of its terms.
+std::vector<renderer::Film> Estimates(const GradientCheckResult& result);
 
 /// Mean over replicates.
 renderer::Film MeanFilm(const std::vector<renderer::Film>& films);

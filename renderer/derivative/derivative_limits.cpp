@@ -129,12 +129,18 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
   for (const SceneMesh& m : placed.meshes) {
     meshes.push_back(&m.mesh);
   }
-  for (const auto& [i, j] : IntersectingMeshes(meshes)) {
-    if (CameraMoves(layout) || MeshMoves(layout, i) || MeshMoves(layout, j)) {
-      limits.push_back("'" + placed.meshes[static_cast<std::size_t>(i)].name + "' and '" +
-                       placed.meshes[static_cast<std::size_t>(j)].name +
+  for (const MeshContact& contact : MeshContacts(meshes)) {
+    const bool moves = MeshMoves(layout, contact.i) || MeshMoves(layout, contact.j);
+    const std::string names = "'" + placed.meshes[static_cast<std::size_t>(contact.i)].name +
+                              "' and '" + placed.meshes[static_cast<std::size_t>(contact.j)].name;
+    if (contact.cut && (moves || CameraMoves(layout))) {
+      limits.push_back(names +
                        "' cut each other: that their common line moves is not in the derivative "
                        "by moving things");
+    } else if (!contact.cut && moves) {
+      limits.push_back(names +
+                       "' touch: the derivative is the one of sliding along each other; that they "
+                       "part or press into each other is not in it");
     }
   }
   for (const Emitter& emitter : scene.emitters) {

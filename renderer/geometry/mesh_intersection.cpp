@@ -23,8 +23,9 @@ Box BoxOf(const Mesh& mesh) {
 }
 
 bool Overlap(const Box& a, const Box& b) {
+  const double slack = kTouchDepth * (Norm(a.high - a.low) + Norm(b.high - b.low));
   for (int i = 0; i < 3; ++i) {
-    if (a.high[i] < b.low[i] || b.high[i] < a.low[i]) {
+    if (a.high[i] + slack < b.low[i] || b.high[i] + slack < a.low[i]) {
       return false;
     }
   }
@@ -35,39 +36,58 @@ double LongestSide(const TriangleGeometry& t) {
   return std::max({Norm(t.e1), Norm(t.e2), Norm(t.e2 - t.e1)});
 }
 
-/// Whether an edge of `mesh` passes through the one mesh of `other`.
-bool EdgePierces(const Mesh& mesh, const RayCaster& other) {
+/// Whether the edge from a to b passes through the one mesh of `other`.
+bool Pierces(const Vec3& a, const Vec3& b, double depth, const RayCaster& other) {
+  const double length = Norm(b - a);
+  const auto hit = other.Intersect({a, (b - a) * (1.0 / length)});
+  if (!hit || hit->distance >= length) {
+    return false;
+  }
+  const TriangleGeometry& face = other.Geometry(hit->id);
+  const Vec3 x = face.Point(hit->b1, hit->b2);
+  // Edges of a solid that stands on another lie in the border of its faces.
+  const double inside =
+      std::min({hit->b1, hit->b2, 1.0 - hit->b1 - hit->b2}) * face.double_area / LongestSide(face);
+  const double at_a = Dot(face.n, a - x);
+  const double at_b = Dot(face.n, b - x);
+  return at_a * at_b < 0.0 && std::min({std::abs(at_a), std::abs(at_b), inside}) > depth;
+}
+
+/// Whether the edge, longer by `depth` at both ends, meets the one mesh of `other`.
+bool Reaches(const Vec3& a, const Vec3& b, double depth, const RayCaster& other) {
+  const double length = Norm(b - a);
+  const Vec3 along = (b - a) * (1.0 / length);
+  const auto hit = other.Intersect({a - along * depth, along});
+  return hit && hit->distance <= length + 2.0 * depth;
+}
+
+enum class Contact { kNone, kTouch, kCut };
+
+/// What the edges of `mesh` do to the one mesh of `other`.
+Contact ContactOfEdges(const Mesh& mesh, const RayCaster& other) {
   const double depth = kTouchDepth * other.Extent();
-  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+  Contact contact = Contact::kNone;
+  for (const Triangle& t : mesh.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3& a = mesh.positions[static_cast<std::size_t>(t[i])];
       const Vec3& b = mesh.positions[static_cast<std::size_t>(t[(i + 1) % 3])];
-      const double length = Norm(b - a);
-      if (!(length > 0.0)) {
+      if (!(Norm(b - a) > 0.0)) {
         continue;
       }
-      const auto hit = other.Intersect({a, (b - a) * (1.0 / length)});
-      if (!hit || hit->distance >= length) {
-        continue;
+      if (Pierces(a, b, depth, other)) {
+        return Contact::kCut;
       }
-      const TriangleGeometry& face = other.Geometry(hit->id);
-      const Vec3 x = face.Point(hit->b1, hit->b2);
-      // Edges of a solid that stands on another lie in the border of its faces.
-      const double inside = std::min({hit->b1, hit->b2, 1.0 - hit->b1 - hit->b2}) *
-                            face.double_area / LongestSide(face);
-      const double at_a = Dot(face.n, a - x);
-      const double at_b = Dot(face.n, b - x);
-      if (at_a * at_b < 0.0 && std::min({std::abs(at_a), std::abs(at_b), inside}) > depth) {
-        return true;
+      if (contact == Contact::kNone && Reaches(a, b, depth, other)) {
+        contact = Contact::kTouch;
       }
     }
-    return false;
-  });
+  }
+  return contact;
 }
 
 }  // namespace
 
-std::vector<std::pair<int, int>> IntersectingMeshes(const std::vector<const Mesh*>& meshes) {
+std::vector<MeshContact> MeshContacts(const std::vector<const Mesh*>& meshes) {
   std::vector<Box> boxes;
   for (const Mesh* mesh : meshes) {
     boxes.push_back(BoxOf(*mesh));
@@ -81,16 +101,22 @@ std::vector<std::pair<int, int>> IntersectingMeshes(const std::vector<const Mesh
     }
     return casters[i];
   };
-  std::vector<std::pair<int, int>> pairs;
+  std::vector<MeshContact> contacts;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     for (std::size_t j = i + 1; j < meshes.size(); ++j) {
-      if (Overlap(boxes[i], boxes[j]) &&
-          (EdgePierces(*meshes[i], caster(j)) || EdgePierces(*meshes[j], caster(i)))) {
-        pairs.emplace_back(static_cast<int>(i), static_cast<int>(j));
+      if (!Overlap(boxes[i], boxes[j])) {
+        continue;
+      }
+      Contact contact = ContactOfEdges(*meshes[i], caster(j));
+      if (contact != Contact::kCut) {
+        contact = std::max(contact, ContactOfEdges(*meshes[j], caster(i)));
+      }
+      if (contact != Contact::kNone) {
+        contacts.push_back({static_cast<int>(i), static_cast<int>(j), contact == Contact::kCut});
       }
     }
   }
-  return pairs;
+  return contacts;
 }
 
 }  // namespace pathfit::renderer

@@ -1,16 +1,22 @@
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
 
 namespace pathfit::renderer {
 
-/// Pairs (i < j) of meshes in one frame that cut each other: an edge of one passes through the
-/// inside of a triangle of the other and reaches deeper than kTouchDepth, in half diagonals of that
-/// mesh, on both sides. Meshes that only touch do not.
-std::vector<std::pair<int, int>> IntersectingMeshes(const std::vector<const Mesh*>& meshes);
+/// Two meshes, i < j, that cut each other or only touch.
+struct MeshContact {
+  int i = 0, j = 0;
+  bool cut = false;
+  friend bool operator==(const MeshContact&, const MeshContact&) = default;
+};
+
+/// Contacts of meshes in one frame, each pair once. They cut each other where an edge of one passes
+/// through the inside of a triangle of the other and reaches deeper than kTouchDepth, in half
+/// diagonals of that mesh, on both sides; they touch where an edge comes as near as that.
+std::vector<MeshContact> MeshContacts(const std::vector<const Mesh*>& meshes);
 
 inline constexpr double kTouchDepth = 1e-5;
 

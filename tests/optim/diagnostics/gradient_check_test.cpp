@@ -171,15 +171,25 @@ Scene Book() {
   return scene;
 }
 
+/// At the spine the pages touch: the difference is less smooth there, error bars of few replicates
+/// are too small.
+GradientCheckOptions MovingPages(int max_bounces) {
+  GradientCheckOptions options = Moving(max_bounces);
+  options.step *= 0.5;
+  options.replicates *= 2;
+  return options;
+}
 TEST(GradientCheck, BookOfTwoBounces) {
-  CheckKind("book left vertices, 2 bounces", Book(), ParameterKind::kVertexPositions, 0, Moving(2));
   CheckKind(
-      "book right vertices, 2 bounces", Book(), ParameterKind::kVertexPositions, 1, Moving(2));
+      "book left vertices, 2 bounces", Book(), ParameterKind::kVertexPositions, 0, MovingPages(2));
+  CheckKind(
+      "book right vertices, 2 bounces", Book(), ParameterKind::kVertexPositions, 1, MovingPages(2));
 }
 TEST(GradientCheck, BookOfFourBounces) {
-  CheckKind("book left vertices, 4 bounces", Book(), ParameterKind::kVertexPositions, 0, Moving(4));
   CheckKind(
-      "book right vertices, 4 bounces", Book(), ParameterKind::kVertexPositions, 1, Moving(4));
+      "book left vertices, 4 bounces", Book(), ParameterKind::kVertexPositions, 0, MovingPages(4));
+  CheckKind(
+      "book right vertices, 4 bounces", Book(), ParameterKind::kVertexPositions, 1, MovingPages(4));
 }
 TEST(GradientCheck, BookSmoothParameters) {
   for (const int bounces : {2, 4}) {

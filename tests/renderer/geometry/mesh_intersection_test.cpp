@@ -14,17 +14,18 @@ Mesh CubeAt(const Vec3& center) {
   return cube;
 }
 
-std::vector<std::pair<int, int>> Pairs(const Mesh& a, const Mesh& b) {
-  return IntersectingMeshes({&a, &b});
-}
-const std::vector<std::pair<int, int>> kNone;
-const std::vector<std::pair<int, int>> kCut = {{0, 1}};
+std::vector<MeshContact> Pairs(const Mesh& a, const Mesh& b) { return MeshContacts({&a, &b}); }
+const std::vector<MeshContact> kNone;
+const std::vector<MeshContact> kTouch = {{0, 1, false}};
+const std::vector<MeshContact> kCut = {{0, 1, true}};
 
 TEST(MeshIntersection, OfCubesThatOverlapTouchOrContainEachOther) {
   const Mesh cube = MakeCube();  // from -1 to 1
   EXPECT_EQ(Pairs(cube, CubeAt({0.5, 0.3, 0.2})), kCut);
   EXPECT_EQ(Pairs(cube, CubeAt({5.0, 0.0, 0.0})), kNone);
-  EXPECT_EQ(Pairs(cube, CubeAt({0.3, 2.0, 0.1})), kNone) << "stands on it";
+  EXPECT_EQ(Pairs(cube, CubeAt({0.3, 2.0, 0.1})), kTouch) << "stands on it";
+  EXPECT_EQ(Pairs(CubeAt({0.3, 2.0, 0.1}), cube), kTouch);
+  EXPECT_EQ(Pairs(cube, CubeAt({0.3, 2.001, 0.1})), kNone) << "hovers";
   EXPECT_EQ(Pairs(cube, CubeAt({0.3, 1.99, 0.1})), kCut) << "has sunk a little";
   Mesh small = cube;
   for (Vec3& p : small.positions) p *= 0.5;
@@ -35,7 +36,8 @@ TEST(MeshIntersection, OfAnEdgeThroughABigTriangle) {
   Mesh floor = MakeRectangle();
   for (Vec3& p : floor.positions) p *= 10.0;
   EXPECT_EQ(Pairs(floor, CubeAt({0.2, 0.1, 0.5})), kCut);
-  EXPECT_EQ(Pairs(floor, CubeAt({0.2, 0.1, 1.0})), kNone);
+  EXPECT_EQ(Pairs(floor, CubeAt({0.2, 0.1, 1.0})), kTouch);
+  EXPECT_EQ(Pairs(floor, CubeAt({0.2, 0.1, 1.01})), kNone);
 }
 
 TEST(ShadingDeviation, OfBallsHalvesWithTheirEdges) {
