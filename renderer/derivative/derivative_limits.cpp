@@ -10,6 +10,7 @@
 #include "renderer/derivative/active_parameters.h"
 #include "renderer/geometry/mesh_intersection.h"
 #include "renderer/geometry/mesh_normals.h"
+#include "renderer/sensor/camera.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -56,6 +57,39 @@ std::vector<std::string> DeltaMeshes(const Scene& scene) {
     }
   }
   return names;
+}
+
+/// Whether the plane in which a parallel sensor's rays start cuts the mesh inside the picture.
+bool SensorPlaneCuts(const CameraModel& camera, const Mesh& mesh) {
+  const Ray ray = camera.RayThrough(0.5, 0.5);
+  for (const Triangle& t : mesh.triangles) {
+    double low_u = camera.camera().width, low_v = camera.camera().height;
+    double high_u = 0.0, high_v = 0.0;
+    bool cut = false;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3& a = mesh.positions[static_cast<std::size_t>(t[i])];
+      const Vec3& b = mesh.positions[static_cast<std::size_t>(t[(i + 1) % 3])];
+      const double depth_a = Dot(ray.direction, a - ray.origin);
+      const double depth_b = Dot(ray.direction, b - ray.origin);
+      if (depth_a * depth_b >= 0.0) {
+        continue;
+      }
+      cut = true;
+      const Vec3 x = a + (b - a) * (depth_a / (depth_a - depth_b));
+      // Rays do not reach the plane they start in: any point before it has the same pixel.
+      if (const auto seen = camera.Project(x + ray.direction)) {
+        low_u = std::min(low_u, seen->u);
+        high_u = std::max(high_u, seen->u);
+        low_v = std::min(low_v, seen->v);
+        high_v = std::max(high_v, seen->v);
+      }
+    }
+    if (cut && low_u < camera.camera().width && high_u > 0.0 && low_v < camera.camera().height &&
+        high_v > 0.0) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -105,6 +139,16 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
         "edges seen through it, and light that reaches rough surfaces through it, are not in the "
         "derivative by the index");
   }
+  for (const SceneMesh& m : scene.meshes) {
+    if (std::holds_alternative<RoughDielectricBsdf>(MaterialOf(scene, m).bsdf) &&
+        (AnyMoves(layout) || layout.FirstBlock(ParameterKind::kEta, m.material) >= 0)) {
+      limits.push_back(
+          "'" + m.name +
+          "' is rough glass: the light it lets through ends with a step where it would need "
+          "upright microfacets; that this border moves is not in the derivative by moving things "
+          "or by its index; the rougher and the more oblique, the more it is");
+    }
+  }
   if (!AnyMoves(layout)) {
     return limits;
   }
@@ -141,6 +185,22 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
       limits.push_back(names +
                        "' touch: the derivative is the one of sliding along each other; that they "
                        "part or press into each other is not in it");
+    }
+  }
+  for (const Camera& sensor : placed.sensors) {
+    if (sensor.projection != ProjectionKind::kOrthographic) {
+      continue;
+    }
+    const CameraModel camera(sensor);
+    for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
+      if ((CameraMoves(layout) || MeshMoves(layout, static_cast<int>(m))) &&
+          SensorPlaneCuts(camera, placed.meshes[m].mesh)) {
+        limits.push_back(
+            "'" + placed.meshes[m].name + "' is cut by the plane in which the rays of '" +
+            sensor.name +
+            "' start: that the line of the cut moves is not in the derivative by moving "
+            "things; move the sensor back");
+      }
     }
   }
   for (const Emitter& emitter : scene.emitters) {

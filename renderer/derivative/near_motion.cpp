@@ -24,7 +24,7 @@ NearMotion::NearMotion(const RayCaster& caster,
       all_but_[m].assign(count, true);
       all_but_[m][m] = false;
     }
-    if (slides && options.terms.interior && options.max_bounces > 1) {
+    if (slides && options.terms.interior && options.max_bounces > 0) {
       own_corners_[m] = std::make_unique<OwnCorners>(
           caster, static_cast<int>(m), count, kReach * caster.Extent());
     }
@@ -66,9 +66,11 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
     if (IsDelta(v.p.material->bsdf) || !v.p.Reflects()) {
       continue;
     }
-    const bool meets_surfaces = static_cast<int>(k) + 1 < context.max_bounces;
+    // The last reflection meets surfaces that shine only.
+    const bool meets_itself = static_cast<int>(k) + 1 < context.max_bounces ||
+                              context.lights.AreaLightOf(v.p.id.mesh) != nullptr;
     const double distance =
-        DistanceToMotion(v.p, visible && image_form_ && meets_surfaces, std::max(reach, touch));
+        DistanceToMotion(v.p, visible && image_form_ && meets_itself, std::max(reach, touch));
     visible = false;
     if (distance < touch) {
       return {static_cast<int>(k), 1, true};

@@ -1,0 +1,74 @@
+#include "renderer/derivative/derivative_limits.h"
+
+#include <gtest/gtest.h>
+
+#include "renderer/geometry/mesh_primitives.h"
+#include "tests/support/probe.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit::renderer {
+namespace {
+
+/// A ball above a floor, as one sensor sees it.
+Scene BallAboveFloor() {
+  Scene scene = tests::BallAndWall();
+  Mesh ball = MakeIcosphere(1, 0.3);
+  for (Vec3& p : ball.positions) p.z += 0.5;
+  scene.meshes = {{"floor", tests::Plate(1.0, 1.0, 0.0), 0, {}}, {"ball", ball, 0, {}}};
+  scene.materials[0].vertex_colors = false;
+  scene.sensors = {tests::CameraAt({0, 0, 3}, {0, 0, 0}, 30.0, 16, 16)};
+  return scene;
+}
+
+std::vector<std::string> Limits(const Scene& scene, ParameterKind kind, int object) {
+  ParameterLayout layout(scene);
+  layout.Add(kind, object);
+  return DerivativeLimits(scene, layout);
+}
+
+void ExpectOne(const std::vector<std::string>& limits, const std::string& part) {
+  ASSERT_EQ(limits.size(), 1U);
+  EXPECT_NE(limits[0].find(part), std::string::npos) << limits[0];
+}
+
+TEST(DerivativeLimits, NoneForABallThatHovers) {
+  const Scene scene = BallAboveFloor();
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 1).empty());
+}
+
+TEST(DerivativeLimits, MeshesThatTouchOrCut) {
+  Scene scene = BallAboveFloor();
+  scene.meshes[1].mesh = MakeCube();
+  for (Vec3& p : scene.meshes[1].mesh.positions) p = p * 0.25 + Vec3{0.1, 0.05, 0.25};
+  ExpectOne(Limits(scene, ParameterKind::kObjectTranslation, 1), "'floor' and 'ball' touch");
+  EXPECT_TRUE(Limits(scene, ParameterKind::kCameraPosition, 0).empty()) << "both stay";
+  for (Vec3& p : scene.meshes[1].mesh.positions) p.z -= 0.01;
+  ExpectOne(Limits(scene, ParameterKind::kObjectTranslation, 1), "'floor' and 'ball' cut");
+  ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0), "cut");
+}
+
+TEST(DerivativeLimits, RoughGlassByMotionAndByItsIndex) {
+  Scene scene = BallAboveFloor();
+  scene.materials[0].bsdf = RoughDielectricBsdf{0.5, 1.4};
+  scene.meshes.pop_back();
+  ExpectOne(Limits(scene, ParameterKind::kObjectTranslation, 0), "is rough glass");
+  ExpectOne(Limits(scene, ParameterKind::kEta, 0), "is rough glass");
+  EXPECT_TRUE(Limits(scene, ParameterKind::kRoughness, 0).empty());
+}
+
+TEST(DerivativeLimits, PlaneOfAParallelSensorThroughAMesh) {
+  Scene scene = BallAboveFloor();
+  Camera& camera = scene.sensors[0];
+  camera.projection = ProjectionKind::kOrthographic;
+  camera.fx = camera.fy = 8.0;
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 1).empty()) << "all before it";
+  camera.world_from_camera.translation = {0, 0, 0.6};
+  ExpectOne(Limits(scene, ParameterKind::kObjectTranslation, 1), "'ball' is cut by the plane");
+  ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0), "'ball' is cut by the plane");
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 0).empty()) << "not the floor";
+  camera.world_from_camera.translation = {5, 0, 0.6};
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 1).empty()) << "beside the picture";
+}
+
+}  // namespace
+}  // namespace pathfit::renderer
