@@ -142,6 +142,28 @@ TEST(GradientMatrix, SurfacesAndTexels) {
   }
 }
 
+/// The slide is bright up to its border, so that no step makes a texel negative.
+TEST(GradientMatrix, TexelsOfMetalAndOfASlide) {
+  Scene scene = MatrixScene();
+  const int alloy = static_cast<int>(scene.textures.size());
+  scene.textures.push_back(tests::Pattern("alloy", 3, 3, 0.2, 0.8, true));
+  scene.textures[kSlide] = tests::Pattern("slide", 6, 6, 0.2, 1.0);
+  scene.materials[0].metallic_texture = alloy;
+  for (const Case& c : std::vector<Case>{
+           {"alloy.texels (metallic)", ParameterKind::kTextureTexels, alloy},
+           {"slide.texels (projector)", ParameterKind::kTextureTexels, kSlide, 5.0}}) {
+    tests::CheckKind(c.name,
+                     scene,
+                     c.kind,
+                     c.object,
+                     Resting(2e-2),
+                     c.scale,
+                     {Term::kInterior},
+                     tests::kTile,
+                     kMinSignal);
+  }
+}
+
 TEST(GradientMatrix, PowerOfLights) {
   for (const Case& c :
        std::vector<Case>{{"sky.intensity", ParameterKind::kLightIntensity, kSky},
