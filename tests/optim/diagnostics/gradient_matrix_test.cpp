@@ -112,6 +112,9 @@ void CheckMoving(const Case& c, DerivativeForm form, PixelFilter::Shape filter) 
     options.spp = 384;
     options.spp_pixel = 128.0;
   }
+  if (c.kind == ParameterKind::kLightPosition && c.object == kProjector) {
+    options.difference_spp = 640;  // its shadows are small: few samples change sides
+  }
   tests::CheckKind(
       name, scene, c.kind, c.object, options, c.scale, c.terms, tests::kTile, min_signal);
 }
@@ -129,6 +132,28 @@ TEST(GradientMatrix, SurfacesAndTexels) {
                          {"glow.texels (emission)", ParameterKind::kTextureTexels, kGlow, 5.0}}) {
     tests::CheckKind(c.name,
                      MatrixScene(),
+                     c.kind,
+                     c.object,
+                     Resting(2e-2),
+                     c.scale,
+                     {Term::kInterior},
+                     tests::kTile,
+                     kMinSignal);
+  }
+}
+
+/// The slide is bright up to its border, so that no step makes a texel negative.
+TEST(GradientMatrix, TexelsOfMetalAndOfASlide) {
+  Scene scene = MatrixScene();
+  const int alloy = static_cast<int>(scene.textures.size());
+  scene.textures.push_back(tests::Pattern("alloy", 3, 3, 0.2, 0.8, true));
+  scene.textures[kSlide] = tests::Pattern("slide", 6, 6, 0.2, 1.0);
+  scene.materials[0].metallic_texture = alloy;
+  for (const Case& c : std::vector<Case>{
+           {"alloy.texels (metallic)", ParameterKind::kTextureTexels, alloy},
+           {"slide.texels (projector)", ParameterKind::kTextureTexels, kSlide, 5.0}}) {
+    tests::CheckKind(c.name,
+                     scene,
                      c.kind,
                      c.object,
                      Resting(2e-2),
@@ -185,9 +210,21 @@ std::vector<Case> Shapes() {
 }
 std::vector<Case> Lights() {
   return {
-      {"lamp.position", ParameterKind::kLightPosition, kLamp, 1.0, {Term::kInterior}},
-      {"spot.position", ParameterKind::kLightPosition, kSpot, 1.0, {Term::kInterior}},
-      {"projector.position", ParameterKind::kLightPosition, kProjector, 1.0, {Term::kInterior}},
+      {"lamp.position",
+       ParameterKind::kLightPosition,
+       kLamp,
+       1.0,
+       {Term::kInterior, Term::kDirect}},
+      {"spot.position",
+       ParameterKind::kLightPosition,
+       kSpot,
+       1.0,
+       {Term::kInterior, Term::kDirect}},
+      {"projector.position",
+       ParameterKind::kLightPosition,
+       kProjector,
+       1.0,
+       {Term::kInterior, Term::kDirect}},
       {"sky.rotation", ParameterKind::kLightRotation, kSky, 1.0, {Term::kInterior, Term::kDirect}},
       {"sun.rotation", ParameterKind::kLightRotation, kSun, 1.0, {Term::kInterior, Term::kDirect}},
       {"spot.rotation", ParameterKind::kLightRotation, kSpot, 1.0, {Term::kInterior}},

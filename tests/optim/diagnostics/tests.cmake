@@ -3,3 +3,4 @@ pathfit_test(optim/diagnostics/gradient_check_test LABEL statistical LINK pathfi
 pathfit_test(optim/diagnostics/gradient_matrix_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_scenes_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_contacts_test LABEL statistical LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/diagnostics/gradient_bounces_test LABEL statistical LINK pathfit_optim pathfit_test_support)

@@ -7,8 +7,9 @@
 
 #include "tests/renderer/known_answers/known_answer.h"
 
-// Path_space 6.3, C12, C13b, C14, C15, C15b, C30: shining surfaces seen through a filter, in both
-// forms. The camera is at the origin and looks along -z; its pixel's axes are x and -y.
+// Path_space 6.3, C12, C13, C13b, C14, C15, C15b, C17, C30: shining surfaces seen through a filter,
+// and a grey body before the sky, in both forms. The camera is at the origin and looks along -z;
+// its pixel's axes are x and -y.
 namespace pathfit::tests {
 namespace {
 
@@ -83,6 +84,12 @@ class FilmAnswers : public ::testing::TestWithParam<DerivativeForm> {
   void ExpectDerivative(const std::string& name, const Motion& motion, const Known& known) const {
     ExpectKnown(name, Derivative(motion).Total(), known);
   }
+  static void ExpectOnly(std::size_t term, const TermReplicates& found) {
+    for (std::size_t t = 0; t < kNumTerms; ++t) {
+      if (t == term) continue;
+      for (const double value : found.terms[t]) EXPECT_EQ(value, 0.0) << "term " << t;
+    }
+  }
   [[nodiscard]] Motion Translation(const Vec3& v, int mesh = 0) const {
     return Motion(scene_).Add(ParameterKind::kObjectTranslation, mesh, v);
   }
@@ -115,6 +122,36 @@ TEST_P(FilmAnswers, C12HalfPlane) {
     const double h = filter.Value(f * x / z);
     ExpectDerivative("dI/dcx_" + name, camera(ParameterKind::kPrincipalPoint, {1, 0}), {h, size});
     ExpectDerivative("dI/df_" + name, camera(ParameterKind::kFocal, {1, 1}), {h * x / z, size});
+  }
+}
+
+TEST_P(FilmAnswers, C13QuadInsideAPixel) {
+  const double f = 5.0, width = 0.2, length = 0.3, z = 3.0;
+  const Vec3 centre{0, 0, -z};
+  options_.spp = 8192;
+  Look(f, Filters()[0].filter);
+  for (const double tilt : {0.4, 0.0}) {
+    SCOPED_TRACE(tilt);
+    scene_.meshes.clear();
+    scene_.emitters.clear();
+    Mesh mesh = Plate(0.5 * width, 0.5 * length, 0.0);
+    renderer::ApplyTransform({renderer::RotationFromVector({tilt, 0, 0}), centre}, mesh);
+    Shine(mesh, 1.0);
+    scene_.meshes[0].pose.pivot = centre;
+    const C13Answer c13 = C13TiltedQuad(f, width, length, z, tilt);
+    const std::string tail = tilt > 0.0 ? "_tilted" : "_flat";
+    ExpectValue("I" + tail, c13.value);
+    const auto expect = [&](const std::string& name, const Motion& motion, const Known& known) {
+      const TermReplicates found = Derivative(motion);
+      ExpectKnown(name + tail, found.Total(), known);
+      ExpectOnly(InMaterialForm() ? kInterior : kPrimary, found);
+    };
+    expect("dI/dz", Translation({0, 0, -1}), {c13.d_z});
+    // Seen straight on, both halves cancel: the near one grows as the far one shrinks.
+    expect("dI/dtilt",
+           Motion(scene_).Add(ParameterKind::kObjectRotation, 0, Vec3{1, 0, 0}),
+           {c13.d_tilt, c13.value});
+    expect("dI/df", Motion(scene_).Add(ParameterKind::kFocal, 0, std::vector{1.0, 1.0}), {c13.d_f});
   }
 }
 
@@ -190,6 +227,30 @@ TEST_P(FilmAnswers, C15bTexturedPlaneMovingAside) {
     for (int i = 0; i < 4; ++i) uvs.direction.insert(uvs.direction.end(), {-0.25 / reach, 0.0});
     ExpectDerivative("dI/duv_" + name, uvs, {c15b.d_s});
   }
+}
+
+/// What the body reflects does not change with its place; the sky it covers does.
+TEST_P(FilmAnswers, C17GreySphereInASky) {
+  const double f = 2.0, albedo = 0.7, radius = 0.6, distance = 3.0;
+  constexpr double kMesh = 2e-3;  // the mesh is inscribed: its outline is smaller
+  const C17Answer c17 = C17SphereInSky(f, albedo, radius, distance);
+  const Vec3 centre{0, 0, -distance};
+  Mesh ball = renderer::MakeIcosphere(4, radius);
+  // Turned off the icosahedron's symmetry, so that no face is seen edge on.
+  renderer::ApplyTransform({renderer::RotationFromVector({0.2, 0.4, 0.6}), centre}, ball);
+  scene_.materials[0].base_color = renderer::Rgb::Constant(albedo);
+  scene_.meshes = {{"ball", ball, 0, {}}};
+  scene_.emitters = {ConstantEnvironment({1, 1, 1})};
+  Look(f, Filters()[0].filter);
+  options_.max_bounces = 1;
+  const renderer::Renderer renderer(scene_);
+  const auto image = PrimalReplicates(renderer, scene_.sensors[0], options_, kReplicates);
+  ExpectKnown("area", Channel(image, 3), {c17.area, 0.0, kMesh});
+  ExpectKnown("I", Channel(image, 0), {1.0 + (albedo - 1.0) * c17.area, 0.0, kMesh});
+  ExpectDerivative("dI/dd", Translation({0, 0, -1}), {c17.d_distance, 0.0, kMesh});
+  ExpectDerivative("dI/dR",
+                   Motion(scene_).Vertices(0, [&](const Vec3& p) { return (p - centre) / radius; }),
+                   {c17.d_radius, 0.0, kMesh});
 }
 
 TEST_P(FilmAnswers, C30ForegroundOverBackground) {

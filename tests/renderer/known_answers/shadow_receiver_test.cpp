@@ -183,6 +183,15 @@ TEST_F(ShadowReceiver, C10BallBeforeARectangle) {
   const double by_radius = -ball.Taken(r, grow);
   // Seen from the origin: the mesh is inscribed, its outline is smaller.
   EXPECT_NEAR(-ball.Taken(1e-3, grow), c10.d_radius, 0.03 * std::abs(c10.d_radius));
+  ExpectValue({Average(
+      [&](double x, double y) {
+        return C3Rectangle(-half - x, half - x, -half - y, half - y, height).value -
+               BodyIrradiance(ball.mesh, {x, y, 0});
+      },
+      -r,
+      r,
+      -r,
+      r)});
   const renderer::Scene& scene = floor_.scene;
   ExpectOnly(kDirect, ExpectDerivative("dE/dR", Motion(scene).Vertices(mesh, grow), {by_radius}));
   // Sideways motion of the shadow within the light cancels from side to side.
@@ -242,34 +251,66 @@ TEST_F(ShadowReceiver, C23BallUnderAConstantSky) {
                    {0.0, std::abs(c23.d_radius)});
 }
 
-TEST_F(ShadowReceiver, C19IndirectLightPastAnEdge) {
-  const C19Scene s;
+/// The wall shines on the floor past a fence.
+class WallBehindAFence : public ShadowReceiver {
+ protected:
+  WallBehindAFence() {
+    const C19Scene& s = s_;
+    floor_ = FloorScene(3.0);
+    floor_.AddLight(Ceiling(s.x0, s.x1, -s.half_y, s.half_y, s.height));
+    floor_.scene.materials.push_back(
+        {"wall", renderer::LambertBsdf{}, renderer::Rgb::Constant(s.albedo)});
+    floor_.scene.materials.back().two_sided = false;
+    Mesh wall;  // x = distance, facing -x
+    wall.positions = {{s.distance, -s.wall_half_y, 0},
+                      {s.distance, -s.wall_half_y, s.wall_top},
+                      {s.distance, s.wall_half_y, s.wall_top},
+                      {s.distance, s.wall_half_y, 0}};
+    wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+    floor_.Add("wall", wall, 2);
+    Mesh fence;  // x = occluder_x, from below the floor to edge_z
+    fence.positions = {{s.occluder_x, -0.5, -0.05},
+                       {s.occluder_x, -0.5, s.edge_z},
+                       {s.occluder_x, 0.5, s.edge_z},
+                       {s.occluder_x, 0.5, -0.05}};
+    fence.triangles = {{0, 1, 2}, {0, 2, 3}};
+    occluder_ = floor_.Add("fence", fence);
+    options_.max_bounces = 2;
+  }
+  /// What the sensor sees of light that was reflected once before: equal numbers make equal direct
+  /// light, which cancels exactly.
+  [[nodiscard]] std::vector<double> Indirect() const {
+    const renderer::Renderer renderer(floor_.scene);
+    renderer::RenderOptions options = options_;
+    options.spp = 32768;
+    std::vector<double> out =
+        Channel(PrimalReplicates(renderer, Sensor(), options, kReplicates), 0);
+    options.max_bounces = 1;
+    const std::vector<double> direct =
+        Channel(PrimalReplicates(renderer, Sensor(), options, kReplicates), 0);
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] -= direct[i];
+    return Irradiance(out);
+  }
+
+  const C19Scene s_;
+  int occluder_ = 0;
+};
+
+TEST_F(WallBehindAFence, C19IndirectLightOfAPoint) {
+  floor_.LookAtOrigin();
+  const C19Answer c19 = C19Indirect(s_);
+  ExpectKnown("E_indirect", Indirect(), {c19.value});
+  options_.max_bounces = 1;
+  ExpectValue({c19.direct});
+}
+
+TEST_F(WallBehindAFence, C19IndirectLightPastAnEdge) {
   const double r = 0.15;
-  floor_ = FloorScene(3.0);
-  floor_.AddLight(Ceiling(s.x0, s.x1, -s.half_y, s.half_y, s.height));
-  floor_.scene.materials.push_back(
-      {"wall", renderer::LambertBsdf{}, renderer::Rgb::Constant(s.albedo)});
-  floor_.scene.materials.back().two_sided = false;
-  Mesh wall;  // x = distance, facing -x
-  wall.positions = {{s.distance, -s.wall_half_y, 0},
-                    {s.distance, -s.wall_half_y, s.wall_top},
-                    {s.distance, s.wall_half_y, s.wall_top},
-                    {s.distance, s.wall_half_y, 0}};
-  wall.triangles = {{0, 1, 2}, {0, 2, 3}};
-  floor_.Add("wall", wall, 2);
-  Mesh fence;  // x = occluder_x, from below the floor to edge_z
-  fence.positions = {{s.occluder_x, -0.5, -0.05},
-                     {s.occluder_x, -0.5, s.edge_z},
-                     {s.occluder_x, 0.5, s.edge_z},
-                     {s.occluder_x, 0.5, -0.05}};
-  fence.triangles = {{0, 1, 2}, {0, 2, 3}};
-  const int occluder = floor_.Add("fence", fence);
   floor_.LookDown(-r, r, -r, r);
-  options_.max_bounces = 2;
   const auto exact = [&](auto value) {
     return Average(
         [&](double x, double y) {
-          C19Scene seen = s;
+          C19Scene seen = s_;
           for (double* place : {&seen.x0, &seen.x1, &seen.distance, &seen.occluder_x}) *place -= x;
           seen.receiver_y = y;
           return value(C19Indirect(seen));
@@ -281,12 +322,13 @@ TEST_F(ShadowReceiver, C19IndirectLightPastAnEdge) {
   };
   const double by_edge = exact([](const C19Answer& a) { return a.d_edge_z; });
   ExpectValue({exact([](const C19Answer& a) { return a.value + a.direct; })});
+  ExpectKnown("E_indirect", Indirect(), {exact([](const C19Answer& a) { return a.value; })});
   ExpectOnly(kIndirect,
              ExpectDerivative("dE/ds",
                               Motion(floor_.scene)
-                                  .Vertices(occluder,
+                                  .Vertices(occluder_,
                                             [&](const Vec3& p) {
-                                              return Vec3{0, 0, p.z == s.edge_z ? 1. : 0.};
+                                              return Vec3{0, 0, p.z == s_.edge_z ? 1. : 0.};
                                             }),
                               {by_edge}));
 }

@@ -6,3 +6,4 @@ pathfit_test(renderer/known_answers/invariance_test LABEL statistical LINK pathf
 pathfit_test(renderer/known_answers/onepixel_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/known_answers/point_receiver_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/known_answers/shadow_receiver_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/known_answers/sky_receiver_test LABEL statistical LINK pathfit_test_support)
