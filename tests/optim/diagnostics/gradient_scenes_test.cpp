@@ -319,6 +319,26 @@ TEST(DifficultScenes, CameraInAClosedRoom) {
   }
 }
 
+/// Two leaves of one mesh are all the light: the last reflection meets them, in their fold from
+/// close by.
+TEST(DifficultScenes, FoldThatShines) {
+  Mesh fold;
+  fold.positions = {{-1, 0, 1}, {1, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {1, 1, -0.2}, {-1, 1, -0.2}};
+  fold.triangles = {{0, 1, 2}, {0, 2, 3}, {3, 2, 4}, {3, 4, 5}};
+  Scene scene = Above(fold);
+  scene.meshes = {{"fold", fold, 0, {}}};
+  scene.emitters = {tests::Panel(0, {1.0, 1.5, 2.0})};
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    CheckKind(std::string("shining fold") + (form == kImage ? ", image" : ", material"),
+              scene,
+              ParameterKind::kVertexPositions,
+              0,
+              Moving(form),
+              1.0,
+              {Term::kInterior, form == kImage ? Term::kPrimary : Term::kPixel});
+  }
+}
+
 TEST(DifficultScenes, LampNextToASurface) {
   Scene scene = Above(Box({-0.3, 0.7, 0}));
   scene.emitters[0] = tests::Lamp({0.6, 0.02, 0.4}, {0.8, 0.7, 0.6});
