@@ -125,16 +125,26 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
 namespace {
 
 struct IgnoringQuery : EmbreeFilteredContext {
+  const RayCaster* caster = nullptr;
+  const Ray* ray = nullptr;
   std::span<const TriangleId> ignored;
 };
 
+/// Leaves out what is to be ignored and what only rounding hits: a ray along a silhouette of a fine
+/// mesh passes the neighbours of the edge's triangles closer than Embree can tell.
 void SkipIgnored(const RTCFilterFunctionNArguments* arguments) {
   // The context is the base of an IgnoringQuery.
   const auto* context = reinterpret_cast<const EmbreeFilteredContext*>(arguments->context);
-  const auto& ignored = static_cast<const IgnoringQuery*>(context)->ignored;
+  const auto& query = *static_cast<const IgnoringQuery*>(context);
   const TriangleId id{static_cast<std::int32_t>(RTCHitN_geomID(arguments->hit, arguments->N, 0)),
                       static_cast<std::int32_t>(RTCHitN_primID(arguments->hit, arguments->N, 0))};
-  if (std::find(ignored.begin(), ignored.end(), id) != ignored.end()) {
+  if (std::find(query.ignored.begin(), query.ignored.end(), id) != query.ignored.end()) {
+    arguments->valid[0] = 0;
+    return;
+  }
+  const PlaneHit hit =
+      IntersectPlane(query.caster->Geometry(id), query.ray->origin, query.ray->direction);
+  if (!(std::min({hit.b1, hit.b2, 1.0 - hit.b1 - hit.b2}) >= 0.0)) {
     arguments->valid[0] = 0;
   }
 }
@@ -156,6 +166,8 @@ std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
     EmbreeIntersect(handles_->scene, query);
   } else {
     IgnoringQuery context;
+    context.caster = this;
+    context.ray = &ray;
     context.ignored = ignored;
     EmbreeIntersectFiltered(handles_->scene, SkipIgnored, context, query);
   }

@@ -27,7 +27,8 @@ class RayCaster {
   void Build(const std::vector<const Mesh*>& meshes);
 
   [[nodiscard]] std::optional<Hit> Intersect(const Ray& ray) const;
-  /// First hit at least `min_distance` away that is on none of `ignored`.
+  /// First hit at least `min_distance` away that is on none of `ignored` and, unless there are none
+  /// of them, in its triangle to double precision.
   [[nodiscard]] std::optional<Hit> IntersectIgnoring(const Ray& ray,
                                                      double min_distance,
                                                      std::span<const TriangleId> ignored) const;

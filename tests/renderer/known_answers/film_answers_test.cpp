@@ -229,13 +229,14 @@ TEST_P(FilmAnswers, C15bTexturedPlaneMovingAside) {
   }
 }
 
-/// What the body reflects does not change with its place; the sky it covers does.
+/// What the body reflects does not change with its place; the sky it covers does. The triangles
+/// next to its silhouettes come closer to the rays along them than single precision can tell.
 TEST_P(FilmAnswers, C17GreySphereInASky) {
   const double f = 2.0, albedo = 0.7, radius = 0.6, distance = 3.0;
-  constexpr double kMesh = 2e-3;  // the mesh is inscribed: its outline is smaller
+  constexpr double kMesh = 2e-4;  // the mesh is inscribed: its outline is smaller
   const C17Answer c17 = C17SphereInSky(f, albedo, radius, distance);
   const Vec3 centre{0, 0, -distance};
-  Mesh ball = renderer::MakeIcosphere(4, radius);
+  Mesh ball = renderer::MakeIcosphere(6, radius);
   // Turned off the icosahedron's symmetry, so that no face is seen edge on.
   renderer::ApplyTransform({renderer::RotationFromVector({0.2, 0.4, 0.6}), centre}, ball);
   scene_.materials[0].base_color = renderer::Rgb::Constant(albedo);
