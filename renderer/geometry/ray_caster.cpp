@@ -124,6 +124,9 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
 
 namespace {
 
+// Barycentric weights this far outside are on a triangle's border.
+constexpr double kBorder = 1e-9;
+
 struct IgnoringQuery : EmbreeFilteredContext {
   const RayCaster* caster = nullptr;
   const Ray* ray = nullptr;
@@ -144,7 +147,7 @@ void SkipIgnored(const RTCFilterFunctionNArguments* arguments) {
   }
   const PlaneHit hit =
       IntersectPlane(query.caster->Geometry(id), query.ray->origin, query.ray->direction);
-  if (!(std::min({hit.b1, hit.b2, 1.0 - hit.b1 - hit.b2}) >= 0.0)) {
+  if (!(std::min({hit.b1, hit.b2, 1.0 - hit.b1 - hit.b2}) > -kBorder)) {
     arguments->valid[0] = 0;
   }
 }
