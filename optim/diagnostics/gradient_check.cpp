@@ -248,6 +248,7 @@ GradientComparison Compare(const GradientCheckResult& result,
                            double sigma) {
   const std::size_t n = result.difference.size();
   const Film& first = result.difference.front();
+  const std::vector<Film> estimates = Estimates(result, scales);
   const Film edge_film = EdgeFilm(result, scales);
   const int side = tile > 0 ? tile : std::max(first.width, first.height);
   GradientComparison out;
@@ -263,13 +264,7 @@ GradientComparison Compare(const GradientCheckResult& result,
       Rgba mean_difference;
       for (std::size_t r = 0; r < n; ++r) {
         const Rgba difference = TileSum(result.difference[r], x, y, side);
-        Rgba estimate;
-        for (const Term term : kAllTerms) {
-          if (!result[term].empty()) {
-            estimate += TileSum(result[term][r], x, y, side) * scales[term];
-          }
-        }
-        errors.push_back(estimate - difference);
+        errors.push_back(TileSum(estimates[r], x, y, side) - difference);
         mean_error += errors.back() * (1.0 / static_cast<double>(n));
         mean_difference += difference * (1.0 / static_cast<double>(n));
       }
@@ -313,7 +308,7 @@ GradientComparison Compare(const GradientCheckResult& result,
   return out;
 }
 
-std::vector<Film> Estimates(const GradientCheckResult& result) {
+std::vector<Film> Estimates(const GradientCheckResult& result, const TermScales& scales) {
   std::vector<Film> sums;
   for (const Film& difference : result.difference) {
     sums.emplace_back(difference.width, difference.height);
@@ -321,7 +316,7 @@ std::vector<Film> Estimates(const GradientCheckResult& result) {
   for (const Term term : kAllTerms) {
     for (std::size_t r = 0; r < result[term].size(); ++r) {
       for (std::size_t i = 0; i < sums[r].pixels.size(); ++i) {
-        sums[r].pixels[i] += result[term][r].pixels[i];
+        sums[r].pixels[i] += result[term][r].pixels[i] * scales[term];
       }
     }
   }

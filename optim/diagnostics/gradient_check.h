@@ -85,8 +85,9 @@ GradientComparison Compare(const GradientCheckResult& result,
                            int tile,
                            double sigma = 4.0);
 
-/// The derivative of each replicate: the sum of its terms.
-std::vector<renderer::Film> Estimates(const GradientCheckResult& result);
+/// The derivative of each replicate: the sum of its scaled terms.
+std::vector<renderer::Film> Estimates(const GradientCheckResult& result,
+                                      const TermScales& scales = {});
 
 /// Mean over replicates.
 renderer::Film MeanFilm(const std::vector<renderer::Film>& films);

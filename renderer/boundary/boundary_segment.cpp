@@ -123,7 +123,7 @@ std::optional<Connection> Connect(const BoundaryContext& context,
                           (ShadingCorrection(p, detector.wi) *
                            std::abs(Dot(p.ng, Cross(projection->du, projection->dv))));
   if (IsBlack(connection.importance) ||
-      caster.Occluded({p.x + p.ng * caster.Offset() + step, to_camera.direction},
+      caster.Occluded({RayStart(caster, p, p.wo) + step, p.wo},
                       ShadowDistance(caster, connection.view.distance))) {
     return std::nullopt;
   }
@@ -173,7 +173,7 @@ bool Advance(const BoundaryContext& context,
   if (IsBlack(throughput)) {
     return false;
   }
-  const auto hit = caster.Intersect({p.x + p.ng * caster.Offset(), sample->wi});
+  const auto hit = caster.Intersect({RayStart(caster, p, p.wo), p.wo});
   if (!hit) {
     return false;
   }

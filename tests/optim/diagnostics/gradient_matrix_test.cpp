@@ -119,27 +119,33 @@ void CheckMoving(const Case& c, DerivativeForm form, PixelFilter::Shape filter) 
       name, scene, c.kind, c.object, options, c.scale, c.terms, tests::kTile, min_signal);
 }
 
-TEST(GradientMatrix, SurfacesAndTexels) {
-  for (const Case& c :
-       std::vector<Case>{{"wall.colors", ParameterKind::kVertexColors, kWall},
-                         {"gloss.base_color", ParameterKind::kBaseColor, kGlossMaterial},
-                         {"gloss.roughness", ParameterKind::kRoughness, kGlossMaterial},
-                         {"gloss.metallic", ParameterKind::kMetallic, kGlossMaterial},
-                         {"metal.eta", ParameterKind::kEta, kMetalMaterial},
-                         {"metal.k", ParameterKind::kExtinction, kMetalMaterial},
-                         {"paint.texels (base colour)", ParameterKind::kTextureTexels, kPaint},
-                         {"sheen.texels (roughness)", ParameterKind::kTextureTexels, kSheen},
-                         {"glow.texels (emission)", ParameterKind::kTextureTexels, kGlow, 5.0}}) {
+/// What moves nothing.
+void CheckResting(const Scene& scene, double step, const std::vector<Case>& cases) {
+  for (const Case& c : cases) {
     tests::CheckKind(c.name,
-                     MatrixScene(),
+                     scene,
                      c.kind,
                      c.object,
-                     Resting(2e-2),
+                     Resting(step),
                      c.scale,
                      {Term::kInterior},
                      tests::kTile,
                      kMinSignal);
   }
+}
+
+TEST(GradientMatrix, SurfacesAndTexels) {
+  CheckResting(MatrixScene(),
+               2e-2,
+               {{"wall.colors", ParameterKind::kVertexColors, kWall},
+                {"gloss.base_color", ParameterKind::kBaseColor, kGlossMaterial},
+                {"gloss.roughness", ParameterKind::kRoughness, kGlossMaterial},
+                {"gloss.metallic", ParameterKind::kMetallic, kGlossMaterial},
+                {"metal.eta", ParameterKind::kEta, kMetalMaterial},
+                {"metal.k", ParameterKind::kExtinction, kMetalMaterial},
+                {"paint.texels (base colour)", ParameterKind::kTextureTexels, kPaint},
+                {"sheen.texels (roughness)", ParameterKind::kTextureTexels, kSheen},
+                {"glow.texels (emission)", ParameterKind::kTextureTexels, kGlow, 5.0}});
 }
 
 /// The slide is bright up to its border, so that no step makes a texel negative.
@@ -149,42 +155,24 @@ TEST(GradientMatrix, TexelsOfMetalAndOfASlide) {
   scene.textures.push_back(tests::Pattern("alloy", 3, 3, 0.2, 0.8, true));
   scene.textures[kSlide] = tests::Pattern("slide", 6, 6, 0.2, 1.0);
   scene.materials[0].metallic_texture = alloy;
-  for (const Case& c : std::vector<Case>{
-           {"alloy.texels (metallic)", ParameterKind::kTextureTexels, alloy},
-           {"slide.texels (projector)", ParameterKind::kTextureTexels, kSlide, 5.0}}) {
-    tests::CheckKind(c.name,
-                     scene,
-                     c.kind,
-                     c.object,
-                     Resting(2e-2),
-                     c.scale,
-                     {Term::kInterior},
-                     tests::kTile,
-                     kMinSignal);
-  }
+  CheckResting(scene,
+               2e-2,
+               {{"alloy.texels (metallic)", ParameterKind::kTextureTexels, alloy},
+                {"slide.texels (projector)", ParameterKind::kTextureTexels, kSlide, 5.0}});
 }
 
 TEST(GradientMatrix, PowerOfLights) {
-  for (const Case& c :
-       std::vector<Case>{{"sky.intensity", ParameterKind::kLightIntensity, kSky},
-                         {"panel.intensity", ParameterKind::kLightIntensity, kPanelLight, 60.0},
-                         {"spot.intensity", ParameterKind::kLightIntensity, kSpot, 10.0},
-                         {"projector.intensity", ParameterKind::kLightIntensity, kProjector, 10.0},
-                         {"sun.intensity", ParameterKind::kLightIntensity, kSun},
-                         {"lamp.intensity", ParameterKind::kLightIntensity, kLamp},
-                         {"spot.angles", ParameterKind::kSpotAngles, kSpot, 0.2},
-                         {"sky.texels", ParameterKind::kEnvironmentTexels, kSky},
-                         {"camera.exposure", ParameterKind::kExposure, 0}}) {
-    tests::CheckKind(c.name,
-                     MatrixScene(),
-                     c.kind,
-                     c.object,
-                     Resting(5e-2),
-                     c.scale,
-                     {Term::kInterior},
-                     tests::kTile,
-                     kMinSignal);
-  }
+  CheckResting(MatrixScene(),
+               5e-2,
+               {{"sky.intensity", ParameterKind::kLightIntensity, kSky},
+                {"panel.intensity", ParameterKind::kLightIntensity, kPanelLight, 60.0},
+                {"spot.intensity", ParameterKind::kLightIntensity, kSpot, 10.0},
+                {"projector.intensity", ParameterKind::kLightIntensity, kProjector, 10.0},
+                {"sun.intensity", ParameterKind::kLightIntensity, kSun},
+                {"lamp.intensity", ParameterKind::kLightIntensity, kLamp},
+                {"spot.angles", ParameterKind::kSpotAngles, kSpot, 0.2},
+                {"sky.texels", ParameterKind::kEnvironmentTexels, kSky},
+                {"camera.exposure", ParameterKind::kExposure, 0}});
 }
 
 std::vector<Case> Shapes() {
