@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/theory/boundary_segment.h"
-#include "renderer/theory/geometry_term.h"
+#include "tests/renderer/theory/boundary_segment.h"
+#include "tests/renderer/theory/geometry_term.h"
 #include "tests/support/closed_forms.h"
 
 // The closed forms of path_space 6.3 that need a boundary term, by quadrature over the occluder's

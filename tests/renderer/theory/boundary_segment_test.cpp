@@ -1,4 +1,4 @@
-#include "renderer/theory/boundary_segment.h"
+#include "tests/renderer/theory/boundary_segment.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/geometry/triangle_kernel.h"
-#include "renderer/theory/geometry_term.h"
+#include "tests/renderer/theory/geometry_term.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/finite_difference.h"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/theory/evolving_surface.h"
+#include "tests/renderer/theory/evolving_surface.h"
 #include "tests/renderer/theory/surface_integral.h"
 #include "tests/renderer/theory/surfaces.h"
 #include "tests/support/finite_difference.h"

@@ -1,4 +1,4 @@
-#include "renderer/theory/directional_dual.h"
+#include "tests/renderer/theory/directional_dual.h"
 
 #include <cmath>
 

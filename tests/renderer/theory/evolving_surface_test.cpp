@@ -1,4 +1,4 @@
-#include "renderer/theory/evolving_surface.h"
+#include "tests/renderer/theory/evolving_surface.h"
 
 #include <cmath>
 #include <numbers>

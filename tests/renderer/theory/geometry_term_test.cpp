@@ -1,4 +1,4 @@
-#include "renderer/theory/geometry_term.h"
+#include "tests/renderer/theory/geometry_term.h"
 
 #include <cmath>
 

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/theory/evolving_surface.h"
-#include "renderer/theory/geometry_term.h"
+#include "tests/renderer/theory/evolving_surface.h"
+#include "tests/renderer/theory/geometry_term.h"
 #include "tests/renderer/theory/surface_integral.h"
 #include "tests/support/closed_forms.h"
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "renderer/theory/evolving_surface.h"
+#include "tests/renderer/theory/evolving_surface.h"
 #include "tests/support/quadrature.h"
 
 // Integrals over evolving surfaces and their curves, by quadrature in local coordinates.

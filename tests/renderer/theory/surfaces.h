@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "renderer/math/vector.h"
-#include "renderer/theory/evolving_surface.h"
+#include "tests/renderer/theory/evolving_surface.h"
 
 // The evolving surfaces of the paper's supplement and of path_space 6.1 and 6.2.
 namespace pathfit::tests {

@@ -1,4 +1,4 @@
-#include "renderer/theory/triangle_motion.h"
+#include "tests/renderer/theory/triangle_motion.h"
 
 #include <cmath>
 #include <type_traits>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/geometry/triangle_kernel.h"
-#include "renderer/theory/evolving_surface.h"
+#include "tests/renderer/theory/evolving_surface.h"
 #include "tests/support/finite_difference.h"
 
 namespace pathfit::tests {

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "renderer/math/vector.h"
-#include "renderer/theory/directional_dual.h"
+#include "tests/renderer/theory/directional_dual.h"
 
 // The vocabulary of path_space 1.2 for a parameterised evolving surface. Four kinds of callable,
 // all templates on the number type T (double, DirectionalDual, ceres::Jet):
