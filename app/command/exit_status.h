@@ -10,7 +10,6 @@ enum class ExitStatus {
   kConfig = 3,         ///< config wrong, all problems listed
   kInput = 4,          ///< input data missing, unreadable or inconsistent
   kNumerical = 5,      ///< NaN, no usable step; the last accepted state is saved
-  kNotConverged = 6,   ///< only where convergence was demanded
   kCheckFailed = 7,    ///< gradcheck outside its limits
   kMemory = 8,         ///< would exceed the memory limit, or allocation failed
   kStopped = 75,       ///< by --time-limit or SIGTERM, with a checkpoint: `pathfit resume`

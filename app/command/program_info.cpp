@@ -4,7 +4,7 @@
 
 #include "app/config/config_error.h"
 #include "optim/problem/problem_size.h"
-#include "optim/solver/ceres_version.h"
+#include "optim/solver/trust_region_solver.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/geometry/ray_caster.h"

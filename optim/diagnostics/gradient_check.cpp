@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <boost/math/distributions/students_t.hpp>
+
 #include "renderer/core/check.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
@@ -82,27 +84,10 @@ Rgba LargestNear(const Film& film, int x0, int y0, int tile) {
   return largest;
 }
 
-/// Upper quantile of the standard normal distribution for small tail probabilities (Newton on
-/// erfc).
-double NormalQuantile(double tail) {
-  double z = 4.0;
-  for (int i = 0; i < 50; ++i) {
-    const double error = 0.5 * std::erfc(z / std::sqrt(2.0)) - tail;
-    const double density = std::exp(-0.5 * z * z) / std::sqrt(2.0 * 3.14159265358979324);
-    z += std::clamp(error / density, -1.0, 1.0);
-  }
-  return z;
-}
-
-/// Student quantile by the Cornish-Fisher expansion in 1 / degrees of freedom.
+/// Upper quantile of Student's t.
 double StudentQuantile(double tail, double nu) {
-  const double z = NormalQuantile(tail);
-  const double z3 = z * z * z;
-  const double z5 = z3 * z * z;
-  const double first = (z3 + z) / 4.0;
-  const double second = (5.0 * z5 + 16.0 * z3 + 3.0 * z) / 96.0;
-  const double third = (3.0 * z5 * z * z + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / 384.0;
-  return z + first / nu + second / (nu * nu) + third / (nu * nu * nu);
+  const boost::math::students_t distribution(nu);
+  return boost::math::quantile(boost::math::complement(distribution, std::max(tail, 1e-300)));
 }
 
 bool Moves(const renderer::ParameterLayout& layout) {

@@ -23,7 +23,6 @@ class SilhouetteField {
   /// is black.
   explicit SilhouetteField(const ObservationSet& observations);
 
-  [[nodiscard]] std::size_t NumViews() const { return views_.size(); }
   /// Once the value is known to be below `enough`, it may be anything between the true value and
   /// that.
   [[nodiscard]] double Value(const renderer::Vec3& x, double enough) const;

@@ -109,7 +109,7 @@ std::array<double, 2> ParameterSet::ConeSlopes(double inner, double outer) {
 }
 
 std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& values) const {
-  PATHFIT_CHECK(values.size() == NumScalars());
+  PATHFIT_CHECK_EQ(values.size(), NumScalars());
   std::vector<double> theta(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     double t = values[i];
@@ -124,7 +124,7 @@ std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& val
 }
 
 std::vector<double> ParameterSet::ValuesFromTheta(const std::vector<double>& theta) const {
-  PATHFIT_CHECK(theta.size() == NumScalars());
+  PATHFIT_CHECK_EQ(theta.size(), NumScalars());
   std::vector<double> values(theta.size());
   for (std::size_t i = 0; i < theta.size(); ++i) {
     if (IsLog(i)) {

@@ -2,10 +2,15 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "optim/parameter/parameter_set.h"
 #include "renderer/scene/scene.h"
+
+namespace ceres {
+class CostFunction;
+}
 
 namespace pathfit::optim {
 
@@ -50,6 +55,19 @@ std::vector<PriorTerm> BuildProximalTerms(const renderer::Scene& scene,
                                           const ParameterSet& set,
                                           const std::vector<double>& values,
                                           double mu);
+
+/// Residual of a term and, where `jacobians` and its entries are not null, d r / d theta of each
+/// block (rows x components, row-major). `theta_blocks[k]` points to the unknowns of
+/// term.blocks[k].
+void EvalPrior(const PriorTerm& term,
+               const ParameterSet& set,
+               double const* const* theta_blocks,
+               double* residual,
+               double** jacobians);
+
+/// EvalPrior for the solver. `term` and `set` must outlive it.
+std::unique_ptr<ceres::CostFunction> MakePriorCostFunction(const PriorTerm& term,
+                                                           const ParameterSet& set);
 
 /// Half the sum of squares of all terms.
 double PriorCost(const std::vector<PriorTerm>& terms,

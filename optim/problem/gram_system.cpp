@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-#include "renderer/core/check.h"
+#include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
@@ -115,7 +115,11 @@ GramRoot MakeGramRoot(const GramMatrix& hessian,
   result.offset_squared =
       kOffsetFactor * (noise_squared + kOffsetFloorShare * signal_squared) + explained + 1e-12;
   const double rest = signal_squared - noise_squared + result.offset_squared - explained;
-  PATHFIT_CHECK(rest >= 0.0);
+  if (!(rest >= 0.0) || !std::isfinite(rest)) {
+    throw renderer::NumericalError(
+        "the squares of residuals or derivatives overflow; photos, lights and weights must be of "
+        "ordinary size");
+  }
   result.residual.assign(root.data(), root.data() + n);
   result.residual.push_back(std::sqrt(rest));
   result.upper.assign(upper.data(), upper.data() + n * n);

@@ -54,7 +54,8 @@ struct GramRoot {
   std::vector<double> upper;     ///< L^T, row-major num_scalars^2, H + tiny I = L L^T
   double offset_squared = 0.0;   ///< C^2
 };
-/// `signal_squared`: |u|^2, `noise_squared`: |v|^2, both at the linearisation.
+/// `signal_squared`: |u|^2, `noise_squared`: |v|^2, both at the linearisation. Throws
+/// renderer::NumericalError if sums overflow.
 GramRoot MakeGramRoot(const GramMatrix& hessian,
                       const std::vector<double>& gradient,
                       double signal_squared,

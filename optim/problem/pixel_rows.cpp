@@ -110,14 +110,15 @@ class RowMerger {
         const auto d_b = static_cast<double>(b.d[c * 4 + channel]);
         const double mean = scale * (d_a + d_b);
         const double difference = scale * (d_a - d_b);
-        if (!std::isfinite(mean) || !std::isfinite(difference)) {
-          throw renderer::NumericalError(
-              Place(view_name_, pixel, halves_.film_a.width) + ": the derivative by " +
-              set_.layout().ScalarName(block, component) + " is not finite");
-        }
         entry.jacobian[static_cast<std::size_t>(row * size + component)] = static_cast<float>(mean);
         noise += v[static_cast<std::size_t>(row)] * difference;
         is_zero = is_zero && mean == 0.0 && difference == 0.0;
+        // Rows are kept in single precision, where huge colours overflow first.
+        if (!std::isfinite(static_cast<float>(mean)) || !std::isfinite(static_cast<float>(noise))) {
+          throw renderer::NumericalError(
+              Place(view_name_, pixel, halves_.film_a.width) + ": the derivative by " +
+              set_.layout().ScalarName(block, component) + " is not finite or too large");
+        }
       }
       entry.noise[c] = static_cast<float>(noise);
     }

@@ -15,7 +15,6 @@
 #include "optim/round/peak_memory.h"
 #include "optim/round/seed_policy.h"
 #include "optim/round/step_control.h"
-#include "optim/solver/linear_solver_policy.h"
 #include "optim/solver/trust_region_solver.h"
 
 namespace pathfit::optim {

@@ -1,13 +1,15 @@
 #include "optim/solver/trust_region_solver.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <exception>
 
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
-#include "optim/prior/prior_cost_function.h"
+#include "optim/prior/prior_terms.h"
 #include "optim/problem/image_cost_functions.h"
 #include "renderer/core/error.h"
 
@@ -18,8 +20,15 @@ extern "C" void openblas_set_num_threads(int num_threads);
 namespace pathfit::optim {
 namespace {
 
-constexpr int kMaxDenseRows =
-    3000;  // above this, priors beside a dense system are cheaper kept sparse
+// Above this, priors beside a dense system are cheaper kept sparse.
+constexpr int kMaxDenseRows = 3000;
+
+// Measured on meshes of 2.5, 10 and 40 thousand vertices; beyond these Cholesky's factor or
+// products cost more than conjugate gradients' iterations.
+constexpr double kAlwaysSmallScalars = 9000.0;
+constexpr double kLocalScalars = 120000.0;
+constexpr double kLocalBlocksPerGroup = 20.0;
+constexpr double kMaxProductFlops = 4e10;
 
 class SilenceLog {
  public:
@@ -37,7 +46,8 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
 }
 
 // Renders trial points; the start has been rendered by the linearisation, and nothing uses a
-// Jacobian after acceptance.
+// Jacobian after acceptance. What rendering throws is kept and refuses the trial, so that it need
+// not cross Ceres; SolveRound throws it again.
 class RenderCallback : public ceres::EvaluationCallback {
  public:
   RenderCallback(ImageProblem& problem,
@@ -59,20 +69,23 @@ class RenderCallback : public ceres::EvaluationCallback {
     }
     ++trials_;
     state_.at_start = false;
-    const std::vector<double> values = problem_.set().ValuesFromTheta(theta_);
-    state_.refused = options_.admits && !options_.admits(values);
-    if (state_.refused) {
-      return;
-    }
+    state_.refused = true;
     const auto start = std::chrono::steady_clock::now();
     try {
-      problem_.EvalTrial(values);
+      const std::vector<double> values = problem_.set().ValuesFromTheta(theta_);
+      if (!error_ && (!options_.admits || options_.admits(values))) {
+        problem_.EvalTrial(values);
+        state_.refused = false;
+      }
     } catch (const renderer::SceneError&) {
-      state_.refused = true;  // the step leads out of what can be rendered
+      // The step leads out of what can be rendered.
+    } catch (...) {
+      error_ = std::current_exception();
     }
     seconds_ += SecondsSince(start);
   }
 
+  [[nodiscard]] const std::exception_ptr& error() const { return error_; }
   [[nodiscard]] double seconds() const { return seconds_; }
   [[nodiscard]] int trials() const { return trials_; }
 
@@ -84,15 +97,20 @@ class RenderCallback : public ceres::EvaluationCallback {
   bool is_first_ = true;
   int trials_ = 0;
   double seconds_ = 0.0;
+  std::exception_ptr error_;
 };
 
-// Ends the solve with the first accepted step: iterating on would fit the noise of this sample set.
+// Ends the solve with the first accepted step, since iterating on would fit the noise of this
+// sample set, or with an error.
 class StopAfterStep : public ceres::IterationCallback {
  public:
-  explicit StopAfterStep(SolveOutcome& outcome) : outcome_(outcome) {}
+  StopAfterStep(const RenderCallback& render, SolveOutcome& outcome)
+      : render_(render), outcome_(outcome) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    outcome_.final_radius = summary.trust_region_radius;
+    if (render_.error()) {
+      return ceres::SOLVER_ABORT;
+    }
     if (summary.iteration == 0 || !summary.step_is_successful) {
       return ceres::SOLVER_CONTINUE;
     }
@@ -102,6 +120,7 @@ class StopAfterStep : public ceres::IterationCallback {
   }
 
  private:
+  const RenderCallback& render_;
   SolveOutcome& outcome_;
 };
 
@@ -212,6 +231,28 @@ ceres::Solver::Options MakeSolverOptions(const SolveOptions& options, int num_ro
 
 }  // namespace
 
+std::string CeresVersion() { return CERES_VERSION_STRING; }
+
+LinearSolverKind ChooseLinearSolver(LinearSolverChoice choice,
+                                    const ProblemSize& size,
+                                    double max_bytes) {
+  if (choice == LinearSolverChoice::kCholesky) {
+    CheckFits(size, LinearSolverKind::kCholesky, max_bytes);
+    return LinearSolverKind::kCholesky;
+  }
+  const double blocks_per_group = size.group_blocks / std::max(1.0, size.num_groups);
+  const bool is_small = size.num_scalars <= kAlwaysSmallScalars;
+  const bool is_local =
+      size.num_scalars <= kLocalScalars && blocks_per_group <= kLocalBlocksPerGroup;
+  if (choice == LinearSolverChoice::kAuto && (is_small || is_local) &&
+      size.product_flops <= kMaxProductFlops &&
+      Fits(size, LinearSolverKind::kCholesky, max_bytes)) {
+    return LinearSolverKind::kCholesky;
+  }
+  CheckFits(size, LinearSolverKind::kCgnr, max_bytes);
+  return LinearSolverKind::kCgnr;
+}
+
 SolveOutcome SolveRound(ImageProblem& problem,
                         const std::vector<PriorTerm>& priors,
                         const std::vector<PriorTerm>& proximal,
@@ -225,7 +266,7 @@ SolveOutcome SolveRound(ImageProblem& problem,
   std::vector<double> moving = theta;
   EvaluationState state;
   RenderCallback render(problem, moving, options, state);
-  StopAfterStep stop(outcome);
+  StopAfterStep stop(render, outcome);
 
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &render;
@@ -241,8 +282,14 @@ SolveOutcome SolveRound(ImageProblem& problem,
   solver_options.callbacks.push_back(&stop);
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options, &ceres_problem, &summary);
+  if (render.error()) {
+    std::rethrow_exception(render.error());
+  }
   if (summary.termination_type == ceres::FAILURE) {
-    outcome.message = summary.message;
+    if (summary.iterations.empty()) {
+      throw renderer::NumericalError("the solver cannot begin a round: " + summary.message);
+    }
+    outcome.failure = summary.message;
   }
   if (outcome.accepted) {
     outcome.theta = moving;

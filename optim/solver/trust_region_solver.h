@@ -6,8 +6,22 @@
 
 #include "optim/prior/prior_terms.h"
 #include "optim/problem/image_problem.h"
+#include "optim/problem/loss_spec.h"
+#include "optim/problem/problem_size.h"
 
 namespace pathfit::optim {
+
+/// Version of the Ceres headers.
+std::string CeresVersion();
+
+/// Linear solver of a round whose Jacobian is stored (the dense normal equations are chosen before,
+/// by the number of unknowns: ImageProblem::kMaxGramScalars). Cholesky for small problems and for
+/// surfaces whose pixels depend on nearby vertices only; conjugate gradients where far couplings
+/// (bounces, many texels) would fill the factor. Throws MemoryError if not even conjugate
+/// gradients, or the solver asked for, fits.
+LinearSolverKind ChooseLinearSolver(LinearSolverChoice choice,
+                                    const ProblemSize& size,
+                                    double max_bytes);
 
 struct SolveOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kGram;
@@ -23,16 +37,16 @@ struct SolveOutcome {
   std::vector<double> theta;  ///< the accepted point, or the start
   int trials = 0;
   double relative_decrease = 0.0;  ///< actual over predicted, of the accepted step
-  double final_radius = 0.0;
-  double linear_s = 0.0;  ///< wall time outside of rendering
-  double render_s = 0.0;  ///< wall time of the trials' renderings
-  std::string message;    ///< of the solver, if it failed
+  double linear_s = 0.0;           ///< wall time outside of rendering
+  double render_s = 0.0;           ///< wall time of the trials' renderings
+  std::string failure;             ///< the solver's own words if it gave up; empty = it did not
 };
 
 /// One Levenberg-Marquardt step from `theta`, where `problem` has been linearised: trials shrink
 /// the radius until one is accepted. Deterministic: one thread, samples fixed. On return
 /// problem.costs() are those of the last trial, which is the accepted one if any. Throws what
-/// rendering throws.
+/// rendering throws (a SceneError only refuses the trial) and NumericalError if the start cannot be
+/// evaluated.
 SolveOutcome SolveRound(ImageProblem& problem,
                         const std::vector<PriorTerm>& priors,
                         const std::vector<PriorTerm>& proximal,

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "optim/prior/prior_cost_function.h"
 #include "renderer/core/error.h"
 #include "tests/support/test_scenes.h"
 

@@ -150,6 +150,21 @@ TEST_F(ImageProblemTest, NamesViewPixelAndParameterOfANumberThatIsNotFinite) {
   EXPECT_THROW(other.Linearize(fit_.truth), renderer::NumericalError);
 }
 
+TEST_F(ImageProblemTest, RefusesSumsThatOverflow) {
+  // An environment of 1e30 passed every check and left a negative rest in the normal equations.
+  fit_.unknowns[0].parameterization = optim::Parameterization::kLog;
+  set_ = ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.3);
+  const std::vector<double> huge(fit_.truth.size(), 1e30);
+  for (const LinearSolverChoice choice : {LinearSolverChoice::kGram, LinearSolverChoice::kCgnr}) {
+    ImageProblem problem(source, fit_.views, set_, Options(choice, 1));
+    EXPECT_THROW(problem.Linearize(huge), renderer::NumericalError);
+  }
+  const optim::GramMatrix hessian(2);
+  EXPECT_THROW(optim::MakeGramRoot(hessian, {0.0, 0.0}, 1e308, 1e305), renderer::NumericalError);
+  EXPECT_NO_THROW(optim::MakeGramRoot(hessian, {0.0, 0.0}, 1e3, 1e3));
+}
+
 TEST_F(ImageProblemTest, CensorsClippedChannelsThatAreRenderedBrighter) {
   optim::ViewLevel& level = fit_.views.levels[0];
   level.clipped = renderer::Image(32, 16, 1);

@@ -1,21 +1,65 @@
 #include "optim/solver/trust_region_solver.h"
 
 #include <cmath>
+#include <limits>
+#include <string>
 
 #include <gtest/gtest.h>
 
+#include "renderer/core/check.h"
+#include "renderer/core/error.h"
 #include "tests/optim/problem/linear_image_source.h"
 
 namespace pathfit {
 namespace {
 
+using optim::ChooseLinearSolver;
 using optim::ImageProblem;
 using optim::LinearSolverChoice;
 using optim::LinearSolverKind;
+using optim::ProblemSize;
 using optim::SolveOptions;
 using optim::SolveOutcome;
 using tests::LinearFit;
 using tests::LinearImageSource;
+
+// The measured table: icospheres of 2.5 and 40 thousand vertices, groups of 13 rows and 17 blocks.
+ProblemSize Sized(double num_scalars, double num_groups, double blocks) {
+  ProblemSize size;
+  size.num_scalars = num_scalars;
+  size.num_groups = num_groups;
+  size.group_blocks = num_groups * blocks;
+  size.num_rows = 13.0 * num_groups;
+  size.jacobian_cells = 14.0 * num_groups * 3.0 * blocks;
+  size.product_cells = 0.5 * num_groups * blocks * (blocks + 1.0);
+  size.product_flops = 14.0 * num_groups * 9.0 * blocks * blocks;
+  return size;
+}
+
+TEST(LinearSolverPolicy, TakesCholeskyForSmallOrLocalProblems) {
+  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(7700, 19e3, 17), 0.0),
+            LinearSolverKind::kCholesky);
+  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(7700, 19e3, 45), 0.0),
+            LinearSolverKind::kCholesky);
+  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 150e3, 17), 0.0),
+            LinearSolverKind::kCholesky);
+}
+
+TEST(LinearSolverPolicy, TakesConjugateGradientsWhereTheFactorWouldFillOrNotFit) {
+  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(30e3, 150e3, 45), 0.0),
+            LinearSolverKind::kCgnr);
+  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 150e3, 17), 3e9),
+            LinearSolverKind::kCgnr);
+}
+
+TEST(LinearSolverPolicy, RefusesWhatFitsNowhere) {
+  EXPECT_THROW(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 150e3, 17), 1e9),
+               optim::MemoryError);
+  EXPECT_THROW(ChooseLinearSolver(LinearSolverChoice::kCholesky, Sized(120e3, 150e3, 17), 3e9),
+               optim::MemoryError);
+  EXPECT_THROW(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 4e6, 17), 0.0),
+               optim::MemoryError);  // 2^31 cells
+}
 
 class TrustRegionSolverTest : public testing::Test {
  protected:
@@ -90,6 +134,42 @@ TEST_F(TrustRegionSolverTest, StaysWhereItIsIfNoTrialIsAdmitted) {
   EXPECT_FALSE(outcome.accepted);
   EXPECT_EQ(outcome.theta, start_);
   EXPECT_GT(outcome.trials, 1);
+}
+
+TEST_F(TrustRegionSolverTest, BringsErrorsOfTrialsOutOfTheSolver) {
+  int calls = 0;
+  admits_ = [&calls](const std::vector<double>&) -> bool {
+    ++calls;
+    PATHFIT_CHECK(calls < 0);
+    return true;
+  };
+  for (const LinearSolverKind kind : {LinearSolverKind::kCholesky, LinearSolverKind::kCgnr}) {
+    calls = 0;
+    const auto choice =
+        kind == LinearSolverKind::kCgnr ? LinearSolverChoice::kCgnr : LinearSolverChoice::kCholesky;
+    EXPECT_THROW(Step(choice, kind, 0.3), renderer::InternalError);
+    EXPECT_EQ(calls, 1);
+  }
+  admits_ = [](const std::vector<double>&) -> bool { throw renderer::Cancelled(); };
+  EXPECT_THROW(Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3), renderer::Cancelled);
+  admits_ = [](const std::vector<double>&) -> bool { throw renderer::SceneError("folded"); };
+  EXPECT_FALSE(Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3).accepted);
+}
+
+TEST_F(TrustRegionSolverTest, SaysInTheSolversWordsWhyItGaveUp) {
+  admits_ = [](const std::vector<double>&) { return false; };
+  SolveOutcome outcome = Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3);
+  EXPECT_FALSE(outcome.accepted);
+  EXPECT_EQ(outcome.failure, "");  // rejected trials are a usual round
+  admits_ = nullptr;
+  priors_.push_back({{0}, {std::numeric_limits<double>::infinity()}, {}, false, false});
+  try {
+    Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3);
+    FAIL() << "a start that cannot be evaluated was accepted";
+  } catch (const renderer::NumericalError& error) {
+    EXPECT_NE(std::string(error.what()).find("evaluation failed"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(TrustRegionSolverTest, KeepsBounds) {

@@ -2,15 +2,45 @@
 
 #include <gtest/gtest.h>
 
+#include "renderer/core/parallel.h"
+
 namespace pathfit::renderer {
 namespace {
 
-TEST(Check, PassesWhenTheConditionHolds) { PATHFIT_CHECK(1 + 1 == 2); }
+template <class Body>
+std::string MessageOf(const Body& body) {
+  try {
+    body();
+  } catch (const InternalError& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
 
-TEST(CheckDeathTest, AbortsNamingTheConditionAndTheFile) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");
+TEST(Check, PassesWhenTheConditionHolds) {
+  EXPECT_NO_THROW(PATHFIT_CHECK(1 + 1 == 2));
+  EXPECT_NO_THROW(PATHFIT_CHECK_EQ(1 + 1, 2));
+}
+
+TEST(Check, ThrowsNamingFileLineConditionAndOperands) {
   const int two = 2;
-  EXPECT_DEATH(PATHFIT_CHECK(two == 3), "check_test.cpp:.*check failed: two == 3");
+  EXPECT_NE(MessageOf([&] { PATHFIT_CHECK(two > 3); }).find("check failed: two > 3"),
+            std::string::npos);
+  const std::string text = MessageOf([&] { PATHFIT_CHECK_EQ(two, 1 + 2); });
+  EXPECT_NE(text.find("check_test.cpp:"), std::string::npos) << text;
+  EXPECT_NE(text.find("two == 1 + 2 (2 against 3)"), std::string::npos) << text;
+}
+
+TEST(Check, CrossesParallelLoops) {
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    const auto nested = [] {
+      ParallelFor(16, [](std::int64_t i) {
+        ParallelFor(16, [i](std::int64_t j) { PATHFIT_CHECK(i * j < 200); });
+      });
+    };
+    EXPECT_THROW(nested(), InternalError);
+  }
 }
 
 }  // namespace
