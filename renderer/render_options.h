@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -8,6 +9,7 @@
 namespace pathfit::renderer {
 
 class GuideStore;
+struct RenderStats;
 
 /// Which estimators of the derivative run.
 struct DerivativeTerms {
@@ -32,35 +34,57 @@ enum class GuideKind {
   kAdaptive,  ///< cells split where the samples are large
 };
 
-/// Budgets and seed of one rendering. Names follow the field: spp interior samples per pixel; the
-/// boundary budgets are per pixel of the image, too.
-struct RenderOptions {
-  std::uint64_t seed = 0;
-  std::uint64_t view = 0;  ///< key of the random streams; usually the index of the view
+/// Samples of one image and its derivative. Names follow the field: spp interior samples per pixel;
+/// the boundary budgets are per pixel of the image, too.
+struct SampleBudget {
   int spp = 16;
   double sppe = 4.0;          ///< primary-edge samples per pixel of edge length
   double spp_direct = 1.0;    ///< direct-boundary samples per pixel
   double spp_indirect = 1.0;  ///< indirect-boundary samples per pixel
-  double spp_pixel = 4.0;     ///< pixel-border samples per pixel
-  int max_bounces = 1;        ///< 0 = only what shines towards the sensor, 1 = direct light
-  int rr_depth = 5;           ///< Russian roulette from this bounce on
-  /// Interior samples come in pairs that share their numbers, the second with mirrored BSDF
-  /// samples: derivatives of glossy reflections by normals and positions lose most of their noise
-  /// (path_space 1.10), images gain nothing.
-  bool antithetic = false;
-  /// Derivatives only: whether the image of their interior samples is wanted, too. Without it paths
-  /// that no parameter touches are cut short; the derivative is the same, bit for bit.
-  bool with_image = true;
+  double spp_pixel = 4.0;     ///< pixel-border samples per pixel; material form only
+
+  /// All budgets times `factor`; spp is rounded down, to 1 at least.
+  [[nodiscard]] SampleBudget Scaled(double factor) const {
+    return {std::max(1, static_cast<int>(spp * factor)),
+            sppe * factor,
+            spp_direct * factor,
+            spp_indirect * factor,
+            spp_pixel * factor};
+  }
+};
+
+/// How images and derivatives are estimated, whatever the number of samples.
+struct EstimatorOptions {
+  int max_bounces = 1;  ///< 0 = only what shines towards the sensor, 1 = direct light
+  int rr_depth = 5;     ///< Russian roulette from this bounce on
   DerivativeTerms terms;
   DerivativeForm form = DerivativeForm::kImage;
   GuideKind guide = GuideKind::kAdaptive;
   double guide_share = 0.25;  ///< share of the boundary samples spent on building the guide
+  /// Interior samples come in pairs that share their numbers, the second with mirrored BSDF
+  /// samples: derivatives of glossy reflections by normals and positions lose most of their noise
+  /// (path_space 1.10), images gain nothing.
+  bool antithetic = false;
+};
+
+/// What an image or derivative is a function of, besides scene and camera.
+struct RenderOptions : SampleBudget, EstimatorOptions {
+  std::uint64_t seed = 0;
+  std::uint64_t view = 0;  ///< key of the random streams; usually the index of the view
+  /// Derivatives only: whether the image of their interior samples is wanted, too. Without it paths
+  /// that no parameter touches are cut short; the derivative is the same, bit for bit.
+  bool with_image = true;
+};
+
+/// What a rendering uses or fills of its caller's; null: nothing. Not owned.
+struct RenderServices {
   /// Keeps guides between passes (renderer/boundary/guide_store.h); null: learned in every pass.
   GuideStore* guides = nullptr;
   /// What an error in each pixel costs, e.g. the size of its residual: guides draw where that is
   /// large. One per pixel of the image; null: all alike.
   const std::vector<float>* pixel_weights = nullptr;
   const CancelFlag* cancel = nullptr;  ///< polled per image row; throws Cancelled
+  RenderStats* stats = nullptr;        ///< added to
 };
 
 }  // namespace pathfit::renderer

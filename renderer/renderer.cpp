@@ -12,18 +12,12 @@
 namespace pathfit::renderer {
 namespace {
 
-void ThrowIfCancelled(const RenderOptions& options) {
-  if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) {
-    throw Cancelled();
-  }
-}
-
 /// Calls row(y, stats) for all rows in parallel and sums the statistics.
 template <class Row>
-void ForEachRow(int height, const RenderOptions& options, RenderStats& stats, Row row) {
+void ForEachRow(int height, const RenderServices& services, RenderStats& stats, Row row) {
   std::vector<RenderStats> by_row(static_cast<std::size_t>(height));
   ParallelFor(height, [&](std::int64_t y) {
-    ThrowIfCancelled(options);
+    ThrowIfCancelled(services.cancel);
     row(static_cast<int>(y), by_row[static_cast<std::size_t>(y)]);
   });
   for (const RenderStats& s : by_row) {
@@ -98,13 +92,13 @@ void Renderer::SetParameters(const ParameterLayout& layout, const std::vector<do
 
 Film Renderer::RenderPrimal(const Camera& camera,
                             const RenderOptions& options,
-                            RenderStats* stats) const {
+                            const RenderServices& services) const {
   PATHFIT_CHECK(options.spp > 0);
   const CameraModel model(camera);
   const PathContext context = impl_->Context(model, options);
   Film film(camera.width, camera.height);
   RenderStats sum;
-  ForEachRow(camera.height, options, sum, [&](int y, RenderStats& row_stats) {
+  ForEachRow(camera.height, services, sum, [&](int y, RenderStats& row_stats) {
     for (int x = 0; x < camera.width; ++x) {
       Rgba value = EstimatePixel(context, model, options, x, y, row_stats);
       value = Rgba(value.Color() * camera.gain, value.a);
@@ -112,8 +106,8 @@ Film Renderer::RenderPrimal(const Camera& camera,
                   static_cast<std::size_t>(x)] = value;
     }
   });
-  if (stats != nullptr) {
-    *stats += sum;
+  if (services.stats != nullptr) {
+    *services.stats += sum;
   }
   return film;
 }
@@ -123,7 +117,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
                                 const RenderOptions& options,
                                 const ParameterLayout& layout,
                                 DerivativeSink& sink,
-                                RenderStats* stats) const {
+                                const RenderServices& services) const {
   PATHFIT_CHECK(options.spp > 0);
   CheckDerivative(impl_->scene, layout, options);
   const CameraModel model(camera);
@@ -139,7 +133,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const PixelBounds bounds = all_paths || options.max_bounces > 1
                                  ? PixelBounds{0, 0, camera.width, camera.height}
                                  : BoundsOfMeshes(impl_->placed, model, active.touches);
-  ForEachRow(interior ? camera.height : 0, options, sum, [&](int y, RenderStats& row_stats) {
+  ForEachRow(interior ? camera.height : 0, services, sum, [&](int y, RenderStats& row_stats) {
     PathRecorder recorder = all_paths ? PathRecorder() : PathRecorder(active.touches);
     DerivativeAccumulator entries;
     for (int x = 0; x < camera.width; ++x) {
@@ -168,9 +162,10 @@ Film Renderer::RenderDerivative(const Camera& camera,
       }
     }
   });
-  EmitBoundaries(context, model, active, options, impl_->topologies, impl_->edge_trees, sink, sum);
-  if (stats != nullptr) {
-    *stats += sum;
+  EmitBoundaries(
+      context, model, active, options, services, impl_->topologies, impl_->edge_trees, sink, sum);
+  if (services.stats != nullptr) {
+    *services.stats += sum;
   }
   return film;
 }

@@ -29,7 +29,7 @@ class Renderer {
   /// Image of `camera`, which need not be one of the scene's sensors (pyramid levels, crops).
   [[nodiscard]] Film RenderPrimal(const Camera& camera,
                                   const RenderOptions& options,
-                                  RenderStats* stats = nullptr) const;
+                                  const RenderServices& services = {}) const;
 
   /// Emits the derivative of every pixel by every block of `layout` into `sink` and returns the
   /// image of the same interior samples (equal to RenderPrimal with the same options, bit for bit;
@@ -40,7 +40,7 @@ class Renderer {
                         const RenderOptions& options,
                         const ParameterLayout& layout,
                         DerivativeSink& sink,
-                        RenderStats* stats = nullptr) const;
+                        const RenderServices& services = {}) const;
 
  private:
   struct Impl;

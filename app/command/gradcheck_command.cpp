@@ -61,23 +61,11 @@ std::vector<Direction> ChooseDirections(const Experiment& experiment,
 
 optim::GradientCheckOptions OptionsOf(const ExperimentConfig& config) {
   optim::GradientCheckOptions options;
+  options.render = MakeRenderOptions(config);
+  options.render.spp = config.gradcheck.spp;
   options.replicates = config.gradcheck.replicates;
-  options.spp = config.gradcheck.spp;
   options.difference_spp = 2 * config.gradcheck.spp;
-  const renderer::RenderOptions render = MakeRenderOptions(config);
-  options.sppe = render.sppe;
-  options.spp_direct = render.spp_direct;
-  options.spp_indirect = render.spp_indirect;
-  options.spp_pixel = render.spp_pixel;
-  options.terms = render.terms;
-  options.form = render.form;
-  options.guide = render.guide;
-  options.guide_share = render.guide_share;
-  options.antithetic = render.antithetic;
   options.step = config.gradcheck.step;
-  options.max_bounces = render.max_bounces;
-  options.rr_depth = render.rr_depth;
-  options.seed = config.seed;
   return options;
 }
 
@@ -217,8 +205,7 @@ ExitStatus GradcheckCommand(CommandContext& context) {
     }
   }
   const StopSignals signals;
-  optim::GradientCheckOptions options = OptionsOf(config);
-  options.cancel = &signals.flag();
+  const optim::GradientCheckOptions options = OptionsOf(config);
   if (!line.output.empty()) {
     std::error_code error;
     fs::create_directories(line.output, error);
@@ -237,7 +224,8 @@ ExitStatus GradcheckCommand(CommandContext& context) {
                                                                        static_cast<int>(s),
                                                                        direction.layout,
                                                                        direction.values,
-                                                                       options);
+                                                                       options,
+                                                                       &signals.flag());
         Row row{direction.name,
                 camera.name,
                 optim::Compare(result, {}, kTile, config.gradcheck.sigma),

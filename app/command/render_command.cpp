@@ -188,7 +188,6 @@ ExitStatus RenderCommand(CommandContext& context) {
     for (const auto& sensor : experiment.scene.sensors) all.push_back(sensor.name);
     return all;
   }());
-  options.cancel = &signals.flag();
   std::vector<fs::path> written;
   try {
     for (const int index : sensors) {
@@ -196,11 +195,12 @@ ExitStatus RenderCommand(CommandContext& context) {
       const std::string& name = names[static_cast<std::size_t>(index)];
       options.view = static_cast<std::uint64_t>(index);
       renderer::RenderStats stats;
-      WriteFilm(renderer.RenderPrimal(camera, options, &stats), folder / name, written);
+      const renderer::RenderServices services{.cancel = &signals.flag(), .stats = &stats};
+      WriteFilm(renderer.RenderPrimal(camera, options, services), folder / name, written);
       if (!directions.empty()) {
         DirectionSink sink(layout, directions, camera);
         options.with_image = false;
-        renderer.RenderDerivative(camera, index, options, layout, sink, &stats);
+        renderer.RenderDerivative(camera, index, options, layout, sink, services);
         for (std::size_t i = 0; i < directions.size(); ++i) {
           WriteDerivative(sink.film(i),
                           folder / (name + "_d_" + SafeFileName(directions[i].name)),

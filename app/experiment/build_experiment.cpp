@@ -165,13 +165,9 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
     }
     stage.image_scale = s.image_scale;
     stage.max_rounds = s.max_rounds;
-    stage.spp = s.spp;
+    stage.samples = {s.spp, s.sppe, s.spp_direct, s.spp_indirect, s.spp_pixel};
     stage.max_spp = s.max_spp;
     stage.spp_growth = s.spp_growth;
-    stage.sppe = s.sppe;
-    stage.spp_direct = s.spp_direct;
-    stage.spp_indirect = s.spp_indirect;
-    stage.spp_pixel = s.spp_pixel;
     stage.stop_relative_cost = s.stop_relative_cost;
     fit.stages.push_back(stage);
   }
@@ -185,14 +181,7 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
     fit.exposure_max_ev = config.input->exposure_max_ev;
   }
   fit.seed = config.seed;
-  const renderer::RenderOptions render = MakeRenderOptions(config);
-  fit.max_bounces = render.max_bounces;
-  fit.rr_depth = render.rr_depth;
-  fit.terms = render.terms;
-  fit.guide = render.guide;
-  fit.guide_share = render.guide_share;
-  fit.form = render.form;
-  fit.antithetic = render.antithetic;
+  fit.estimators = MakeRenderOptions(config);
   fit.linear_solver = config.solver.linear_solver == "gram" ? optim::LinearSolverChoice::kGram
                       : config.solver.linear_solver == "cholesky"
                           ? optim::LinearSolverChoice::kCholesky

@@ -105,7 +105,7 @@ bool MovesEdges(const renderer::ParameterLayout& layout) {
   });
 }
 
-bool CanContribute(Term term, const GradientCheckOptions& options, bool moves) {
+bool CanContribute(Term term, const renderer::RenderOptions& options, bool moves) {
   const renderer::DerivativeTerms& on = options.terms;
   switch (term) {
     case Term::kInterior:
@@ -158,7 +158,8 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   int sensor,
                                   const renderer::ParameterLayout& layout,
                                   const std::vector<double>& direction,
-                                  const GradientCheckOptions& options) {
+                                  const GradientCheckOptions& options,
+                                  const renderer::CancelFlag* cancel) {
   PATHFIT_CHECK(options.replicates > 1 && options.step > 0.0);
   const std::vector<double> center = layout.Gather(scene);
   const auto displaced = [&](double sign) {
@@ -180,39 +181,29 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                                camera.height);
   };
 
-  renderer::RenderOptions render;
-  render.max_bounces = options.max_bounces;
-  render.rr_depth = options.rr_depth;
-  render.sppe = options.sppe;
-  render.spp_direct = options.spp_direct;
-  render.spp_indirect = options.spp_indirect;
-  render.spp_pixel = options.spp_pixel;
-  render.form = options.form;
-  render.guide = options.guide;
-  render.guide_share = options.guide_share;
-  render.antithetic = options.antithetic;
+  renderer::RenderOptions render = options.render;
   render.with_image = false;
-  render.cancel = options.cancel;
   const bool moves = Moves(layout);
   const bool moves_edges = MovesEdges(layout);
   GradientCheckResult result;
   result.quantum = Film(camera.width, camera.height);
   for (int r = 0; r < options.replicates; ++r) {
-    render.seed = options.seed + 2 * static_cast<std::uint64_t>(r);
+    render.seed = options.render.seed + 2 * static_cast<std::uint64_t>(r);
     for (const Term term : kAllTerms) {
-      if (!CanContribute(term, options, moves)) {
+      if (!CanContribute(term, options.render, moves)) {
         continue;
       }
       render.terms = OnlyTerm(term);
-      render.spp = term == Term::kInterior ? options.spp : 1;
+      render.spp = term == Term::kInterior ? options.render.spp : 1;
       renderer::FilmSink sink(layout, direction, camera.width, camera.height);
-      at_center.RenderDerivative(camera_of(at_center), sensor, render, layout, sink);
+      at_center.RenderDerivative(
+          camera_of(at_center), sensor, render, layout, sink, {.cancel = cancel});
       result.terms[static_cast<std::size_t>(term)].push_back(sink.film());
     }
     render.seed += 1;
     render.spp = options.difference_spp;
-    const Film plus = at_plus.RenderPrimal(camera_of(at_plus), render);
-    const Film minus = at_minus.RenderPrimal(camera_of(at_minus), render);
+    const Film plus = at_plus.RenderPrimal(camera_of(at_plus), render, {.cancel = cancel});
+    const Film minus = at_minus.RenderPrimal(camera_of(at_minus), render, {.cancel = cancel});
     result.difference.push_back(CentralDifference(plus, minus, options.step));
     for (std::size_t i = 0; i < plus.pixels.size() && moves_edges; ++i) {
       for (int c = 0; c < 4; ++c) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
 #include "renderer/renderer.h"
@@ -10,24 +9,13 @@ namespace pathfit::optim {
 
 /// Derivative estimate against central differences of the same images, both in expectation.
 struct GradientCheckOptions {
+  /// One derivative replicate; the others have seeds above its own.
+  renderer::RenderOptions render{
+      {.spp = 64, .sppe = 16.0, .spp_direct = 4.0, .spp_indirect = 4.0, .spp_pixel = 8.0}, {}};
   int replicates = 32;  ///< independent repetitions, from which the error bars come
-  int spp = 64;         ///< of one derivative replicate
-  int difference_spp =
-      256;  ///< of one replicate of the two displaced images, which share their random numbers
-  double sppe = 16.0;  ///< boundary budgets as in RenderOptions, of one replicate
-  double spp_direct = 4.0;
-  double spp_indirect = 4.0;
-  double spp_pixel = 8.0;
-  renderer::DerivativeTerms terms;
-  renderer::DerivativeForm form = renderer::DerivativeForm::kImage;
-  renderer::GuideKind guide = renderer::GuideKind::kAdaptive;
-  double guide_share = 0.25;
-  bool antithetic = false;
+  /// Of one replicate of the two displaced images, which share their random numbers.
+  int difference_spp = 256;
   double step = 1e-3;  ///< half distance of the central difference, in units of the direction
-  int max_bounces = 1;
-  int rr_depth = 5;
-  std::uint64_t seed = 0;
-  const renderer::CancelFlag* cancel = nullptr;
 };
 
 /// The estimators that a derivative is the sum of.
@@ -77,7 +65,8 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   int sensor,
                                   const renderer::ParameterLayout& layout,
                                   const std::vector<double>& direction,
-                                  const GradientCheckOptions& options);
+                                  const GradientCheckOptions& options,
+                                  const renderer::CancelFlag* cancel = nullptr);
 
 /// `tile`: pixels per side; 0 = the whole image is one tile.
 GradientComparison Compare(const GradientCheckResult& result,

@@ -5,18 +5,13 @@
 
 #include "renderer/derivative/derivative_sink.h"
 #include "renderer/image/image.h"
+#include "renderer/render_options.h"
 
 namespace pathfit::optim {
 
-/// One set of random samples: equal sets give equal images of equal parameters. Budgets are those
-/// of renderer::RenderOptions.
-struct SampleSet {
+/// One set of random samples: equal sets give equal images of equal parameters.
+struct SampleSet : renderer::SampleBudget {
   std::uint64_t seed = 0;
-  int spp = 1;
-  double sppe = 1.0;
-  double spp_direct = 0.0;
-  double spp_indirect = 0.0;
-  double spp_pixel = 0.0;
 };
 
 /// Two independent sample sets; their mean is the image, their half difference its noise.

@@ -8,11 +8,13 @@ namespace pathfit::optim {
 SceneImageSource::SceneImageSource(renderer::Scene scene,
                                    renderer::ParameterLayout layout,
                                    std::vector<renderer::Camera> cameras,
-                                   const renderer::RenderOptions& options)
+                                   const renderer::EstimatorOptions& estimators,
+                                   const renderer::CancelFlag* cancel)
     : renderer_(std::move(scene)),
       layout_(std::move(layout)),
       cameras_(std::move(cameras)),
-      options_(options) {}
+      estimators_(estimators),
+      cancel_(cancel) {}
 
 void SceneImageSource::SetValues(const std::vector<double>& values) {
   guides_.Clear();
@@ -26,27 +28,22 @@ renderer::Camera SceneImageSource::CameraOf(int view) const {
 }
 
 renderer::RenderOptions SceneImageSource::OptionsOf(int view, const SampleSet& samples) const {
-  renderer::RenderOptions options = options_;
-  options.seed = samples.seed;
-  options.view = static_cast<std::uint64_t>(view);
-  options.spp = samples.spp;
-  options.sppe = samples.sppe;
-  options.spp_direct = samples.spp_direct;
-  options.spp_indirect = samples.spp_indirect;
-  options.spp_pixel = samples.spp_pixel;
-  return options;
+  return {samples, estimators_, samples.seed, static_cast<std::uint64_t>(view)};
 }
 
 renderer::Film SceneImageSource::RenderPrimal(int view, const SampleSet& samples) const {
-  return renderer_.RenderPrimal(CameraOf(view), OptionsOf(view, samples));
+  return renderer_.RenderPrimal(CameraOf(view), OptionsOf(view, samples), {.cancel = cancel_});
 }
 
 renderer::Film SceneImageSource::RenderDerivative(int view,
                                                   const SampleSet& samples,
                                                   renderer::DerivativeSink& sink) const {
-  renderer::RenderOptions options = OptionsOf(view, samples);
-  options.guides = &guides_;
-  return renderer_.RenderDerivative(CameraOf(view), view, options, layout_, sink);
+  return renderer_.RenderDerivative(CameraOf(view),
+                                    view,
+                                    OptionsOf(view, samples),
+                                    layout_,
+                                    sink,
+                                    {.guides = &guides_, .cancel = cancel_});
 }
 
 }  // namespace pathfit::optim

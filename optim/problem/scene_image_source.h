@@ -12,11 +12,11 @@ namespace pathfit::optim {
 /// gain may be parameters, at the size of cameras[i].
 class SceneImageSource : public ImageSource {
  public:
-  /// `options`: bounces and cancel flag; samples and seeds come with each call.
   SceneImageSource(renderer::Scene scene,
                    renderer::ParameterLayout layout,
                    std::vector<renderer::Camera> cameras,
-                   const renderer::RenderOptions& options);
+                   const renderer::EstimatorOptions& estimators,
+                   const renderer::CancelFlag* cancel);
 
   void SetValues(const std::vector<double>& values) override;
   [[nodiscard]] renderer::Film RenderPrimal(int view, const SampleSet& samples) const override;
@@ -33,7 +33,8 @@ class SceneImageSource : public ImageSource {
   renderer::Renderer renderer_;
   renderer::ParameterLayout layout_;
   std::vector<renderer::Camera> cameras_;
-  renderer::RenderOptions options_;
+  renderer::EstimatorOptions estimators_;
+  const renderer::CancelFlag* cancel_;
   /// The second half of a linearisation draws by the guides that the first one learned; new values
   /// start anew, so that a resumed fit has the same bits.
   mutable renderer::GuideStore guides_;

@@ -135,16 +135,8 @@ std::unique_ptr<SceneImageSource> FitDriver::MakeSource(const renderer::Scene& s
   for (const ViewLevel& level : views.levels) {
     cameras.push_back(level.camera);
   }
-  renderer::RenderOptions options;
-  options.max_bounces = spec_.max_bounces;
-  options.rr_depth = spec_.rr_depth;
-  options.terms = spec_.terms;
-  options.guide = spec_.guide;
-  options.guide_share = spec_.guide_share;
-  options.form = spec_.form;
-  options.antithetic = spec_.antithetic;
-  options.cancel = controls_.cancel;
-  return std::make_unique<SceneImageSource>(scene, layout, std::move(cameras), options);
+  return std::make_unique<SceneImageSource>(
+      scene, layout, std::move(cameras), spec_.estimators, controls_.cancel);
 }
 
 FitResult FitDriver::Run() {
@@ -230,7 +222,7 @@ void FitDriver::ReportStart() {
                  0,
                  0,
                  SampleUse::kEvaluation,
-                 {0, std::max(kMinEvaluationSpp, spec_.stages.back().max_spp), 0.0});
+                 {.spp = std::max(kMinEvaluationSpp, spec_.stages.back().max_spp)});
   report.kept = "start";
   ReportStage(std::move(report), views, samples);
 }
@@ -279,7 +271,7 @@ SampleHalves FitDriver::EvaluationSamples() const {
                     state_.stage,
                     0,
                     SampleUse::kEvaluation,
-                    {0, std::max(kMinEvaluationSpp, stage_->spec.max_spp), 0.0});
+                    {.spp = std::max(kMinEvaluationSpp, stage_->spec.max_spp)});
 }
 
 std::vector<FitDriver::Candidate> FitDriver::StageCandidates() const {

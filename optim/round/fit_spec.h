@@ -15,15 +15,13 @@ struct StageSpec {
   std::vector<int> free;  ///< indices into FitSpec::unknowns
   double image_scale = 1.0;
   int max_rounds = 10;
-  int spp = 8;  ///< of both halves together, in the stage's first round
-  int max_spp = 64;
-  double spp_growth = 1.5;  ///< per round
-  double sppe = 4.0;        ///< boundary budgets, growing with spp
-  double spp_direct = 0.25;
-  double spp_indirect = 0.25;
-  double spp_pixel = 4.0;  ///< material form only
-  double stop_relative_cost =
-      0.0;  ///< end when the averaged cost falls by less than this; 0 = never
+  /// Of both halves together, in the stage's first round.
+  renderer::SampleBudget samples{
+      .spp = 8, .sppe = 4.0, .spp_direct = 0.25, .spp_indirect = 0.25, .spp_pixel = 4.0};
+  double spp_growth = 1.5;  ///< of all budgets per round
+  int max_spp = 64;         ///< where they stop growing
+  /// End when the averaged cost falls by less than this; 0 = never.
+  double stop_relative_cost = 0.0;
 };
 
 struct FitSpec {
@@ -31,13 +29,7 @@ struct FitSpec {
   std::vector<StageSpec> stages;
   LossSpec loss;
   std::uint64_t seed = 0;
-  int max_bounces = 1;
-  int rr_depth = 5;
-  renderer::DerivativeTerms terms;
-  renderer::GuideKind guide = renderer::GuideKind::kAdaptive;
-  double guide_share = 0.25;
-  renderer::DerivativeForm form = renderer::DerivativeForm::kImage;
-  bool antithetic = false;
+  renderer::EstimatorOptions estimators;
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;   ///< 0 = no limit
   double exposure_sigma_ev = 0.3;  ///< prior of each photo's log2 gain

@@ -79,7 +79,7 @@ void ReportValidation(const StageContext& context,
                                           context.stage,
                                           round,
                                           SampleUse::kValidation,
-                                          {0, std::min(report.spp, kValidationSpp), 0.0});
+                                          {.spp = std::min(report.spp, kValidationSpp)});
   for (const int view : context.views.validation) {
     const ReportedView reported =
         RenderForReport(source, context.views, view, samples, context.estimate_validation_gains);
@@ -139,21 +139,14 @@ RoundReport RunRound(const StageContext& context,
   report.spp = SamplesOfRound(stage, round);
 
   const std::vector<double> theta = context.set.ThetaFromValues(context.set.layout().Gather(scene));
-  const double growth = static_cast<double>(report.spp) / std::max(1, stage.spp);
+  renderer::SampleBudget samples =
+      stage.samples.Scaled(static_cast<double>(report.spp) / std::max(1, stage.samples.spp));
+  samples.spp = report.spp;
   ImageProblemOptions options;
   options.loss = context.spec.loss;
   options.linear_solver = context.spec.linear_solver;
   options.max_memory_bytes = context.spec.max_memory_bytes;
-  options.samples = MakeHalves(context.spec.seed,
-                               context.stage,
-                               round,
-                               SampleUse::kFit,
-                               {0,
-                                report.spp,
-                                stage.sppe * growth,
-                                stage.spp_direct * growth,
-                                stage.spp_indirect * growth,
-                                stage.spp_pixel * growth});
+  options.samples = MakeHalves(context.spec.seed, context.stage, round, SampleUse::kFit, samples);
   const auto start = Clock::now();
   ImageProblem problem(source, context.views, context.set, options);
   problem.Linearize(context.set.ValuesFromTheta(theta));

@@ -22,23 +22,17 @@ std::uint64_t MakeSeed(
 }  // namespace
 
 int SamplesOfRound(const StageSpec& stage, int round) {
-  const double grown = stage.spp * std::pow(std::max(1.0, stage.spp_growth), round - 1);
-  const double limited = std::min(grown, static_cast<double>(std::max(stage.spp, stage.max_spp)));
+  const double grown = stage.samples.spp * std::pow(std::max(1.0, stage.spp_growth), round - 1);
+  const double limited =
+      std::min(grown, static_cast<double>(std::max(stage.samples.spp, stage.max_spp)));
   return std::max(2, 2 * static_cast<int>(std::lround(0.5 * limited)));
 }
 
 SampleHalves MakeHalves(
-    std::uint64_t seed, int stage, int round, SampleUse use, const SampleSet& both) {
-  SampleSet half{0,
-                 std::max(1, both.spp / 2),
-                 0.5 * both.sppe,
-                 0.5 * both.spp_direct,
-                 0.5 * both.spp_indirect,
-                 0.5 * both.spp_pixel};
-  SampleHalves halves{half, half};
-  halves.a.seed = MakeSeed(seed, stage, round, use, 0);
-  halves.b.seed = MakeSeed(seed, stage, round, use, 1);
-  return halves;
+    std::uint64_t seed, int stage, int round, SampleUse use, const renderer::SampleBudget& both) {
+  const renderer::SampleBudget half = both.Scaled(0.5);
+  return {{half, MakeSeed(seed, stage, round, use, 0)},
+          {half, MakeSeed(seed, stage, round, use, 1)}};
 }
 
 }  // namespace pathfit::optim

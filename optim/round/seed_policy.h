@@ -14,9 +14,9 @@ enum class SampleUse : std::uint64_t { kFit = 0, kValidation = 1, kEvaluation = 
 /// at most max_spp.
 int SamplesOfRound(const StageSpec& stage, int round);
 
-/// Two halves with seeds of (seed, stage, round, use, half); the budgets of `both` (its seed does
-/// not matter) are of both together, at least 1 interior sample each.
+/// Two halves with seeds of (seed, stage, round, use, half); the budgets of `both` are of both
+/// together, at least 1 interior sample each.
 SampleHalves MakeHalves(
-    std::uint64_t seed, int stage, int round, SampleUse use, const SampleSet& both);
+    std::uint64_t seed, int stage, int round, SampleUse use, const renderer::SampleBudget& both);
 
 }  // namespace pathfit::optim

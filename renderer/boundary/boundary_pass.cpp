@@ -26,12 +26,6 @@ constexpr double kLeastShare = 0.05;
 constexpr double kStep1 = 0.7548776662466927;
 constexpr double kStep2 = 0.5698402909980532;
 
-void ThrowIfCancelled(const RenderOptions& options) {
-  if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) {
-    throw Cancelled();
-  }
-}
-
 /// Calls sample(index, splats, stats) for all indices in parallel and flushes in order.
 template <class Sample>
 void ForEachSample(const BoundaryContext& context,
@@ -45,7 +39,7 @@ void ForEachSample(const BoundaryContext& context,
     std::vector<SplatBuffer> buffers(static_cast<std::size_t>(wave));
     std::vector<RenderStats> by_task(static_cast<std::size_t>(wave));
     ParallelFor(wave, [&](std::int64_t i) {
-      ThrowIfCancelled(context.options);
+      ThrowIfCancelled(context.services.cancel);
       const auto slot = static_cast<std::size_t>(i);
       const std::int64_t begin = (first + i) * kSamplesPerTask;
       const std::int64_t end = std::min(count, begin + kSamplesPerTask);
@@ -95,8 +89,9 @@ void LearnGuides(const BoundaryContext& context,
                                                 0));
           SplatBuffer splats;
           way.sample(u, 1.0, sampler, splats);
-          return options.pixel_weights != nullptr ? splats.WeightedMagnitude(*options.pixel_weights)
-                                                  : splats.MagnitudeSince({});
+          const std::vector<float>* weights = context.services.pixel_weights;
+          return weights != nullptr ? splats.WeightedMagnitude(*weights)
+                                    : splats.MagnitudeSince({});
         });
   }
 }
@@ -124,8 +119,9 @@ std::int64_t PrepareGuides(const BoundaryContext& context,
   if (options.guide == GuideKind::kNone) {
     return 0;
   }
-  if (options.guides != nullptr) {
-    const std::vector<PrimaryGuide>* kept = options.guides->Find(options.view, stream);
+  GuideStore* store = context.services.guides;
+  if (store != nullptr) {
+    const std::vector<PrimaryGuide>* kept = store->Find(options.view, stream);
     if (kept != nullptr && kept->size() == ways.size()) {
       for (std::size_t w = 0; w < ways.size(); ++w) {
         ways[w].guide = (*kept)[w];
@@ -135,12 +131,12 @@ std::int64_t PrepareGuides(const BoundaryContext& context,
   }
   const auto pilots = static_cast<std::int64_t>(options.guide_share * static_cast<double>(budget));
   LearnGuides(context, pilots, stream, ways);
-  if (options.guides != nullptr) {
+  if (store != nullptr) {
     std::vector<PrimaryGuide> learned;
     for (const Way& way : ways) {
       learned.push_back(way.guide);
     }
-    options.guides->Keep(options.view, stream, std::move(learned));
+    store->Keep(options.view, stream, std::move(learned));
   }
   return pilots;
 }
@@ -229,6 +225,7 @@ void EmitBoundaries(const PathContext& interior,
                     const CameraModel& camera,
                     const ActiveParameters& active,
                     const RenderOptions& options,
+                    const RenderServices& services,
                     const std::vector<MeshTopology>& topologies,
                     EdgeTreeCache& edge_trees,
                     DerivativeSink& sink,
@@ -245,7 +242,7 @@ void EmitBoundaries(const PathContext& interior,
     edges = edge_trees.Get(
         *path.scene, topologies, SelectEdges(*path.scene, topologies, active, camera.Origin()));
   }
-  const BoundaryContext context{path, camera, active, options, topologies, *edges};
+  const BoundaryContext context{path, camera, active, options, services, topologies, *edges};
   const auto run = [&](const auto& estimator, double budget) {
     const std::int64_t count = estimator.NumSamples(budget);
     ForEachSample(context,

@@ -15,6 +15,7 @@ struct BoundaryContext {
   const CameraModel& camera;
   const ActiveParameters& active;
   const RenderOptions& options;
+  const RenderServices& services;
   const std::vector<MeshTopology>& topologies;
   const EdgeTree& edges;
 };

@@ -13,6 +13,8 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
+#include "renderer/core/error.h"
+
 namespace pathfit::renderer {
 
 struct ThreadLimit::Impl {
@@ -49,6 +51,10 @@ int DefaultNumThreads() {
     }
   }
   return threads;
+}
+
+void ThrowIfCancelled(const CancelFlag* flag) {
+  if (flag != nullptr && flag->load(std::memory_order_relaxed)) throw Cancelled();
 }
 
 #if defined(__SANITIZE_THREAD__)

@@ -31,4 +31,7 @@ void ParallelFor(std::int64_t count, const std::function<void(std::int64_t)>& bo
 /// Set by a signal handler, polled by long loops.
 using CancelFlag = std::atomic<bool>;
 
+/// Throws Cancelled (renderer/core/error.h) if the flag is set; null: never.
+void ThrowIfCancelled(const CancelFlag* flag);
+
 }  // namespace pathfit::renderer

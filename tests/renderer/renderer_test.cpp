@@ -46,7 +46,8 @@ class RendererOfAllParameters : public ::testing::Test {
     tests::RecordingSink sink(pixels);
     Result result;
     result.primal = renderer_.RenderPrimal(Sensor(), options_);
-    result.film = renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink, &result.stats);
+    result.film =
+        renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink, {.stats = &result.stats});
     result.entries = std::move(sink.pixels);
     return result;
   }
@@ -197,10 +198,11 @@ TEST_F(RendererOfAllParameters, GainScalesColorNotCoverage) {
 
 TEST_F(RendererOfAllParameters, CancellationReachesTheCaller) {
   const CancelFlag cancel(true);
-  options_.cancel = &cancel;
+  const RenderServices services{.cancel = &cancel};
   tests::RecordingSink sink(static_cast<std::size_t>(Sensor().width * Sensor().height));
-  EXPECT_THROW((void)renderer_.RenderPrimal(Sensor(), options_), Cancelled);
-  EXPECT_THROW(renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink), Cancelled);
+  EXPECT_THROW((void)renderer_.RenderPrimal(Sensor(), options_, services), Cancelled);
+  EXPECT_THROW(renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink, services),
+               Cancelled);
 }
 
 TEST(Renderer, RefusesAnInvalidScene) {

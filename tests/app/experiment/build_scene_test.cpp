@@ -170,14 +170,14 @@ TEST(BuildFitSpec, StagesTakeTheirBudgetsAndTheTermsOfRender) {
   scene.emitters = {{"room", {}, {}, renderer::EnvironmentEmitter{}},
                     {"lamp", {}, {}, renderer::PointEmitter{}}};
   const optim::FitSpec fit = BuildFitSpec(config, scene);
-  EXPECT_EQ(fit.stages[1].spp_direct, 3.0);
-  EXPECT_EQ(fit.stages[1].spp_indirect, 0.5);
-  EXPECT_EQ(fit.stages[1].spp_pixel, 7.0);
-  EXPECT_EQ(fit.form, renderer::DerivativeForm::kMaterial);
-  EXPECT_TRUE(fit.terms.direct);
-  EXPECT_FALSE(fit.terms.primary);
-  EXPECT_EQ(fit.guide, renderer::GuideKind::kGrid);
-  EXPECT_EQ(fit.guide_share, 0.1);
+  EXPECT_EQ(fit.stages[1].samples.spp_direct, 3.0);
+  EXPECT_EQ(fit.stages[1].samples.spp_indirect, 0.5);
+  EXPECT_EQ(fit.stages[1].samples.spp_pixel, 7.0);
+  EXPECT_EQ(fit.estimators.form, renderer::DerivativeForm::kMaterial);
+  EXPECT_TRUE(fit.estimators.terms.direct);
+  EXPECT_FALSE(fit.estimators.terms.primary);
+  EXPECT_EQ(fit.estimators.guide, renderer::GuideKind::kGrid);
+  EXPECT_EQ(fit.estimators.guide_share, 0.1);
 }
 
 TEST(BuildScene, PosesTurnAboutTheMiddleUnlessTold) {

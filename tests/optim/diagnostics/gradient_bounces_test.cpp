@@ -34,14 +34,14 @@ GradientCheckResult Rise(const Scene& scene, DerivativeForm form, int max_bounce
   ParameterLayout layout(scene);
   layout.Add(ParameterKind::kObjectTranslation, 1);
   GradientCheckOptions options = tests::OptionsForMotion(form, max_bounces);
-  options.spp = 256;
+  options.render.spp = 256;
   options.difference_spp = 2560;
-  options.sppe = options.spp_pixel = 128.0;
-  options.spp_direct = 256.0;
-  options.spp_indirect = 768.0;
+  options.render.sppe = options.render.spp_pixel = 128.0;
+  options.render.spp_direct = 256.0;
+  options.render.spp_indirect = 768.0;
   options.step = step;
   if (max_bounces < kBounces) {  // of a mutant
-    options.terms = {false, false, true, true, false};
+    options.render.terms = {false, false, true, true, false};
     options.difference_spp = 1;
   }
   return CheckGradient(scene, scene.sensors[0], -1, layout, {0.2, 1.0, 0.3}, options);

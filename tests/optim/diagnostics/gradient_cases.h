@@ -133,15 +133,15 @@ inline optim::GradientCheckOptions OptionsForMotion(renderer::DerivativeForm for
                                                     int max_bounces) {
   optim::GradientCheckOptions options;
   options.replicates = 24;
-  options.spp = form == renderer::DerivativeForm::kImage ? 48 : 128;
+  options.render.spp = form == renderer::DerivativeForm::kImage ? 48 : 128;
   options.difference_spp = 384;
-  options.sppe = 24.0;
-  options.spp_direct = 48.0;
-  options.spp_indirect = 48.0;
-  options.spp_pixel = 24.0;
+  options.render.sppe = 24.0;
+  options.render.spp_direct = 48.0;
+  options.render.spp_indirect = 48.0;
+  options.render.spp_pixel = 24.0;
   options.step = 2.5e-3;
-  options.max_bounces = max_bounces;
-  options.form = form;
+  options.render.max_bounces = max_bounces;
+  options.render.form = form;
   return options;
 }
 

@@ -15,10 +15,10 @@ using tests::CheckKind;
 GradientCheckOptions Smooth(int max_bounces = 1, int spp = 64) {
   GradientCheckOptions options;
   options.replicates = 24;
-  options.spp = spp;
+  options.render.spp = spp;
   options.difference_spp = spp;
   options.step = 2e-2;
-  options.max_bounces = max_bounces;
+  options.render.max_bounces = max_bounces;
   return options;
 }
 /// Parameters in which the image is linear or quadratic: a long step costs no accuracy. It must be
@@ -33,7 +33,7 @@ GradientCheckOptions Linear(int max_bounces = 1) {
 /// on tiles whose border an edge crosses within the step.
 GradientCheckOptions Moving(int max_bounces = 1) {
   GradientCheckOptions options = Smooth(max_bounces);
-  options.sppe = 24.0;
+  options.render.sppe = 24.0;
   options.difference_spp = 1024;
   options.step = 2.5e-3;
   return options;

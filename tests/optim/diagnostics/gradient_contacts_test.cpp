@@ -29,7 +29,7 @@ void ExpectRightTranslation(const std::string& name,
     ParameterLayout layout(scene);
     layout.Add(ParameterKind::kObjectTranslation, 1);
     GradientCheckOptions options = tests::OptionsForMotion(form, max_bounces);
-    options.spp *= spp_factor;
+    options.render.spp *= spp_factor;
     tests::ExpectRightDerivative(
         name + (form == DerivativeForm::kImage ? ", image" : ", material"),
         CheckGradient(scene, scene.sensors[0], -1, layout, {rate.x, rate.y, rate.z}, options),

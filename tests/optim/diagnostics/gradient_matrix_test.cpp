@@ -67,15 +67,15 @@ Scene MatrixScene() {
 GradientCheckOptions Budget(DerivativeForm form, int spp, int difference_spp, double step) {
   GradientCheckOptions options;
   options.replicates = 24;
-  options.spp = spp;
+  options.render.spp = spp;
   options.difference_spp = difference_spp;
-  options.sppe = 24.0;
-  options.spp_direct = 48.0;
-  options.spp_indirect = 16.0;
-  options.spp_pixel = 16.0;
+  options.render.sppe = 24.0;
+  options.render.spp_direct = 48.0;
+  options.render.spp_indirect = 16.0;
+  options.render.spp_pixel = 16.0;
   options.step = step;
-  options.max_bounces = 2;
-  options.form = form;
+  options.render.max_bounces = 2;
+  options.render.form = form;
   return options;
 }
 /// Nothing moves: equal random numbers make the same paths, and the difference is sharp.
@@ -109,8 +109,8 @@ void CheckMoving(const Case& c, DerivativeForm form, PixelFilter::Shape filter) 
       c.object == kSky) {
     // The background is a surface that turns: large terms cancel.
     min_signal = 2.0;
-    options.spp = 384;
-    options.spp_pixel = 128.0;
+    options.render.spp = 384;
+    options.render.spp_pixel = 128.0;
   }
   if (c.kind == ParameterKind::kLightPosition && c.object == kProjector) {
     options.difference_spp = 640;  // its shadows are small: few samples change sides

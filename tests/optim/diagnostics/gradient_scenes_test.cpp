@@ -183,7 +183,7 @@ TEST(DifficultScenes, RoughGlassBall) {
   scene.materials[1].bsdf = renderer::RoughDielectricBsdf{0.5, 1.4};
   scene.materials[1].base_color = {0.9, 1.0, 0.8};
   GradientCheckOptions options = Moving(kImage, 3);
-  options.spp = 192;
+  options.render.spp = 192;
   options.replicates = 32;
   constexpr double kMinSignal = 3.0;  // light that takes three bounces is noisy
   CheckKind("rough glass, index",
@@ -248,7 +248,7 @@ TEST(DifficultScenes, IndexOfSmoothGlass) {
   scene.emitters[0] = tests::GradientEnvironment(8, 4);
   scene.materials[1].bsdf = renderer::SmoothDielectricBsdf{1.4};
   GradientCheckOptions options = Moving(kImage, 4);
-  options.spp = 1024;
+  options.render.spp = 1024;
   options.difference_spp = 2048;
   options.step = 4e-3;
   CheckKind("smooth glass, index", scene, ParameterKind::kEta, 1, options, 0.5, {Term::kInterior});
@@ -352,7 +352,7 @@ TEST(DifficultScenes, LampNextToASurface) {
             1.0,
             {Term::kPrimary});
   options.step = 2.5e-3;
-  options.spp = 768;
+  options.render.spp = 768;
   CheckKind("lamp 2 cm above the floor, lamp",
             scene,
             ParameterKind::kLightPosition,

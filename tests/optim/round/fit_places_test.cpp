@@ -37,9 +37,9 @@ class FitPlacesTest : public testing::Test {
       stage.free.push_back(static_cast<int>(i));
     }
     stage.max_rounds = num_rounds;
-    stage.spp = spp_;
+    stage.samples.spp = spp_;
     stage.max_spp = 8 * spp_;
-    stage.sppe = sppe_;
+    stage.samples.sppe = sppe_;
     spec_.stages = {stage, stage};
     spec_.stages[0].name = "coarse";
     spec_.stages[0].image_scale = 0.5;
@@ -207,7 +207,7 @@ TEST_F(FitPlacesTest, WithoutTheDirectTermTheOccluderStaysWhereItIs) {
   Scene start = truth;
   start.meshes[0].pose.translation = {0.12, -0.1, 0.15};
   Free(ParameterKind::kObjectTranslation, 0);
-  spec_.terms.direct = false;
+  spec_.estimators.terms.direct = false;
   const Scene result = Fit(start, truth, 2);
   EXPECT_NEAR(
       Norm(result.meshes[0].pose.translation - start.meshes[0].pose.translation), 0.0, 1e-9);

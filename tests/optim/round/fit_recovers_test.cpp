@@ -35,7 +35,7 @@ class FitRecoversTest : public testing::Test {
       stage.free.push_back(static_cast<int>(i));
     }
     stage.max_rounds = num_rounds;
-    stage.spp = 8;
+    stage.samples.spp = 8;
     stage.max_spp = 32;
     spec_.stages = {stage, stage};
     spec_.stages[0].name = "coarse";

@@ -44,7 +44,7 @@ FitSpec SmallSpec() {
   stage.free = {1, 2};
   stage.image_scale = 0.5;
   stage.max_rounds = 3;
-  stage.spp = 4;
+  stage.samples.spp = 4;
   stage.max_spp = 8;
   spec.stages.push_back(stage);
   stage.name = "all";
@@ -150,7 +150,7 @@ TEST_F(FitTest, NeverEndsWorseThanItStarted) {
   tests::Bump(truth);
   observations_ = tests::Photograph(truth, 256);
   for (optim::StageSpec& stage : spec_.stages) {
-    stage.spp = stage.max_spp = 2;
+    stage.samples.spp = stage.max_spp = 2;
   }
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     spec_.seed = seed;

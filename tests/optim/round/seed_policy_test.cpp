@@ -19,7 +19,7 @@ TEST(SeedPolicy, GivesEveryHalfOfEveryUseItsOwnSeed) {
     for (int stage = 0; stage < 3; ++stage) {
       for (int round = 0; round < 20; ++round) {
         for (const auto use : {SampleUse::kFit, SampleUse::kValidation, SampleUse::kEvaluation}) {
-          const optim::SampleHalves halves = MakeHalves(seed, stage, round, use, {0, 8, 4.0});
+          const optim::SampleHalves halves = MakeHalves(seed, stage, round, use, {8, 4.0});
           seeds.insert(halves.a.seed);
           seeds.insert(halves.b.seed);
           count += 2;
@@ -34,13 +34,13 @@ TEST(SeedPolicy, GivesEveryHalfOfEveryUseItsOwnSeed) {
 
 TEST(SeedPolicy, GrowsSamplesToTheMaximum) {
   optim::StageSpec stage;
-  stage.spp = 4;
+  stage.samples.spp = 4;
   stage.max_spp = 16;
   stage.spp_growth = 1.5;
   EXPECT_EQ(optim::SamplesOfRound(stage, 1), 4);
   EXPECT_EQ(optim::SamplesOfRound(stage, 2), 6);
   EXPECT_EQ(optim::SamplesOfRound(stage, 100), 16);
-  stage.spp = 1;
+  stage.samples.spp = 1;
   EXPECT_EQ(optim::SamplesOfRound(stage, 1), 2);
 }
 

@@ -30,7 +30,10 @@ struct Moments {
 };
 
 /// Sum of the direct boundary over the image, by passes of different seeds.
-Moments Passes(const Scene& scene, RenderOptions options, int count) {
+Moments Passes(const Scene& scene,
+               RenderOptions options,
+               int count,
+               const RenderServices& services = {}) {
   const Renderer renderer(scene);
   ParameterLayout layout(scene);
   layout.Add(ParameterKind::kObjectTranslation, 0);
@@ -38,7 +41,7 @@ Moments Passes(const Scene& scene, RenderOptions options, int count) {
   for (int i = 0; i < count; ++i) {
     options.seed = 100 + static_cast<std::uint64_t>(i);
     FilmSink sink(layout, {1.0, 0.3, 0.2}, 16, 16);
-    renderer.RenderDerivative(scene.sensors[0], 0, options, layout, sink);
+    renderer.RenderDerivative(scene.sensors[0], 0, options, layout, sink, services);
     sums.push_back(tests::SumOfPixels(sink.film()).g);
   }
   Moments m;
@@ -64,8 +67,7 @@ TEST(GuideStore, KeptGuidesHaveTheSameMean) {
   const Moments unguided = Passes(scene, options, 48);
   options.guide = GuideKind::kAdaptive;
   GuideStore store;
-  options.guides = &store;
-  const Moments kept = Passes(scene, options, 48);
+  const Moments kept = Passes(scene, options, 48, {.guides = &store});
   ASSERT_NE(fresh.mean, 0.0);
   for (const Moments& other : {fresh, unguided}) {
     const double z =
@@ -97,8 +99,7 @@ TEST(GuideStore, PixelWeightsKeepTheMean) {
   const Moments plain = Passes(scene, options, 48);
   std::vector<float> weights(256, 0.01F);
   for (std::size_t i = 0; i < 128; ++i) weights[i] = 1.0F;
-  options.pixel_weights = &weights;
-  const Moments weighted = Passes(scene, options, 48);
+  const Moments weighted = Passes(scene, options, 48, {.pixel_weights = &weights});
   const double z =
       (plain.mean - weighted.mean) / std::sqrt(plain.variance_of_mean + weighted.variance_of_mean);
   EXPECT_LT(std::abs(z), 4.0) << plain.mean << " against " << weighted.mean;

@@ -366,7 +366,8 @@ TEST(PrimaryBoundary, EdgesBehindAnOccluderDoNothingAndAreCounted) {
   const Camera camera = tests::OnePixelCamera(kF);
   FilmSink sink(motion.layout, motion.direction, 1, 1);
   RenderStats stats;
-  Renderer(scene).RenderDerivative(camera, -1, Options(100), motion.layout, sink, &stats);
+  Renderer(scene).RenderDerivative(
+      camera, -1, Options(100), motion.layout, sink, {.stats = &stats});
   EXPECT_EQ(sink.film().pixels[0], Rgba());
   EXPECT_GT(stats.edge_samples_hidden, 50);
   EXPECT_LE(stats.edge_samples_hidden, stats.edge_samples);
