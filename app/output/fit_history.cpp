@@ -44,7 +44,7 @@ void VisitRound(Report& r, const Visit& visit) {
   visit("cost_image", r.cost_image);
   visit("cost_silhouette", r.cost_silhouette);
   visit("cost_priors", r.cost_priors);
-  visit("cost_decrease_rel", r.cost_change_rel);
+  visit("cost_change_rel", r.cost_change_rel);
   visit("gradient_max", r.gradient_max);
   visit("step_norm", r.step_norm);
   visit("trust_radius", r.trust_radius);

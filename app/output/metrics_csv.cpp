@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kHeader =
     "step,stage,stage_index,round,max_rounds,wall_s,cost_total,cost_image,cost_silhouette,"
-    "cost_priors,cost_decrease_rel,gradient_max,step_norm,trust_radius,accepted,spp,noise_rel,"
+    "cost_priors,cost_change_rel,gradient_max,step_norm,trust_radius,accepted,spp,noise_rel,"
     "psnr_linear_fit_db,psnr_linear_val_db,iou_fit,iou_val,render_s,jacobian_s,linear_s,"
     "jacobian_mb,peak_rss_mb,linear_solver";
 
@@ -65,7 +65,7 @@ std::string MetricsCsv::Row(const optim::RoundReport& r) {
   row += fmt::format(",{},{}", r.accepted ? 1 : 0, r.spp);
   add(r.noise_relative);
   add(r.psnr_linear_fit);
-  add(r.psnr_linear_val == 0.0 ? std::nan("") : r.psnr_linear_val);  // no held-out view
+  add(r.psnr_linear_val);
   add(r.iou_fit);
   add(r.iou_val);
   add(r.render_s);

@@ -37,14 +37,6 @@ std::string Bar(const optim::RoundReport& report, bool utf8) {
   return bar;
 }
 
-/// Negative when the cost falls; the report counts the fall.
-double CostChangePercent(const optim::RoundReport& report) {
-  return 0.0 - 100.0 * report.cost_change_rel;
-}
-
-/// Means over no views are exactly zero.
-bool HasPsnr(double psnr) { return std::isfinite(psnr) && psnr != 0.0; }
-
 struct Part {
   std::string text;
   std::string_view sgr;
@@ -63,10 +55,6 @@ nlohmann::ordered_json FiniteOrNull(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-nlohmann::ordered_json PsnrOrNull(double psnr) {
-  return HasPsnr(psnr) ? FiniteOrNull(psnr) : nlohmann::ordered_json(nullptr);
-}
-
 std::string Dump(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
@@ -74,10 +62,10 @@ std::string Dump(const nlohmann::ordered_json& json) {
 std::string StageSentence(const optim::StageReport& report) {
   std::string text = WithoutControls(report.stage);
   if (report.rounds > 0) text += fmt::format(": {} rounds", report.rounds);
-  if (HasPsnr(report.psnr_srgb_fit)) {
+  if (std::isfinite(report.psnr_srgb_fit)) {
     text += fmt::format(", PSNR {:.2f} dB fitted", report.psnr_srgb_fit);
   }
-  if (HasPsnr(report.psnr_srgb_val)) {
+  if (std::isfinite(report.psnr_srgb_val)) {
     text += fmt::format(", {:.2f} dB held out", report.psnr_srgb_val);
   }
   if (std::isfinite(report.iou_val)) text += fmt::format(", IoU {:.4f}", report.iou_val);
@@ -94,10 +82,10 @@ std::string StagePlainLine(const optim::StageReport& report, const std::string& 
                                  WithoutControls(report.stage),
                                  report.rounds,
                                  report.wall_s);
-  if (HasPsnr(report.psnr_srgb_fit)) {
+  if (std::isfinite(report.psnr_srgb_fit)) {
     line += fmt::format(" fit_psnr_srgb={:.2f}", report.psnr_srgb_fit);
   }
-  if (HasPsnr(report.psnr_srgb_val)) {
+  if (std::isfinite(report.psnr_srgb_val)) {
     line += fmt::format(" val_psnr_srgb={:.2f}", report.psnr_srgb_val);
   }
   if (std::isfinite(report.iou_val)) line += fmt::format(" val_iou={:.4f}", report.iou_val);
@@ -115,8 +103,8 @@ std::string StageJsonLine(const optim::StageReport& report, const std::string& t
                {"end", true},
                {"rounds", report.rounds},
                {"wall_s", FiniteOrNull(report.wall_s)},
-               {"fit_psnr_srgb", PsnrOrNull(report.psnr_srgb_fit)},
-               {"val_psnr_srgb", PsnrOrNull(report.psnr_srgb_val)},
+               {"fit_psnr_srgb", FiniteOrNull(report.psnr_srgb_fit)},
+               {"val_psnr_srgb", FiniteOrNull(report.psnr_srgb_val)},
                {"val_iou", FiniteOrNull(report.iou_val)},
                {"kept", report.kept},
                {"reason", report.stop_reason}});
@@ -140,10 +128,10 @@ std::string StatusLine(const optim::RoundReport& report,
     parts.push_back(TextPart(fmt::format("  cost {:.3e}", report.cost_total), ""));
   }
   if (std::isfinite(report.cost_change_rel)) {
-    parts.push_back(TextPart(fmt::format(" ({:+.1f} %)", CostChangePercent(report)),
+    parts.push_back(TextPart(fmt::format(" ({:+.1f} %)", 100.0 * report.cost_change_rel),
                              report.accepted ? "32" : "33"));
   }
-  if (HasPsnr(report.psnr_linear_val)) {
+  if (std::isfinite(report.psnr_linear_val)) {
     parts.push_back(TextPart(fmt::format("  val {:.1f} dB", report.psnr_linear_val), ""));
   }
   parts.push_back(TextPart(fmt::format("  {:.1f} s/it", seconds_per_round), "2"));
@@ -178,9 +166,9 @@ std::string PlainLine(const optim::RoundReport& report,
                                  report.max_rounds);
   if (std::isfinite(report.cost_total)) line += fmt::format(" cost={:.3e}", report.cost_total);
   if (std::isfinite(report.cost_change_rel)) {
-    line += fmt::format(" dcost={:+.1f}%", CostChangePercent(report));
+    line += fmt::format(" dcost={:+.1f}%", 100.0 * report.cost_change_rel);
   }
-  if (HasPsnr(report.psnr_linear_val)) {
+  if (std::isfinite(report.psnr_linear_val)) {
     line += fmt::format(" val_psnr={:.1f}", report.psnr_linear_val);
   }
   return line + fmt::format(" s_per_it={:.1f} eta_s={:.0f}",
@@ -199,8 +187,8 @@ std::string JsonLine(const optim::RoundReport& report,
                {"step", report.step},
                {"accepted", report.accepted},
                {"cost", FiniteOrNull(report.cost_total)},
-               {"dcost_rel", FiniteOrNull(0.01 * CostChangePercent(report))},
-               {"val_psnr", PsnrOrNull(report.psnr_linear_val)},
+               {"dcost_rel", FiniteOrNull(report.cost_change_rel)},
+               {"val_psnr", FiniteOrNull(report.psnr_linear_val)},
                {"s_per_it", FiniteOrNull(seconds_per_round)},
                {"eta_s", FiniteOrNull(RemainingSeconds(report, seconds_per_round))}});
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -39,12 +40,9 @@ void Average(StageReport& report) {
   for (const ViewReport& view : report.views) {
     (view.validation ? val : fit) += 1.0;
   }
-  if (fit > 0.0) {
-    report.iou_fit = 0.0;
-  }
-  if (val > 0.0) {
-    report.iou_val = 0.0;
-  }
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  report.psnr_srgb_fit = report.psnr_linear_fit = report.iou_fit = fit > 0.0 ? 0.0 : none;
+  report.psnr_srgb_val = report.psnr_linear_val = report.iou_val = val > 0.0 ? 0.0 : none;
   for (const ViewReport& view : report.views) {
     const double count = view.validation ? val : fit;
     (view.validation ? report.psnr_srgb_val : report.psnr_srgb_fit) += view.psnr_srgb / count;

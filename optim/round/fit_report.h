@@ -17,14 +17,16 @@ struct RoundReport {
   int round = 0, max_rounds = 0;  ///< within the stage, from 1
   double wall_s = 0.0;            ///< since the run began, resumed time included
   double cost_total = 0.0, cost_image = 0.0, cost_silhouette = 0.0, cost_priors = 0.0;
-  double cost_change_rel = 0.0;  ///< fall by the accepted step, on this round's samples
+  /// (after - before) / |before| by the accepted step, on this round's samples: negative when the
+  /// cost falls, 0 when no step was accepted.
+  double cost_change_rel = 0.0;
   double gradient_max = 0.0, step_norm = 0.0, trust_radius = 0.0;
   bool accepted = false;
   int spp = 0;
   double noise_relative = 0.0;  ///< rms of the half difference over rms of the residual
-  double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;  ///< inside the mask
-  double iou_fit = 0.0,
-         iou_val = 0.0;  ///< rendered coverage > 1/2 against the mask; 1 without masks
+  // Means over fitted and held-out views; NaN without held-out views.
+  double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;  ///< dB, inside the mask
+  double iou_fit = 0.0, iou_val = 0.0;  ///< coverage > 1/2 against the mask; 1 without masks
   double render_s = 0.0, jacobian_s = 0.0, linear_s = 0.0;
   double jacobian_mb = 0.0;
   double peak_rss_mb = 0.0;
@@ -49,9 +51,10 @@ struct StageReport {
   double cost_before = 0.0, cost_after = 0.0;  ///< same samples for both
   std::string kept;  ///< which candidate was kept: "averaged", "last" or "start"
   std::vector<ViewReport> views;
-  double psnr_srgb_fit = 0.0, psnr_srgb_val = 0.0, psnr_linear_fit = 0.0,
-         psnr_linear_val = 0.0;  ///< means over views
-  double iou_fit = 1.0, iou_val = 1.0;
+  // Means over fitted and held-out views; NaN without such views.
+  double psnr_srgb_fit = 0.0, psnr_srgb_val = 0.0;
+  double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;
+  double iou_fit = 0.0, iou_val = 0.0;
   std::string stop_reason;
 };
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "optim/problem/camera_guard.h"
@@ -87,7 +88,7 @@ void ReportValidation(const StageContext& context,
     report.iou_val += reported.quality.iou / count;
   }
   if (context.views.validation.empty()) {
-    report.iou_val = 1.0;
+    report.psnr_linear_val = report.iou_val = std::numeric_limits<double>::quiet_NaN();
   }
 }
 
@@ -175,7 +176,7 @@ RoundReport RunRound(const StageContext& context,
     const double after =
         (problem.costs().Total() + PriorCost(context.priors, context.set, outcome.theta)) * unit;
     report.cost_change_rel =
-        (report.cost_total - after) / std::max(std::abs(report.cost_total), 1e-300);
+        (after - report.cost_total) / std::max(std::abs(report.cost_total), 1e-300);
     report.step_norm = Distance(theta, outcome.theta);
     renderer::Scene moved = scene;
     context.set.layout().Scatter(context.set.ValuesFromTheta(outcome.theta), moved);

@@ -48,7 +48,7 @@ optim::RoundReport DocumentedRound() {
   r.round = 31;
   r.max_rounds = 60;
   r.cost_total = 3.214e-3;
-  r.cost_change_rel = 0.018;  // the cost falls
+  r.cost_change_rel = -0.018;
   r.psnr_linear_val = 27.9;
   r.accepted = true;
   return r;
@@ -74,7 +74,6 @@ TEST(StatusLine, LeavesOutWhatIsNotANumber) {
   r.cost_total = r.cost_change_rel = r.psnr_linear_val = kNan;
   r.max_rounds = 0;
   EXPECT_EQ(StatusLine(r, 1.0, 100, false, false).find("nan"), std::string::npos);
-  r.psnr_linear_val = 0.0;  // no held-out view
   EXPECT_EQ(StatusLine(r, 1.0, 100, false, false).find("val"), std::string::npos);
 }
 

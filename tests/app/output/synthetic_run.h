@@ -95,7 +95,7 @@ inline optim::RoundReport MakeRound(int step, int rounds_per_stage) {
   r.cost_silhouette = 0.02 * std::exp(-0.12 * step) + 1e-4;
   r.cost_priors = 1e-4 * (1.0 + 0.02 * step);
   r.cost_total = r.cost_image + r.cost_silhouette + r.cost_priors;
-  r.cost_change_rel = 0.09 * std::exp(-0.05 * step);
+  r.cost_change_rel = -0.09 * std::exp(-0.05 * step);
   r.gradient_max = 1e-2 / step;
   r.step_norm = 0.3 * std::exp(-0.05 * step);
   r.trust_radius = 2.0 * r.step_norm;

@@ -1,5 +1,6 @@
 #include "optim/round/fit.h"
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -187,6 +188,21 @@ TEST_F(FitTest, ReportsEveryRoundAndStage) {
   EXPECT_EQ(last.linear_solver, "gram");
   ASSERT_EQ(observer.stages[2].views.size(), 4U);
   EXPECT_TRUE(observer.stages[2].views[3].validation);
+  for (const optim::RoundReport& round : observer.rounds) {
+    EXPECT_TRUE(round.accepted ? round.cost_change_rel < 0.0 : round.cost_change_rel == 0.0)
+        << "a step is accepted when the cost falls";
+  }
+}
+
+TEST_F(FitTest, FiguresOfHeldOutViewsAreNotNumbersWithoutThem) {
+  for (optim::View& view : observations_.views) view.validation = false;
+  spec_.stages.resize(1);
+  RecordingObserver observer;
+  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  EXPECT_TRUE(std::isnan(observer.rounds.back().psnr_linear_val));
+  EXPECT_TRUE(std::isnan(observer.rounds.back().iou_val));
+  EXPECT_TRUE(std::isnan(result.stages.back().psnr_srgb_val));
+  EXPECT_TRUE(std::isnan(result.stages.back().iou_val));
 }
 
 TEST_F(FitTest, StopsInTimeWithAUsableScene) {
