@@ -25,69 +25,28 @@ void ForEachRow(int height, const RenderServices& services, RenderStats& stats, 
   }
 }
 
-/// Whether a parameter changes where anything is, so that the acceleration structure is stale.
-bool MovesMeshes(ParameterKind kind) {
-  return kind == ParameterKind::kVertexPositions || kind == ParameterKind::kObjectTranslation ||
-         kind == ParameterKind::kObjectRotation || kind == ParameterKind::kObjectScale;
+PathContext MakeContext(const World& world,
+                        const CameraModel& camera,
+                        const RenderOptions& options) {
+  return {&world,
+          LightSet::Make(world, camera.Pose()),
+          BoundsOfMeshes(world, camera),
+          options.max_bounces,
+          options.rr_depth,
+          options.antithetic};
 }
 
 }  // namespace
 
-struct Renderer::Impl {
-  Scene scene;   // as given: objects in their own frames
-  Scene placed;  // meshes in the world frame
-  std::vector<MeshTopology> topologies;
-  RayCaster caster;
-  LightSamplers samplers;
-  EdgeTreeCache edge_trees;
-
-  void BuildCaster() {
-    std::vector<const Mesh*> meshes;
-    for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
-      meshes.push_back(&placed.meshes[m].mesh);
-      topologies[m].UpdateSolid(placed.meshes[m].mesh);
-    }
-    caster.Build(meshes);
-    edge_trees.Clear();
-  }
-  void Place(bool meshes_moved) {
-    placed = PlacedScene(scene);
-    if (meshes_moved) {
-      BuildCaster();
-    }
-    samplers = LightSamplers::Make(placed);
-  }
-
-  [[nodiscard]] PathContext Context(const CameraModel& camera, const RenderOptions& options) const {
-    return {&placed,
-            &caster,
-            LightSet::Make(placed, samplers, camera.Pose()),
-            BoundsOfMeshes(placed, camera),
-            options.max_bounces,
-            options.rr_depth,
-            options.antithetic};
-  }
-};
-
-Renderer::Renderer(Scene scene) : impl_(std::make_unique<Impl>()) {
-  ValidateScene(scene);
-  impl_->scene = std::move(scene);
-  for (const SceneMesh& m : impl_->scene.meshes) {
-    impl_->topologies.push_back(MeshTopology::Build(m.mesh));
-  }
-  impl_->Place(true);
-}
+Renderer::Renderer(Scene scene) : world_(std::make_unique<World>(std::move(scene))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
-const Scene& Renderer::scene() const { return impl_->scene; }
+const Scene& Renderer::scene() const { return world_->scene(); }
 
 void Renderer::SetParameters(const ParameterLayout& layout, const std::vector<double>& values) {
-  layout.Scatter(values, impl_->scene);
-  const auto& groups = layout.groups();
-  impl_->Place(
-      std::any_of(groups.begin(), groups.end(), [](const auto& g) { return MovesMeshes(g.kind); }));
+  world_->SetParameters(layout, values);
 }
 
 Film Renderer::RenderPrimal(const Camera& camera,
@@ -95,7 +54,7 @@ Film Renderer::RenderPrimal(const Camera& camera,
                             const RenderServices& services) const {
   PATHFIT_CHECK(options.spp > 0);
   const CameraModel model(camera);
-  const PathContext context = impl_->Context(model, options);
+  const PathContext context = MakeContext(*world_, model, options);
   Film film(camera.width, camera.height);
   RenderStats sum;
   ForEachRow(camera.height, services, sum, [&](int y, RenderStats& row_stats) {
@@ -119,11 +78,11 @@ Film Renderer::RenderDerivative(const Camera& camera,
                                 DerivativeSink& sink,
                                 const RenderServices& services) const {
   PATHFIT_CHECK(options.spp > 0);
-  CheckDerivative(impl_->scene, layout, options);
+  CheckDerivative(scene(), layout, options);
   const CameraModel model(camera);
-  const PathContext context = impl_->Context(model, options);
-  const ActiveParameters active = ActiveParameters::Make(impl_->scene, layout, model, sensor);
-  const NearMotion near_motion(impl_->caster, active, options);
+  const PathContext context = MakeContext(*world_, model, options);
+  const ActiveParameters active = ActiveParameters::Make(scene(), layout, model, sensor);
+  const NearMotion near_motion(world_->caster(), active, options);
   const AdjointContext adjoint{context, model, active, options.form, &near_motion};
   Film film = options.with_image ? Film(camera.width, camera.height) : Film();
   RenderStats sum;
@@ -132,7 +91,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
   // Direct light depends on what the sensor sees alone.
   const PixelBounds bounds = all_paths || options.max_bounces > 1
                                  ? PixelBounds{0, 0, camera.width, camera.height}
-                                 : BoundsOfMeshes(impl_->placed, model, active.touches);
+                                 : BoundsOfMeshes(*world_, model, active.touches);
   ForEachRow(interior ? camera.height : 0, services, sum, [&](int y, RenderStats& row_stats) {
     PathRecorder recorder = all_paths ? PathRecorder() : PathRecorder(active.touches);
     DerivativeAccumulator entries;
@@ -162,8 +121,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
       }
     }
   });
-  EmitBoundaries(
-      context, model, active, options, services, impl_->topologies, impl_->edge_trees, sink, sum);
+  EmitBoundaries(context, model, active, options, services, sink, sum);
   if (services.stats != nullptr) {
     *services.stats += sum;
   }

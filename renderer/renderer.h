@@ -12,6 +12,8 @@
 
 namespace pathfit::renderer {
 
+class World;
+
 /// Renders a scene and its derivatives. Owns the acceleration structure; all results are a pure
 /// function of (scene, sensor, options) and do not depend on the number of threads.
 class Renderer {
@@ -43,8 +45,7 @@ class Renderer {
                         const RenderServices& services = {}) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<World> world_;
 };
 
 }  // namespace pathfit::renderer

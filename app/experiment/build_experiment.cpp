@@ -66,8 +66,8 @@ ParameterRef ParameterOf(const UnknownConfig& unknown, const renderer::Scene& sc
 double MeanDistanceToObjects(const renderer::Scene& scene) {
   renderer::Vec3 middle;
   double count = 0.0;
-  for (const renderer::SceneMesh& mesh : renderer::PlacedScene(scene).meshes) {
-    for (const renderer::Vec3& p : mesh.mesh.positions) {
+  for (const renderer::Mesh& mesh : renderer::WorldMeshes(scene)) {
+    for (const renderer::Vec3& p : mesh.positions) {
       middle += p;
       count += 1.0;
     }

@@ -226,8 +226,6 @@ void EmitBoundaries(const PathContext& interior,
                     const ActiveParameters& active,
                     const RenderOptions& options,
                     const RenderServices& services,
-                    const std::vector<MeshTopology>& topologies,
-                    EdgeTreeCache& edge_trees,
                     DerivativeSink& sink,
                     RenderStats& stats) {
   if (!active.any_geometry) {
@@ -239,10 +237,13 @@ void EmitBoundaries(const PathContext& interior,
                          (options.terms.indirect && path.max_bounces > 1);
   std::shared_ptr<const EdgeTree> edges = std::make_shared<const EdgeTree>();
   if (secondary) {
-    edges = edge_trees.Get(
-        *path.scene, topologies, SelectEdges(*path.scene, topologies, active, camera.Origin()));
+    std::vector<bool> moves;
+    for (const auto& mesh : active.meshes) {
+      moves.push_back(mesh.moves);
+    }
+    edges = path.world->EdgesFor(moves, camera.Origin());
   }
-  const BoundaryContext context{path, camera, active, options, services, topologies, *edges};
+  const BoundaryContext context{path, camera, active, options, services, *edges};
   const auto run = [&](const auto& estimator, double budget) {
     const std::int64_t count = estimator.NumSamples(budget);
     ForEachSample(context,

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "renderer/boundary/boundary_segment.h"
-#include "renderer/boundary/scene_edges.h"
 
 namespace pathfit::renderer {
 
@@ -12,8 +11,6 @@ void EmitBoundaries(const PathContext& interior,
                     const ActiveParameters& active,
                     const RenderOptions& options,
                     const RenderServices& services,
-                    const std::vector<MeshTopology>& topologies,
-                    EdgeTreeCache& edge_trees,
                     DerivativeSink& sink,
                     RenderStats& stats);
 

@@ -25,7 +25,7 @@ constexpr double kCoplanar = 1e-9;
 constexpr std::size_t kMaxTouching = 8;
 
 double TouchDistance(const BoundaryContext& context) {
-  return kTouch * context.path.caster->Offset();
+  return kTouch * context.path.world->caster().Offset();
 }
 
 using RowMotion = MotionAdjoint<Vec3, MotionRow>;
@@ -43,9 +43,9 @@ void FillRow(const BoundaryContext& context,
              const ImageView* view,
              MotionRow& row) {
   row.Clear();
-  RowMotion motion(*context.path.scene, *context.path.caster, context.camera, context.active, row);
-  const MeshEdge& edge = context.topologies[static_cast<std::size_t>(s.edge->mesh)]
-                             .edges[static_cast<std::size_t>(s.edge->edge)];
+  RowMotion motion(*context.path.world, context.camera, context.active, row);
+  const MeshEdge& edge =
+      context.path.world->topology(s.edge->mesh).edges[static_cast<std::size_t>(s.edge->edge)];
   if (context.active.meshes[static_cast<std::size_t>(s.edge->mesh)].moves) {
     motion.Vertex(s.edge->mesh, edge.vertices[0], s.edge->a, s.n_b * (1.0 - s.t));
     motion.Vertex(s.edge->mesh, edge.vertices[1], s.edge->b, s.n_b * s.t);
@@ -56,7 +56,7 @@ void FillRow(const BoundaryContext& context,
     motion.ImagePoint(s.d.id,
                       s.d.b1,
                       s.d.b2,
-                      context.path.caster->Geometry(s.d.id).n,
+                      context.path.world->caster().Geometry(s.d.id).n,
                       view->ray,
                       view->distance,
                       view->u,
@@ -108,14 +108,9 @@ std::optional<Connection> Connect(const BoundaryContext& context,
   }
   Connection connection;
   const Ray to_camera = context.camera.RayTo(detector.x, connection.view.distance);
-  const RayCaster& caster = *context.path.caster;
-  const SurfacePoint p = MakeSurfacePoint(*context.path.scene,
-                                          caster,
-                                          detector.id,
-                                          detector.b1,
-                                          detector.b2,
-                                          detector.x,
-                                          to_camera.direction);
+  const RayCaster& caster = context.path.world->caster();
+  const SurfacePoint p = MakeSurfacePoint(
+      *context.path.world, detector.id, detector.b1, detector.b2, detector.x, to_camera.direction);
   if (!p.Reflects() || !p.Accepts(detector.wi)) {
     return std::nullopt;
   }
@@ -139,11 +134,11 @@ bool Advance(const BoundaryContext& context,
              Detector& detector,
              Rgb& throughput,
              IndependentSampler& sampler) {
-  const Scene& scene = *context.path.scene;
-  const RayCaster& caster = *context.path.caster;
+  const World& world = *context.path.world;
+  const RayCaster& caster = world.caster();
   // Directions are drawn as if light came from where it goes to: the densities are alike.
-  const SurfacePoint from_light = MakeSurfacePoint(
-      scene, caster, detector.id, detector.b1, detector.b2, detector.x, detector.wi);
+  const SurfacePoint from_light =
+      MakeSurfacePoint(world, detector.id, detector.b1, detector.b2, detector.x, detector.wi);
   const double u0 = sampler.Next();
   const double u1 = sampler.Next();
   const double u2 = sampler.Next();
@@ -152,8 +147,8 @@ bool Advance(const BoundaryContext& context,
   if (!sample || !(sample->pdf > 0.0)) {
     return false;
   }
-  const SurfacePoint p = MakeSurfacePoint(
-      scene, caster, detector.id, detector.b1, detector.b2, detector.x, sample->wi);
+  const SurfacePoint p =
+      MakeSurfacePoint(world, detector.id, detector.b1, detector.b2, detector.x, sample->wi);
   if (!p.Reflects() || !p.Accepts(detector.wi)) {
     return false;
   }
@@ -183,8 +178,8 @@ bool Advance(const BoundaryContext& context,
 }
 
 std::array<TriangleId, 2> FacesOf(const BoundaryContext& context, const BoundarySegment& s) {
-  const MeshEdge& edge = context.topologies[static_cast<std::size_t>(s.edge->mesh)]
-                             .edges[static_cast<std::size_t>(s.edge->edge)];
+  const MeshEdge& edge =
+      context.path.world->topology(s.edge->mesh).edges[static_cast<std::size_t>(s.edge->edge)];
   return {TriangleId{s.edge->mesh, edge.faces[0]}, TriangleId{s.edge->mesh, edge.faces[1]}};
 }
 
@@ -196,8 +191,8 @@ std::optional<Hit> TraceIgnoring(const BoundaryContext& context,
   // The ray starts a little before the edge point: a surface that touches the edge there is met,
   // which rounding would otherwise decide by chance.
   const double start = TouchDistance(context);
-  auto hit =
-      context.path.caster->IntersectIgnoring({s.x_b - direction * start, direction}, 0.0, ignored);
+  auto hit = context.path.world->caster().IntersectIgnoring(
+      {s.x_b - direction * start, direction}, 0.0, ignored);
   if (hit) {
     hit->distance -= start;
   }
@@ -207,7 +202,7 @@ std::optional<Hit> TraceIgnoring(const BoundaryContext& context,
 }  // namespace
 
 Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segment, TriangleId id) {
-  const RayCaster& caster = *context.path.caster;
+  const RayCaster& caster = context.path.world->caster();
   const Vec3& n = caster.Geometry(id).n;
   const Vec3 tangent = segment.n_b - n * Dot(n, segment.n_b);
   const double length = std::max(Norm(tangent), kMinTangent);
@@ -232,9 +227,9 @@ bool StartSegment(const BoundaryContext& context,
   segment.t = t;
   segment.x_b = edge.a + along * t;
   segment.w = w;
-  const MeshEdge& mesh_edge = context.topologies[static_cast<std::size_t>(edge.mesh)]
-                                  .edges[static_cast<std::size_t>(edge.edge)];
-  const Mesh& mesh = context.path.scene->meshes[static_cast<std::size_t>(edge.mesh)].mesh;
+  const MeshEdge& mesh_edge =
+      context.path.world->topology(edge.mesh).edges[static_cast<std::size_t>(edge.edge)];
+  const Mesh& mesh = context.path.world->mesh(edge.mesh);
   const Vec3& apex = mesh.positions[static_cast<std::size_t>(mesh_edge.apex[0])];
   const double sign = Dot(normal, apex - edge.a) > 0.0 ? 1.0 : -1.0;
   segment.n_b = normal * (sign / segment.sin_phi);
@@ -252,7 +247,7 @@ std::optional<Hit> TraceFromEdge(const BoundaryContext& context,
 }
 
 bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment) {
-  const RayCaster& caster = *context.path.caster;
+  const RayCaster& caster = context.path.world->caster();
   const std::array<TriangleId, 2> faces = FacesOf(context, segment);
   std::array<TriangleId, kMaxTouching> ignored{faces[0], faces[1]};
   std::size_t count = faces.size();
@@ -282,9 +277,7 @@ void ConnectDetectors(const BoundaryContext& context,
                       SplatBuffer& splats) {
   const int max_bounces = context.path.max_bounces;
   const auto material_of = [&](TriangleId id) -> const Material& {
-    const Scene& scene = *context.path.scene;
-    return scene.materials[static_cast<std::size_t>(
-        scene.meshes[static_cast<std::size_t>(id.mesh)].material)];
+    return context.path.world->MaterialOf(id.mesh);
   };
   if (IsDelta(material_of(segment.d.id).bsdf)) {
     return;  // a moving direct reflection has no boundary segment that could be sampled

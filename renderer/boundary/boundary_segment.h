@@ -1,8 +1,7 @@
 #pragma once
 
-#include "renderer/boundary/edge_tree.h"
 #include "renderer/boundary/splat_buffer.h"
-#include "renderer/geometry/mesh_topology.h"
+#include "renderer/geometry/edge_tree.h"
 #include "renderer/path/path_tracer.h"
 #include "renderer/render_options.h"
 #include "renderer/render_stats.h"
@@ -16,7 +15,6 @@ struct BoundaryContext {
   const ActiveParameters& active;
   const RenderOptions& options;
   const RenderServices& services;
-  const std::vector<MeshTopology>& topologies;
   const EdgeTree& edges;
 };
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "renderer/boundary/tangent_wedge.h"
+#include "renderer/geometry/tangent_wedge.h"
 #include "renderer/math/warp.h"
 
 namespace pathfit::renderer {
@@ -93,7 +93,7 @@ void DirectBoundary::SampleArea(const std::array<double, 3>& u,
                                 SplatBuffer& splats) const {
   const LightSet& lights = context_.path.lights;
   const AreaSample y = lights.area_sampler->Sample(u[1], u[2]);
-  const TriangleGeometry& triangle = context_.path.caster->Geometry(y.id);
+  const TriangleGeometry& triangle = context_.path.world->caster().Geometry(y.id);
   const Vec3 position = triangle.Point(y.b1, y.b2);
   const EdgeTree::Pick pick = context_.edges.SampleFromPoint(position, true, u[0]);
   if (pick.edge < 0) {
@@ -180,7 +180,7 @@ void DirectBoundary::SampleWedgeDirection(const std::array<double, 3>& u,
     if (light == nullptr) {
       return;
     }
-    const double cos_light = -Dot(context_.path.caster->Geometry(hit->id).n, w);
+    const double cos_light = -Dot(context_.path.world->caster().Geometry(hit->id).n, w);
     radiance =
         AreaRadiance(*light, hit->id.triangle, hit->b1, hit->b2, cos_light > 0.0 ? 1.0 : -1.0);
     light_pdf =

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "renderer/boundary/tangent_wedge.h"
+#include "renderer/geometry/tangent_wedge.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -44,12 +44,12 @@ void IndirectBoundary::Sample(const std::array<double, 3>& u,
     return;
   }
   const PathContext& path = context_.path;
-  Vec3 x = path.caster->Geometry(hit->id).Point(hit->b1, hit->b2);
+  Vec3 x = path.world->caster().Geometry(hit->id).Point(hit->b1, hit->b2);
   if (TouchesEdge(context_, segment.t2)) {  // shade what is seen of it, not what lies in the dark
     x -= StepIntoShadow(context_, segment, hit->id);
   }
   const SurfacePoint source =
-      MakeSurfacePoint(*path.scene, *path.caster, hit->id, hit->b1, hit->b2, x, -segment.w);
+      MakeSurfacePoint(*path.world, hit->id, hit->b1, hit->b2, x, -segment.w);
   if (IsDelta(source.material->bsdf)) {
     return;  // a reflection in a mirror moves over it: no material point
   }

@@ -24,7 +24,7 @@ PixelBounds BoundsOfMotion(const BoundaryContext& context) {
   for (const auto& mesh : active.meshes) {
     moving.push_back(mesh.moves);
   }
-  return BoundsOfMeshes(*context.path.scene, context.camera, moving);
+  return BoundsOfMeshes(*context.path.world, context.camera, moving);
 }
 
 }  // namespace
@@ -89,7 +89,7 @@ void PixelBoundary::Sample(std::int64_t index,
   const Ray ray = is_column ? context_.camera.RayThrough(line.at, along)
                             : context_.camera.RayThrough(along, line.at);
   const PathContext& path = context_.path;
-  const auto hit = path.caster->Intersect(ray);
+  const auto hit = path.world->caster().Intersect(ray);
   const bool dark = !hit && !(path.lights.environment && path.lights.environment_visible);
   if (dark || IsInImageForm(context_, hit)) {
     return;
@@ -105,11 +105,8 @@ void PixelBoundary::Sample(std::int64_t index,
         context_.options.seed, kShiftDomain, context_.options.view, is_column ? 0 : 1, 0);
     LatticeSampler sampler(shift, rng, static_cast<std::uint64_t>(stratum));
     NullPathRecorder recorder;
-    radiance = TraceRadiance(path,
-                             MakeSurfacePoint(*path.scene, *path.caster, *hit, ray),
-                             sampler,
-                             recorder,
-                             {path.max_bounces});
+    radiance = TraceRadiance(
+        path, MakeSurfacePoint(*path.world, *hit, ray), sampler, recorder, {path.max_bounces});
   } else {
     radiance = EnvironmentRadianceInWorld(*path.lights.environment, ray.direction);
   }

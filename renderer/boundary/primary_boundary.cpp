@@ -84,10 +84,9 @@ std::optional<PrimaryBoundary::EdgePoint> PrimaryBoundary::DrawPoint(std::int64_
       (static_cast<double>(index) + rng.Next()) / static_cast<double>(count), share);
   const ViewEdge& view_edge = edges_.edge(choice);
   const ViewEdge::Point at = view_edge.At(share);
-  const auto mesh_index = static_cast<std::size_t>(view_edge.mesh);
   const MeshEdge& edge =
-      context_.topologies[mesh_index].edges[static_cast<std::size_t>(view_edge.edge)];
-  const Mesh& mesh = context_.path.scene->meshes[mesh_index].mesh;
+      context_.path.world->topology(view_edge.mesh).edges[static_cast<std::size_t>(view_edge.edge)];
+  const Mesh& mesh = context_.path.world->mesh(view_edge.mesh);
 
   EdgePoint point;
   // Neighbours along an edge, which add to the same pixels, spread over the lights together.
@@ -123,7 +122,7 @@ std::optional<PrimaryBoundary::EdgePoint> PrimaryBoundary::DrawPoint(std::int64_
 }
 
 PrimaryBoundary::Sides PrimaryBoundary::FacesBySide(const EdgePoint& point) const {
-  const Mesh& mesh = context_.path.scene->meshes[static_cast<std::size_t>(point.mesh)].mesh;
+  const Mesh& mesh = context_.path.world->mesh(point.mesh);
   Sides sides;
   std::array<double, 2> nearest{};  // minus, plus
   for (std::size_t i = 0; i < 2 && point.edge->faces[i] >= 0; ++i) {
@@ -132,7 +131,7 @@ PrimaryBoundary::Sides PrimaryBoundary::FacesBySide(const EdgePoint& point) cons
     const bool on_plus = Dot(point.g, apex - point.a) > 0.0;
     // How fast the face falls away from the sensor with the distance from the edge: where both are
     // on one side, the nearer one hides the other.
-    const Vec3& n = context_.path.caster->Geometry(face).n;
+    const Vec3& n = context_.path.world->caster().Geometry(face).n;
     const double cosine = Dot(n, point.ray.direction);
     if (std::abs(cosine) < kEdgeOn) {
       continue;
@@ -149,7 +148,7 @@ PrimaryBoundary::Sides PrimaryBoundary::FacesBySide(const EdgePoint& point) cons
 }
 
 Rgb PrimaryBoundary::ShadeFace(const EdgePoint& point, TriangleId face) const {
-  const RayCaster& caster = *context_.path.caster;
+  const RayCaster& caster = context_.path.world->caster();
   const TriangleGeometry& geometry = caster.Geometry(face);
   const PlaneHit at_edge = IntersectPlane(geometry, point.ray.origin, point.ray.direction);
   const double to_center = Norm(geometry.Point(1.0 / 3.0, 1.0 / 3.0) - point.x);
@@ -157,7 +156,7 @@ Rgb PrimaryBoundary::ShadeFace(const EdgePoint& point, TriangleId face) const {
   const double b1 = at_edge.b1 + inset * (1.0 / 3.0 - at_edge.b1);
   const double b2 = at_edge.b2 + inset * (1.0 / 3.0 - at_edge.b2);
   const SurfacePoint p = MakeSurfacePoint(
-      *context_.path.scene, caster, face, b1, b2, geometry.Point(b1, b2), -point.ray.direction);
+      *context_.path.world, face, b1, b2, geometry.Point(b1, b2), -point.ray.direction);
   LatticeSampler sampler = point.sampler;
   NullPathRecorder recorder;
   return TraceRadiance(context_.path, p, sampler, recorder, {context_.path.max_bounces});
@@ -172,7 +171,7 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
                ? EnvironmentRadianceInWorld(*lights.environment, point.ray.direction)
                : Rgb{};
   }
-  const RayCaster& caster = *context_.path.caster;
+  const RayCaster& caster = context_.path.world->caster();
   // Moving x by v along g moves the image by m . u' = |g| v across the edge.
   const double pixels_per_metre = Norm(point.g) / std::hypot(point.m.x, point.m.y);
   const double step = side * kClearance * caster.Offset() * pixels_per_metre;
@@ -185,8 +184,7 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
   // the background, the neighbour may be nearer than the edge.
   const bool usable = std::abs(beside.distance - hit->distance) < kNearby * hit->distance;
   const Vec2 b = usable ? MoveInside(*hit, beside) : Vec2{hit->b1, hit->b2};
-  const SurfacePoint p = MakeSurfacePoint(*context_.path.scene,
-                                          caster,
+  const SurfacePoint p = MakeSurfacePoint(*context_.path.world,
                                           hit->id,
                                           b.x,
                                           b.y,
@@ -205,7 +203,7 @@ void PrimaryBoundary::Sample(std::int64_t index,
   if (!point) {
     return;
   }
-  const RayCaster& caster = *context_.path.caster;
+  const RayCaster& caster = context_.path.world->caster();
   const auto beyond = caster.IntersectIgnoring(point->ray, 0.0, point->Faces());
   if (beyond && beyond->distance < point->distance - kDepthTolerance * caster.Extent()) {
     ++stats.edge_samples_hidden;
@@ -214,7 +212,7 @@ void PrimaryBoundary::Sample(std::int64_t index,
 
   MotionRow of_edge;
   MotionAdjoint<Vec3, MotionRow> motion(
-      *context_.path.scene, caster, context_.camera, context_.active, of_edge);
+      *context_.path.world, context_.camera, context_.active, of_edge);
   motion.Vertex(point->mesh, point->edge->vertices[0], point->a, point->g * (1.0 - point->t));
   motion.Vertex(point->mesh, point->edge->vertices[1], point->b, point->g * point->t);
   motion.PixelOfFixedPoint(point->x, point->projection, point->m.x, point->m.y);

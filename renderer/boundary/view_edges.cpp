@@ -90,8 +90,8 @@ struct SeamKinds {
   bool colors = false, uvs = false;
 };
 
-SeamKinds SeamKindsOf(const BoundaryContext& context, std::size_t mesh, const Material& material) {
-  const LightSet::AreaLight* light = context.path.lights.AreaLightOf(static_cast<int>(mesh));
+SeamKinds SeamKindsOf(const BoundaryContext& context, int mesh, const Material& material) {
+  const LightSet::AreaLight* light = context.path.lights.AreaLightOf(mesh);
   return {material.vertex_colors,
           material.base_color_texture >= 0 || material.roughness_texture >= 0 ||
               material.metallic_texture >= 0 || (light != nullptr && light->texture != nullptr)};
@@ -205,19 +205,18 @@ class FieldOfView {
 }  // namespace
 
 ViewEdges::ViewEdges(const BoundaryContext& context) {
-  const Scene& scene = *context.path.scene;
+  const World& world = *context.path.world;
   const FieldOfView field(context.camera);
   std::vector<double> weights;
-  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-    const Mesh& mesh = scene.meshes[m].mesh;
-    const Material& material = scene.materials[static_cast<std::size_t>(scene.meshes[m].material)];
-    const Candidates candidates = CandidatesOf(context, m);
+  for (int m = 0; m < world.NumMeshes(); ++m) {
+    const Mesh& mesh = world.mesh(m);
+    const Candidates candidates = CandidatesOf(context, static_cast<std::size_t>(m));
     if (!candidates.outlines) {
       continue;
     }
-    const bool solid = context.topologies[m].solid && IsViewedFromOutside(mesh, context.camera);
-    const SeamKinds seams = SeamKindsOf(context, m, material);
-    const auto& edges = context.topologies[m].edges;
+    const bool solid = world.topology(m).solid && IsViewedFromOutside(mesh, context.camera);
+    const SeamKinds seams = SeamKindsOf(context, m, world.MaterialOf(m));
+    const auto& edges = world.topology(m).edges;
     for (std::size_t e = 0; e < edges.size(); ++e) {
       const auto end = [&](std::size_t i) {
         return mesh.positions[static_cast<std::size_t>(edges[e].vertices[i])];
@@ -232,11 +231,7 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
         continue;
       }
       weights.push_back(jump * part->length * (candidates.resting ? kRestingWeight : 1.0));
-      edges_.push_back({static_cast<int>(m),
-                        static_cast<std::int32_t>(e),
-                        part->t0,
-                        part->t1,
-                        part->depth_ratio});
+      edges_.push_back({m, static_cast<std::int32_t>(e), part->t0, part->t1, part->depth_ratio});
     }
   }
   distribution_ = Distribution1D(weights);

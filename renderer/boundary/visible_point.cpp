@@ -17,7 +17,7 @@ void AddMotionOfVisiblePoint(const BoundaryContext& context,
                              const Ray& ray,
                              const Vec2& m,
                              MotionRow& row) {
-  const RayCaster& caster = *context.path.caster;
+  const RayCaster& caster = context.path.world->caster();
   const Vec3 x = hit ? caster.Geometry(hit->id).Point(hit->b1, hit->b2)
                      : context.camera.Origin() + ray.direction;
   const auto projection = context.camera.Project(x);
@@ -25,8 +25,7 @@ void AddMotionOfVisiblePoint(const BoundaryContext& context,
     return;
   }
   const Vec3 d_x = projection->du * m.x + projection->dv * m.y;
-  MotionAdjoint<Vec3, MotionRow> motion(
-      *context.path.scene, caster, context.camera, context.active, row);
+  MotionAdjoint<Vec3, MotionRow> motion(*context.path.world, context.camera, context.active, row);
   if (hit) {
     motion.MaterialPoint(hit->id, hit->b1, hit->b2, d_x);
     motion.PixelOfFixedPoint(x, *projection, m.x, m.y);

@@ -26,7 +26,7 @@ void AppearanceAdjoint::Texels(int texture,
   if (first < 0) {
     return;
   }
-  const bool scalar = context_.scene->textures[static_cast<std::size_t>(texture)].scalar;
+  const bool scalar = context_.world->scene().textures[static_cast<std::size_t>(texture)].scalar;
   for (std::size_t i = 0; i < 4; ++i) {
     if (lookup.weight[i] == 0.0) {
       continue;
@@ -45,7 +45,7 @@ void AppearanceAdjoint::Uv(TriangleId id, double b1, double b2, const Rgb& d_u, 
   if (first < 0) {
     return;
   }
-  const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(id.mesh)].mesh;
+  const Mesh& mesh = context_.world->mesh(id.mesh);
   const Triangle& corners = CornersOf(mesh.uv_triangles, id);
   const std::array<double, 3> weights = {1.0 - b1 - b2, b1, b2};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -56,10 +56,9 @@ void AppearanceAdjoint::Uv(TriangleId id, double b1, double b2, const Rgb& d_u, 
 }
 
 void AppearanceAdjoint::TextureRole(const Vertex& v, int texture, const Rgb& d_value) {
-  const SceneMesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
   const TextureLookup lookup =
-      LookUpTexture(context_.scene->textures[static_cast<std::size_t>(texture)],
-                    UvAt(mesh.mesh, v.p.id, v.p.b1, v.p.b2));
+      LookUpTexture(context_.world->scene().textures[static_cast<std::size_t>(texture)],
+                    UvAt(context_.world->mesh(v.p.id.mesh), v.p.id, v.p.b1, v.p.b2));
   const bool is_color = texture == v.p.material->base_color_texture;
   Texels(texture, lookup, d_value, !is_color);
   const auto slope = [&](const Rgb& s) { return is_color ? s : Rgb::Constant(s.r); };
@@ -67,7 +66,7 @@ void AppearanceAdjoint::TextureRole(const Vertex& v, int texture, const Rgb& d_v
 }
 
 void AppearanceAdjoint::Material(const Vertex& v) {
-  const SceneMesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
+  const SceneMesh& mesh = context_.world->scene().meshes[static_cast<std::size_t>(v.p.id.mesh)];
   const auto& blocks = active_.materials[static_cast<std::size_t>(mesh.material)];
   if (!blocks.any) {
     return;
@@ -184,13 +183,12 @@ void AppearanceAdjoint::Irradiance(const LightSet::Directional& light, const Rgb
 }
 
 ColorGradient AppearanceAdjoint::LabelGradient(const Vertex& v) const {
-  const SceneMesh& scene_mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
-  const Mesh& mesh = scene_mesh.mesh;
+  const Mesh& mesh = context_.world->mesh(v.p.id.mesh);
   const renderer::Material& material = *v.p.material;
   std::array<Rgb, 3> d_bary;  // by the weight of each corner
   const auto add_texture = [&](int texture, const Rgb& d_value, bool is_color) {
     const TextureLookup lookup =
-        LookUpTexture(context_.scene->textures[static_cast<std::size_t>(texture)],
+        LookUpTexture(context_.world->scene().textures[static_cast<std::size_t>(texture)],
                       UvAt(mesh, v.p.id, v.p.b1, v.p.b2));
     const Triangle& corners = CornersOf(mesh.uv_triangles, v.p.id);
     const Rgb du = is_color ? lookup.du : Rgb::Constant(lookup.du.r);
@@ -231,7 +229,8 @@ ColorGradient AppearanceAdjoint::LabelGradient(const Vertex& v) const {
       d_bary[i] += Dot(v.d_n, change);
     }
   }
-  const std::array<Vec3, 3> gradients = BarycentricGradients(context_.caster->Geometry(v.p.id));
+  const std::array<Vec3, 3> gradients =
+      BarycentricGradients(context_.world->caster().Geometry(v.p.id));
   ColorGradient sum;
   for (std::size_t i = 0; i < 3; ++i) {
     sum += Outer(gradients[i], d_bary[i]);

@@ -158,9 +158,10 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
                      "edges seen in it, and light and shadows that reach rough surfaces through "
                      "it, are not in the derivative by moving things");
   }
-  const Scene placed = PlacedScene(scene);
-  for (const SceneMesh& m : placed.meshes) {
-    const double deviation = MeanShadingDeviation(m.mesh);
+  const std::vector<Mesh> placed = WorldMeshes(scene);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const SceneMesh& m = scene.meshes[i];
+    const double deviation = MeanShadingDeviation(placed[i]);
     if (deviation > kCoarse && !IsDelta(MaterialOf(scene, m).bsdf)) {
       limits.push_back(
           "'" + m.name + "' is coarse for interpolated normals: its triangles lie " +
@@ -170,13 +171,13 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
     }
   }
   std::vector<const Mesh*> meshes;
-  for (const SceneMesh& m : placed.meshes) {
-    meshes.push_back(&m.mesh);
+  for (const Mesh& m : placed) {
+    meshes.push_back(&m);
   }
   for (const MeshContact& contact : MeshContacts(meshes)) {
     const bool moves = MeshMoves(layout, contact.i) || MeshMoves(layout, contact.j);
-    const std::string names = "'" + placed.meshes[static_cast<std::size_t>(contact.i)].name +
-                              "' and '" + placed.meshes[static_cast<std::size_t>(contact.j)].name;
+    const std::string names = "'" + scene.meshes[static_cast<std::size_t>(contact.i)].name +
+                              "' and '" + scene.meshes[static_cast<std::size_t>(contact.j)].name;
     if (contact.cut && (moves || CameraMoves(layout))) {
       limits.push_back(names +
                        "' cut each other: that their common line moves is not in the derivative "
@@ -187,16 +188,16 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
                        "part or press into each other is not in it");
     }
   }
-  for (const Camera& sensor : placed.sensors) {
+  for (const Camera& sensor : scene.sensors) {
     if (sensor.projection != ProjectionKind::kOrthographic) {
       continue;
     }
     const CameraModel camera(sensor);
-    for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
+    for (std::size_t m = 0; m < placed.size(); ++m) {
       if ((CameraMoves(layout) || MeshMoves(layout, static_cast<int>(m))) &&
-          SensorPlaneCuts(camera, placed.meshes[m].mesh)) {
+          SensorPlaneCuts(camera, placed[m])) {
         limits.push_back(
-            "'" + placed.meshes[m].name + "' is cut by the plane in which the rays of '" +
+            "'" + scene.meshes[m].name + "' is cut by the plane in which the rays of '" +
             sensor.name +
             "' start: that the line of the cut moves is not in the derivative by moving "
             "things; move the sensor back");

@@ -6,9 +6,9 @@ void GeometryScatter::Run(const Rgb& radiance, std::size_t first_rough, std::siz
   for (std::size_t k = end; k-- > first_rough + 1;) {
     Vertex& v = vertices_[k];
     Vertex& previous = vertices_[k - 1];
-    const Vec3 start = RayStart(*context_.caster, previous.p, previous.on.wi);
+    const Vec3 start = RayStart(context_.world->caster(), previous.p, previous.on.wi);
     const ColorGradient d_end = EndPointAdjoint(v.p.wo, Norm(start - v.p.x), v.d_wo);
-    MoveStart(*context_.caster, previous, d_end);
+    MoveStart(context_.world->caster(), previous, d_end);
     v.d_x -= d_end;
     ScatterMaterialPoint(v);
   }
@@ -31,8 +31,7 @@ void GeometryScatter::ScatterMaterialPoint(const Vertex& v) {
 }
 
 bool GeometryScatter::FlatMesh(const Vertex& v) const {
-  return context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)]
-      .mesh.normal_triangles.empty();
+  return context_.world->mesh(v.p.id.mesh).normal_triangles.empty();
 }
 
 void GeometryScatter::ScatterNormals(const Vertex& v) {
@@ -40,7 +39,7 @@ void GeometryScatter::ScatterNormals(const Vertex& v) {
   if (blocks.normals < 0 && blocks.rotation < 0) {
     return;
   }
-  const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)].mesh;
+  const Mesh& mesh = context_.world->mesh(v.p.id.mesh);
   const Triangle& corners = CornersOf(mesh.normal_triangles, v.p.id);
   const Vec3 stored = InterpolatedNormal(mesh, v.p.id, v.p.b1, v.p.b2);
   const double norm = Norm(stored);
@@ -80,12 +79,12 @@ void GeometryScatter::ScatterImagePoint(std::size_t k) {
     ScatterNormals(v);
   }
   const ColorGradient d_origin = d_point - d_plane;
-  const Vec3 origin = k == 0
-                          ? pixel_.ray.origin
-                          : RayStart(*context_.caster, vertices_[k - 1].p, vertices_[k - 1].on.wi);
+  const Vec3 origin =
+      k == 0 ? pixel_.ray.origin
+             : RayStart(context_.world->caster(), vertices_[k - 1].p, vertices_[k - 1].on.wi);
   const ColorGradient d_direction = d_origin * Norm(v.p.x - origin) - v.d_wo;
   if (k > 0) {
-    MoveStart(*context_.caster, vertices_[k - 1], d_origin);
+    MoveStart(context_.world->caster(), vertices_[k - 1], d_origin);
     vertices_[k - 1].d_wi += d_direction;
   } else if (active_.camera.Any()) {
     motion_.CameraRay(pixel_.ray, pixel_.u, pixel_.v, d_origin, d_direction);
@@ -94,7 +93,7 @@ void GeometryScatter::ScatterImagePoint(std::size_t k) {
 
 /// A mirror's normal is a function of the interpolated one, the facet's and wo.
 void GeometryScatter::PullThroughMirrorNormal(Vertex& v) const {
-  const Mesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)].mesh;
+  const Mesh& mesh = context_.world->mesh(v.p.id.mesh);
   const Vec3 n = Normalized(InterpolatedNormal(mesh, v.p.id, v.p.b1, v.p.b2)) * v.p.side;
   MirrorNormal(n, v.p.ng, v.p.wo).Pull(v.d_n, v.d_ng, v.d_wo);
 }

@@ -24,7 +24,7 @@ void AccumulateMissAdjoint(const AdjointContext& context,
       .Environment(environment, w, Rgb::Constant(pixel.weight));
   AccumulatorTarget target(sum);
   MotionAdjoint<ColorGradient, AccumulatorTarget> motion(
-      *context.path.scene, *context.path.caster, context.camera, context.active, target);
+      *context.path.world, context.camera, context.active, target);
   const bool light_moves = motion.LightMoves(environment.emitter);
   if (!light_moves && !context.active.camera.Any()) {
     return;

@@ -4,8 +4,7 @@
 
 #include "renderer/derivative/active_parameters.h"
 #include "renderer/derivative/color_gradient.h"
-#include "renderer/geometry/ray_caster.h"
-#include "renderer/scene/scene.h"
+#include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
 
@@ -21,13 +20,11 @@ class MotionAdjoint {
  public:
   using Scalar = typename GradientTraits<G>::Scalar;
 
-  /// `placed`: meshes in the world frame; `caster`: of the same meshes.
-  MotionAdjoint(const Scene& placed,
-                const RayCaster& caster,
+  MotionAdjoint(const World& world,
                 const CameraModel& camera,
                 const ActiveParameters& active,
                 Target& target)
-      : placed_(placed), caster_(caster), camera_(camera), active_(active), target_(target) {}
+      : world_(world), camera_(camera), active_(active), target_(target) {}
 
   /// A vertex of a mesh at x.
   void Vertex(int mesh, std::int32_t vertex, const Vec3& x, const G& d_x) {
@@ -49,7 +46,7 @@ class MotionAdjoint {
       return;
     }
     if (b.positions < 0) {  // a pose moves point, normal and area as a whole
-      const TriangleGeometry& t = caster_.Geometry(id);
+      const TriangleGeometry& t = world_.caster().Geometry(id);
       Pose(b, t.Point(b1, b2), d_x);
       if (b.rotation >= 0) {
         target_.Add(b.rotation, TransposedTimes(b.rotation_jacobian, Cross(t.n, d_n)));
@@ -59,11 +56,11 @@ class MotionAdjoint {
       }
       return;
     }
-    const TriangleGeometry& t = caster_.Geometry(id);
+    const TriangleGeometry& t = world_.caster().Geometry(id);
     const std::array<Vec3, 3> gradients = BarycentricGradients(t);
     const std::array<G, 3> by_normal = PullNormal(t, d_n);
     const std::array<double, 3> weights = {1.0 - b1 - b2, b1, b2};
-    const Mesh& mesh = placed_.meshes[static_cast<std::size_t>(id.mesh)].mesh;
+    const Mesh& mesh = world_.mesh(id.mesh);
     const Triangle& corners = mesh.triangles[static_cast<std::size_t>(id.triangle)];
     for (std::size_t i = 0; i < 3; ++i) {
       Vertex(id.mesh,
@@ -79,11 +76,11 @@ class MotionAdjoint {
       return;
     }
     if (b.positions < 0) {
-      Pose(b, caster_.Geometry(id).Point(b1, b2), d_x);
+      Pose(b, world_.caster().Geometry(id).Point(b1, b2), d_x);
       return;
     }
     const std::array<double, 3> weights = {1.0 - b1 - b2, b1, b2};
-    const Mesh& mesh = placed_.meshes[static_cast<std::size_t>(id.mesh)].mesh;
+    const Mesh& mesh = world_.mesh(id.mesh);
     const Triangle& corners = mesh.triangles[static_cast<std::size_t>(id.triangle)];
     for (std::size_t i = 0; i < 3; ++i) {
       Vertex(id.mesh,
@@ -260,8 +257,7 @@ class MotionAdjoint {
     return out;
   }
 
-  const Scene& placed_;
-  const RayCaster& caster_;
+  const World& world_;
   const CameraModel& camera_;
   const ActiveParameters& active_;
   Target& target_;

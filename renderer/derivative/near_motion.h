@@ -20,7 +20,7 @@ namespace pathfit::renderer {
 /// that all surfaces near it move against it, those of its own mesh included.
 class NearMotion {
  public:
-  /// `placed` and `caster` must outlive the result.
+  /// `caster` must outlive the result.
   NearMotion(const RayCaster& caster, const ActiveParameters& active, const RenderOptions& options);
 
   /// The first vertex (from 0) of a path, from `first` on, that touches something, or whose

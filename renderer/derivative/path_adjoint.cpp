@@ -24,7 +24,7 @@ class Sweep {
         contact_(path.contact),
         directs_(path.directs),
         target_(sum),
-        motion_(*context.path.scene, *context.path.caster, camera_, active_, target_),
+        motion_(*context.path.world, camera_, active_, target_),
         appearance_(context.path, active_, sum) {}
 
   void Run() {
@@ -82,8 +82,10 @@ class Sweep {
   /// Whether anything that moves or bends touches the path.
   [[nodiscard]] bool IsMoving() const {
     const auto bends = [&](const Vertex& v) {
-      const SceneMesh& mesh = context_.scene->meshes[static_cast<std::size_t>(v.p.id.mesh)];
-      return active_.materials[static_cast<std::size_t>(mesh.material)].bends;
+      return active_
+          .materials[static_cast<std::size_t>(
+              context_.world->scene().meshes[static_cast<std::size_t>(v.p.id.mesh)].material)]
+          .bends;
     };
     if (active_.any_bends && std::any_of(vertices_.begin(), vertices_.end(), bends)) {
       return true;
@@ -158,7 +160,7 @@ class Sweep {
                           const Rgb& per_radiance) {
     Vertex& v = vertices_[k];
     const LightSet::AreaLight& light = *context_.lights.AreaLightOf(direct.id.mesh);
-    const TriangleGeometry& triangle = context_.caster->Geometry(direct.id);
+    const TriangleGeometry& triangle = context_.world->caster().Geometry(direct.id);
     const double cos_light = Dot(triangle.n, direct.wi);
     appearance_.AreaEmission(
         light, direct.id, direct.b1, direct.b2, cos_light < 0.0 ? 1.0 : -1.0, per_radiance);
@@ -212,14 +214,14 @@ class Sweep {
     const Rgb bsdf = AdjointOfBsdf(k, v.on.wi, weight, d_wi);
     if (Turns(k) && Moves(k + 1)) {
       const Rgb value = weight * bsdf;
-      const double r = Norm(next.p.x - RayStart(*context_.caster, v.p, v.on.wi));
+      const double r = Norm(next.p.x - RayStart(context_.world->caster(), v.p, v.on.wi));
       const Rgb per_cos = value * (1.0 / Dot(next.p.ng, v.on.wi));
       next.d_ng += Outer(v.on.wi, per_cos);
       d_wi += Outer(next.p.ng, per_cos);
       const ColorGradient d_end =
           EndPointAdjoint(v.on.wi, r, d_wi) - Outer(v.on.wi, value * (2.0 / r));
       next.d_x += d_end;
-      MoveStart(*context_.caster, v, -d_end);
+      MoveStart(context_.world->caster(), v, -d_end);
       next.d_log_area += value;
     }
     return bsdf * beyond * v.on.factor;

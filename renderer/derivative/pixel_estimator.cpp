@@ -23,7 +23,7 @@ Rgba SamplePixel(const PathContext& context,
                  Recorder& recorder,
                  OnMiss on_miss,
                  OnPath on_path) {
-  const std::optional<Hit> hit = context.caster->Intersect(pixel.ray);
+  const std::optional<Hit> hit = context.world->caster().Intersect(pixel.ray);
   if (!hit) {
     if (!context.lights.environment || !context.lights.environment_visible) {
       return {};
@@ -31,7 +31,7 @@ Rgba SamplePixel(const PathContext& context,
     on_miss();
     return {EnvironmentRadianceInWorld(*context.lights.environment, pixel.ray.direction), 0.0};
   }
-  const SurfacePoint p = MakeSurfacePoint(*context.scene, *context.caster, *hit, pixel.ray);
+  const SurfacePoint p = MakeSurfacePoint(*context.world, *hit, pixel.ray);
   const Rgb radiance =
       TraceRadiance(context, p, sampler, recorder, {context.max_bounces, true, mirrored});
   if (IsFinite(radiance)) {

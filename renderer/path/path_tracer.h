@@ -15,8 +15,7 @@ namespace pathfit::renderer {
 
 /// Everything a path needs, prepared once per view.
 struct PathContext {
-  const Scene* scene = nullptr;  ///< placed: meshes in the world frame
-  const RayCaster* caster = nullptr;
+  const World* world = nullptr;
   LightSet lights;
   PixelBounds bounds;  ///< rays of pixels outside meet nothing
   int max_bounces = 1;
@@ -181,7 +180,7 @@ Rgb SampleLights(const PathContext& context,
                  const DirectionFamily& family,
                  Sampler& sampler,
                  Recorder& recorder) {
-  const RayCaster& caster = *context.caster;
+  const RayCaster& caster = context.world->caster();
   const LightSet& lights = context.lights;
   Rgb sum;
   const auto add = [&](const DirectContribution& direct, const Rgb& bsdf) {
@@ -333,13 +332,13 @@ Rgb TraceRadiance(const PathContext& context,
         sample->wi, delta ? 1.0 / pdf : std::abs(cosines.cos_i) / pdf, delta, cosines.cos_i < 0.0};
     const Rgb bsdf = delta ? EvalDelta(p.material->bsdf, p.inputs, cosines.cos_o, on.transmit).value
                            : EvalBsdf(p.material->bsdf, p.inputs, cosines);
-    const Ray ray{RayStart(*context.caster, p, sample->wi), sample->wi};
+    const Ray ray{RayStart(context.world->caster(), p, sample->wi), sample->wi};
     std::optional<Hit> hit;
     bool escaped = false;
     if (bounce == range.max_bounces && context.lights.areas.empty() && !delta) {
-      escaped = !context.caster->Occluded(ray, std::numeric_limits<double>::infinity());
+      escaped = !context.world->caster().Occluded(ray, std::numeric_limits<double>::infinity());
     } else {
-      hit = context.caster->Intersect(ray);
+      hit = context.world->caster().Intersect(ray);
       escaped = !hit;
     }
     if (escaped && context.lights.environment) {
@@ -375,7 +374,7 @@ Rgb TraceRadiance(const PathContext& context,
       throughput *= 1.0 / survival;
     }
     recorder.OnContinue(next);
-    p = MakeSurfacePoint(*context.scene, *context.caster, *hit, ray);
+    p = MakeSurfacePoint(*context.world, *hit, ray);
     emission_weight = 1.0;
     if (!delta && context.lights.area_of_mesh[static_cast<std::size_t>(p.id.mesh)] >= 0) {
       const double cos_light = std::abs(Dot(p.ng, ray.direction));

@@ -4,7 +4,7 @@
 
 #include "renderer/geometry/ray_caster.h"
 #include "renderer/path/mirror_normal.h"
-#include "renderer/scene/scene.h"
+#include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
 
@@ -74,22 +74,20 @@ inline void ReadModelConstants(const Bsdf& bsdf, BsdfInputs& inputs) {
   }
 }
 
-/// What the BSDF needs to know at a point of a placed scene.
+/// What the BSDF needs to know at a point of a mesh.
 inline BsdfInputs InputsAt(const Scene& scene,
-                           const SceneMesh& mesh,
+                           const Mesh& mesh,
                            const Material& material,
                            TriangleId id,
                            double b1,
                            double b2) {
   BsdfInputs inputs;
   ReadModelConstants(material.bsdf, inputs);
-  inputs.base_color =
-      material.vertex_colors
-          ? Interpolate(mesh.mesh.colors, CornersOf(mesh.mesh.color_triangles, id), b1, b2)
-          : material.base_color;
+  inputs.base_color = material.vertex_colors
+                          ? Interpolate(mesh.colors, CornersOf(mesh.color_triangles, id), b1, b2)
+                          : material.base_color;
   const auto texture = [&](int index) {
-    return TextureValue(scene.textures[static_cast<std::size_t>(index)],
-                        UvAt(mesh.mesh, id, b1, b2));
+    return TextureValue(scene.textures[static_cast<std::size_t>(index)], UvAt(mesh, id, b1, b2));
   };
   if (material.base_color_texture >= 0) inputs.base_color = texture(material.base_color_texture);
   if (material.roughness_texture >= 0) {
@@ -99,18 +97,13 @@ inline BsdfInputs InputsAt(const Scene& scene,
   return inputs;
 }
 
-/// A point of a placed scene at given barycentrics, seen along unit direction -wo.
-inline SurfacePoint MakeSurfacePoint(const Scene& scene,
-                                     const RayCaster& caster,
-                                     TriangleId id,
-                                     double b1,
-                                     double b2,
-                                     const Vec3& x,
-                                     const Vec3& wo) {
-  const TriangleGeometry& triangle = caster.Geometry(id);
-  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(id.mesh)];
+/// A point of the world at given barycentrics, seen along unit direction -wo.
+inline SurfacePoint MakeSurfacePoint(
+    const World& world, TriangleId id, double b1, double b2, const Vec3& x, const Vec3& wo) {
+  const TriangleGeometry& triangle = world.caster().Geometry(id);
+  const Mesh& mesh = world.mesh(id.mesh);
   SurfacePoint p;
-  p.material = &scene.materials[static_cast<std::size_t>(mesh.material)];
+  p.material = &world.MaterialOf(id.mesh);
   p.id = id;
   p.b1 = b1;
   p.b2 = b2;
@@ -119,29 +112,21 @@ inline SurfacePoint MakeSurfacePoint(const Scene& scene,
   p.side = Dot(triangle.n, wo) >= 0.0 ? 1.0 : -1.0;
   p.ng = triangle.n * p.side;
   p.n = p.ng;
-  if (!mesh.mesh.normal_triangles.empty()) {
-    const Vec3 m = Normalized(InterpolatedNormal(mesh.mesh, id, b1, b2)) * p.side;
+  if (!mesh.normal_triangles.empty()) {
+    const Vec3 m = Normalized(InterpolatedNormal(mesh, id, b1, b2)) * p.side;
     p.n = IsFinite(m) ? m : p.ng;
     if (IsDelta(p.material->bsdf)) {
       p.n = MirrorNormal(p.n, p.ng, wo).Value();
     }
   }
-  p.inputs = InputsAt(scene, mesh, *p.material, id, b1, b2);
+  p.inputs = InputsAt(world.scene(), mesh, *p.material, id, b1, b2);
   p.inputs.from_inside = p.side < 0.0;
   return p;
 }
 
-inline SurfacePoint MakeSurfacePoint(const Scene& scene,
-                                     const RayCaster& caster,
-                                     const Hit& hit,
-                                     const Ray& ray) {
-  return MakeSurfacePoint(scene,
-                          caster,
-                          hit.id,
-                          hit.b1,
-                          hit.b2,
-                          ray.origin + ray.direction * hit.distance,
-                          -ray.direction);
+inline SurfacePoint MakeSurfacePoint(const World& world, const Hit& hit, const Ray& ray) {
+  return MakeSurfacePoint(
+      world, hit.id, hit.b1, hit.b2, ray.origin + ray.direction * hit.distance, -ray.direction);
 }
 
 }  // namespace pathfit::renderer

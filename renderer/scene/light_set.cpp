@@ -6,6 +6,7 @@
 #include "renderer/core/check.h"
 #include "renderer/emitter/projector_kernel.h"
 #include "renderer/emitter/spot_kernel.h"
+#include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -53,10 +54,10 @@ double MeanLuminance(const Texture& texture, const Rgb& intensity, const Triangl
   return sum / (rows * rows);
 }
 
-std::vector<double> TriangleBrightness(const Scene& scene, const AreaEmitter& light) {
-  const Mesh& mesh = scene.meshes[static_cast<std::size_t>(light.mesh)].mesh;
+std::vector<double> TriangleBrightness(const World& world, const AreaEmitter& light) {
+  const Mesh& mesh = world.mesh(light.mesh);
   const double sides = light.two_sided ? 2.0 : 1.0;
-  const Texture* texture = TextureAt(scene, light.texture);
+  const Texture* texture = TextureAt(world.scene(), light.texture);
   std::vector<double> brightness(mesh.triangles.size(), sides * Luminance(light.intensity));
   if (texture != nullptr) {
     for (std::size_t i = 0; i < brightness.size(); ++i) {
@@ -69,8 +70,7 @@ std::vector<double> TriangleBrightness(const Scene& scene, const AreaEmitter& li
 
 // Adds the lights of a scene to a set, one kind each.
 struct LightAdder {
-  const Scene& scene;
-  const LightSamplers& samplers;
+  const World& world;
   const Emitter& emitter;
   int index;
   Transform world_from_frame;
@@ -78,10 +78,11 @@ struct LightAdder {
   LightSet& set;
 
   void operator()(const EnvironmentEmitter& light) const {
-    PATHFIT_CHECK(samplers.environment.has_value());
+    const auto& sampler = world.light_samplers().environment;
+    PATHFIT_CHECK(sampler.has_value());
     const Mat3 world_from_light = turn * light.frame_from_light;
     set.environment = LightSet::Environment{
-        index, &light, &*samplers.environment, world_from_light, Transposed(world_from_light)};
+        index, &light, &*sampler, world_from_light, Transposed(world_from_light)};
   }
   void operator()(const PointEmitter& light) const {
     AddPoint(light.position, world_from_frame.linear, nullptr);
@@ -93,12 +94,13 @@ struct LightAdder {
     AddPoint(light.position, turn * light.frame_from_light, nullptr);
   }
   void operator()(const ProjectorEmitter& light) const {
-    AddPoint(light.position, turn * light.frame_from_light, TextureAt(scene, light.texture));
+    AddPoint(
+        light.position, turn * light.frame_from_light, TextureAt(world.scene(), light.texture));
   }
   void operator()(const AreaEmitter& light) const {
-    const auto mesh = static_cast<std::size_t>(light.mesh);
-    set.area_of_mesh[mesh] = static_cast<int>(set.areas.size());
-    set.areas.push_back({index, &light, TextureAt(scene, light.texture), &scene.meshes[mesh].mesh});
+    set.area_of_mesh[static_cast<std::size_t>(light.mesh)] = static_cast<int>(set.areas.size());
+    set.areas.push_back(
+        {index, &light, TextureAt(world.scene(), light.texture), &world.mesh(light.mesh)});
   }
 
  private:
@@ -167,34 +169,31 @@ IntensityPartials ProjectedDerivative(const LightSet::PointLight& light,
 
 }  // namespace
 
-LightSamplers LightSamplers::Make(const Scene& placed) {
+LightSamplers LightSamplers::Make(const World& world) {
   LightSamplers samplers;
-  for (const Emitter& emitter : placed.emitters) {
+  for (const Emitter& emitter : world.scene().emitters) {
     if (const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light)) {
       samplers.environment.emplace(*environment);
     } else if (const auto* area = std::get_if<AreaEmitter>(&emitter.light)) {
-      samplers.areas.AddMesh(area->mesh,
-                             placed.meshes[static_cast<std::size_t>(area->mesh)].mesh,
-                             TriangleBrightness(placed, *area));
+      samplers.areas.AddMesh(area->mesh, world.mesh(area->mesh), TriangleBrightness(world, *area));
     }
   }
   samplers.areas.Finish();
   return samplers;
 }
 
-LightSet LightSet::Make(const Scene& placed,
-                        const LightSamplers& samplers,
-                        const Transform& world_from_camera) {
+LightSet LightSet::Make(const World& world, const Transform& world_from_camera) {
+  const Scene& scene = world.scene();
+  const AreaSampler& areas = world.light_samplers().areas;
   LightSet set;
-  set.environment_visible = placed.environment_visible;
-  set.area_of_mesh.assign(placed.meshes.size(), -1);
-  set.area_sampler = samplers.areas.Empty() ? nullptr : &samplers.areas;
-  for (std::size_t i = 0; i < placed.emitters.size(); ++i) {
-    const Emitter& emitter = placed.emitters[i];
+  set.environment_visible = scene.environment_visible;
+  set.area_of_mesh.assign(scene.meshes.size(), -1);
+  set.area_sampler = areas.Empty() ? nullptr : &areas;
+  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
+    const Emitter& emitter = scene.emitters[i];
     const Transform world_from_frame =
         emitter.frame == LightFrame::kCamera ? world_from_camera : Transform{};
-    std::visit(LightAdder{placed,
-                          samplers,
+    std::visit(LightAdder{world,
                           emitter,
                           static_cast<int>(i),
                           world_from_frame,

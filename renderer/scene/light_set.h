@@ -11,16 +11,17 @@
 
 namespace pathfit::renderer {
 
+class World;
+
 /// Samplers of a scene's lights that do not depend on the sensor; made once per scene state.
 struct LightSamplers {
   std::optional<EnvironmentSampler> environment;
   AreaSampler areas;  ///< over the triangles of all area lights
 
-  /// `placed`: meshes in the world frame.
-  static LightSamplers Make(const Scene& placed);
+  static LightSamplers Make(const World& world);
 };
 
-/// Emitters of a placed scene as one sensor meets them: camera-frame lights are turned into the
+/// Emitters of a world as one sensor meets them: camera-frame lights are turned into the
 /// world, rotations are applied. Indices `emitter` are those of Scene::emitters.
 struct LightSet {
   struct Environment {
@@ -56,10 +57,8 @@ struct LightSet {
   const AreaSampler* area_sampler = nullptr;  ///< null without area lights
   bool environment_visible = true;
 
-  /// All pointers refer to `placed` and `samplers`, which must outlive the result.
-  static LightSet Make(const Scene& placed,
-                       const LightSamplers& samplers,
-                       const Transform& world_from_camera);
+  /// All pointers refer to the world, which must outlive the result.
+  static LightSet Make(const World& world, const Transform& world_from_camera);
 
   /// The area light of a mesh, null if it does not shine.
   [[nodiscard]] const AreaLight* AreaLightOf(int mesh) const {

@@ -20,12 +20,13 @@ Mesh WorldMesh(const SceneMesh& mesh) {
   return world;
 }
 
-Scene PlacedScene(const Scene& scene) {
-  Scene placed = scene;
-  for (SceneMesh& mesh : placed.meshes) {
-    mesh.mesh = WorldMesh(mesh);
+std::vector<Mesh> WorldMeshes(const Scene& scene) {
+  std::vector<Mesh> meshes;
+  meshes.reserve(scene.meshes.size());
+  for (const SceneMesh& mesh : scene.meshes) {
+    meshes.push_back(WorldMesh(mesh));
   }
-  return placed;
+  return meshes;
 }
 
 }  // namespace pathfit::renderer

@@ -54,8 +54,8 @@ struct Scene {
 
 /// The mesh in the world frame.
 Mesh WorldMesh(const SceneMesh& mesh);
-/// The same scene with all meshes in the world frame; the pose members keep their values.
-Scene PlacedScene(const Scene& scene);
+/// All meshes of a scene in the world frame, in its order.
+std::vector<Mesh> WorldMeshes(const Scene& scene);
 
 /// Throws SceneError: bad indices, values out of range, vertex colours or UVs missing, invalid
 /// meshes or cameras, more than one environment, a mesh with two area lights.

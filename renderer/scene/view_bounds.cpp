@@ -17,16 +17,16 @@ struct Box {
 };
 
 /// Box of all vertices; empty if one of them has no image.
-std::optional<Box> NormalizedBox(const Scene& scene,
+std::optional<Box> NormalizedBox(const World& world,
                                  const CameraModel& camera,
                                  const std::vector<bool>& wanted) {
   const Transform camera_from_world = RigidInverse(camera.Pose());
   Box out;
-  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-    if (!wanted.empty() && !wanted[i]) {
+  for (int i = 0; i < world.NumMeshes(); ++i) {
+    if (!wanted.empty() && !wanted[static_cast<std::size_t>(i)]) {
       continue;
     }
-    for (const Vec3& x : scene.meshes[i].mesh.positions) {
+    for (const Vec3& x : world.mesh(i).positions) {
       const Vec3 p = camera_from_world.Point(x);
       // Parallel rays: what lies behind the plane is not seen, and does not upset the rest.
       const double depth = camera.IsOrthographic() ? 1.0 : -p.z;
@@ -43,7 +43,7 @@ std::optional<Box> NormalizedBox(const Scene& scene,
 
 }  // namespace
 
-PixelBounds BoundsOfMeshes(const Scene& scene,
+PixelBounds BoundsOfMeshes(const World& world,
                            const CameraModel& camera,
                            const std::vector<bool>& wanted) {
   const int width = camera.camera().width;
@@ -51,7 +51,7 @@ PixelBounds BoundsOfMeshes(const Scene& scene,
   const PixelBounds whole{0, 0, width, height};
   // A triangle's undistorted image lies in the box of its corners; only afterwards does distortion
   // bend the box.
-  const auto box = NormalizedBox(scene, camera, wanted);
+  const auto box = NormalizedBox(world, camera, wanted);
   if (!box) {
     return whole;
   }

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "renderer/scene/scene.h"
+#include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
 
@@ -12,10 +12,9 @@ struct PixelBounds {
   [[nodiscard]] bool Contains(int x, int y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
 };
 
-/// A rectangle outside which no pixel's filter sees one of the `wanted` meshes of the scene (all
-/// if empty); the whole image where that is not sure. Reads the meshes as world-frame, see
-/// PlacedScene.
-PixelBounds BoundsOfMeshes(const Scene& scene,
+/// A rectangle outside which no pixel's filter sees one of the meshes with wanted[mesh] (all if
+/// `wanted` is empty); the whole image where that is not sure.
+PixelBounds BoundsOfMeshes(const World& world,
                            const CameraModel& camera,
                            const std::vector<bool>& wanted = {});
 

@@ -1,7 +1,5 @@
 pathfit_test(renderer/boundary/primary_boundary_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/boundary/view_edges_test LABEL unit LINK pathfit_test_support)
 pathfit_test(renderer/boundary/pixel_boundary_test LABEL statistical LINK pathfit_test_support)
-pathfit_test(renderer/boundary/edge_tree_test LABEL statistical LINK pathfit_renderer)
 pathfit_test(renderer/boundary/primary_guide_test LABEL statistical LINK pathfit_renderer)
-pathfit_test(renderer/boundary/tangent_wedge_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/boundary/guide_store_test LABEL statistical LINK pathfit_test_support)

@@ -25,20 +25,19 @@ Found EdgesOf(Scene scene,
               const std::vector<Change>& changes = kMeshMoves,
               DerivativeForm form = DerivativeForm::kImage) {
   scene.sensors = {camera};
-  std::vector<MeshTopology> topologies;
-  for (const SceneMesh& m : scene.meshes) topologies.push_back(MeshTopology::Build(m.mesh));
+  const World world(scene);
   const CameraModel model(camera);
   ParameterLayout layout(scene);
   for (const auto& [kind, object] : changes) layout.Add(kind, object);
   const ActiveParameters active = ActiveParameters::Make(scene, layout, model, 0);
-  const LightSamplers samplers = LightSamplers::Make(scene);
   PathContext path;
-  path.scene = &scene;
-  path.lights = LightSet::Make(scene, samplers, model.Pose());
+  path.world = &world;
+  path.lights = LightSet::Make(world, model.Pose());
   RenderOptions options;
   options.form = form;
+  const RenderServices services;
   const EdgeTree no_tree;
-  const ViewEdges edges({path, model, active, options, topologies, no_tree});
+  const ViewEdges edges({path, model, active, options, services, no_tree});
   Found found;
   found.weight = edges.distribution().Total();
   double remainder = 0.0;
@@ -131,6 +130,8 @@ TEST(ViewEdges, UvSeamsCountOnlyUnderTextures) {
   plate.uv_triangles[1][0] = 4;
   Scene scene = Painted(plate);
   scene.textures = {Texture{}};
+  scene.textures[0].scalar = true;
+  scene.materials[0].bsdf = MetallicRoughnessBsdf{};
   EXPECT_EQ(EdgesOf(scene, FrontCamera()).edges, 4);
   for (int Material::*role :
        {&Material::base_color_texture, &Material::roughness_texture, &Material::metallic_texture}) {

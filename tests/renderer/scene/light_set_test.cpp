@@ -1,5 +1,3 @@
-#include "renderer/scene/light_set.h"
-
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -8,6 +6,7 @@
 
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/math/frame.h"
+#include "renderer/scene/world.h"
 #include "tests/support/finite_difference.h"
 
 namespace pathfit::renderer {
@@ -36,12 +35,12 @@ double Distance(const Vec3& a, const Vec3& b) { return Norm(a - b); }
 
 TEST(LightSet, WorldLightsIgnoreTheCamera) {
   const Scene scene = SceneWithLights(LightFrame::kWorld);
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera);
   ASSERT_EQ(set.points.size(), 2U);
   ASSERT_EQ(set.directionals.size(), 1U);
   ASSERT_TRUE(set.environment.has_value());
-  EXPECT_EQ(set.environment->sampler, &*samplers.environment);
+  EXPECT_EQ(set.environment->sampler, &*world.light_samplers().environment);
   EXPECT_EQ(set.points[0].position, (Vec3{1.5, 2.0, 2.5}));
   EXPECT_EQ(set.points[0].emitter, 1);
   EXPECT_EQ(set.points[1].emitter, 3);
@@ -54,8 +53,8 @@ TEST(LightSet, WorldLightsIgnoreTheCamera) {
 /// The camera looks along -x of the world with its right along -z: (x, y, z) -> (z, y, -x).
 TEST(LightSet, CameraLightsTurnAndMoveWithTheCamera) {
   const Scene scene = SceneWithLights(LightFrame::kCamera);
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera);
   EXPECT_LT(Distance(set.points[0].position, {1 + 2.5, 2 + 2.0, 3 - 1.5}), kRounding);
   const Vec3 direction = Normalized(Vec3{0.3, -0.4, -1.0});
   EXPECT_LT(Distance(set.directionals[0].to_light, {-direction.z, -direction.y, direction.x}),
@@ -71,8 +70,8 @@ TEST(LightSet, RotationTurnsALightWithinItsFrame) {
   const Vec3 axis = Normalized(Vec3{-0.4, 0.7, 0.2});
   const Mat3 turn = RotationAboutAxis(axis, 0.6);
   const Scene scene = SceneWithLights(LightFrame::kCamera, axis * 0.6);
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera);
   const Vec3 d{0.36, 0.48, -0.8};
   const Vec3 expected = kCamera.Direction(turn * (kTilt * d));
   EXPECT_LT(Distance(set.environment->world_from_light * d, expected), 10.0 * kRounding);
@@ -136,18 +135,19 @@ void CheckDirectionDerivatives(const LightSet::PointLight& light, const Vec3& w)
 
 TEST(IntensityDerivative, PointsShineTheSameInAllDirections) {
   const Scene scene = SceneWithLights(LightFrame::kWorld);
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera);
   EXPECT_EQ(IntensityTowards(set.points[0], {0, 0, 1}), (Rgb{4, 3, 2}));
   CheckDirectionDerivatives(set.points[0], {0.6, 0.8, 0.0});
 }
 
 TEST(IntensityDerivative, SpotAgreesWithDifferencesByDirectionAndAngles) {
-  Scene scene = SceneWithLights(LightFrame::kCamera, {0.2, -0.5, 0.3});
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
-  const LightSet::PointLight& light = set.points[1];
-  auto& spot = std::get<SpotEmitter>(scene.emitters[3].light);
+  const World world(SceneWithLights(LightFrame::kCamera, {0.2, -0.5, 0.3}));
+  const LightSet set = LightSet::Make(world, kCamera);
+  Emitter emitter = world.scene().emitters[3];
+  LightSet::PointLight light = set.points[1];
+  light.light = &emitter;
+  auto& spot = std::get<SpotEmitter>(emitter.light);
   for (const double angle : {0.1, 0.25, 0.35, 0.45, 0.6, 2.0}) {
     const Vec3 in_light{std::sin(angle) * 0.6, std::sin(angle) * 0.8, -std::cos(angle)};
     const Vec3 w = light.world_from_light * in_light;
@@ -173,8 +173,8 @@ TEST(Projector, FacingSurfacesReceiveTheStatedIrradiance) {
   Texture grey;
   grey.texels = {{0.5, 0.25, 1.0}};
   const Scene scene = SceneWithProjector(grey, {});
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera);
   // At (0.6, -0.3, -2): depth 2, distance sqrt(4.45), cosine 2 / sqrt(4.45).
   const Vec3 x{0.6, -0.3, -2.0};
   const double r = Norm(x);
@@ -196,8 +196,8 @@ TEST(Projector, ShowsThePictureUprightAndNotMirrored) {
   corner.texels = {{0, 0, 0}, {1, 1, 1}, {0, 0, 0}, {0, 0, 0}};  // row 0 on top
   const Transform pose = LookAt({0, 0, 4}, {0, 0, 0}, {0, 1, 0});
   const Scene scene = SceneWithProjector(corner, pose);
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera);
   const auto at = [&](double x, double y) {
     return IntensityTowards(set.points[0], Normalized(Vec3{x, y, 0.0} - pose.translation)).g;
   };
@@ -210,8 +210,8 @@ TEST(Projector, ShowsThePictureUprightAndNotMirrored) {
 TEST(IntensityDerivative, ProjectorAgreesWithDifferencesInsideEachTexelSquare) {
   const Scene scene =
       SceneWithProjector(Slide(), LookAt({2, 1, 3}, {0.2, -0.3, 0.1}, {0.1, 1.0, 0.0}));
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera);
   const LightSet::PointLight& light = set.points[0];
   for (int row = 0; row <= 3; ++row) {
     for (int column = 0; column <= 4; ++column) {
@@ -232,9 +232,8 @@ TEST(IntensityDerivative, ProjectorAgreesWithDifferencesInsideEachTexelSquare) {
 /// A rectangle that shows the whole picture (mesh 1) and a cube that does not shine (mesh 0).
 Scene SceneWithPanel(const Texture& texture, bool two_sided) {
   Scene scene;
-  scene.meshes.resize(2);
-  scene.meshes[0].mesh = MakeCube();
-  scene.meshes[1].mesh = MakeRectangle();
+  scene.meshes = {{"cube", MakeCube()}, {"rectangle", MakeRectangle()}};
+  scene.materials = {{"black", LambertBsdf{}}};
   scene.textures = {texture};
   scene.emitters = {{"panel", LightFrame::kWorld, {}, AreaEmitter{1, {3, 2, 1}, 0, two_sided}}};
   return scene;
@@ -243,11 +242,11 @@ Scene SceneWithPanel(const Texture& texture, bool two_sided) {
 TEST(AreaRadiance, ShowsTheTextureOnItsShiningSides) {
   for (const bool two_sided : {false, true}) {
     const Scene scene = SceneWithPanel(Slide(), two_sided);
-    const LightSamplers samplers = LightSamplers::Make(scene);
-    const LightSet set = LightSet::Make(scene, samplers, kCamera);
+    const World world(scene);
+    const LightSet set = LightSet::Make(world, kCamera);
     ASSERT_EQ(set.AreaLightOf(0), nullptr);
     const LightSet::AreaLight& light = *set.AreaLightOf(1);
-    ASSERT_EQ(set.area_sampler, &samplers.areas);
+    ASSERT_EQ(set.area_sampler, &world.light_samplers().areas);
     for (std::int32_t triangle : {0, 1}) {
       const double b1 = 0.3;
       const double b2 = 0.15;
@@ -271,8 +270,8 @@ TEST(AreaRadiance, ShowsTheTextureOnItsShiningSides) {
 
 TEST(AreaRadiance, DerivativeAgreesWithDifferencesAndIsZeroBehind) {
   const Scene scene = SceneWithPanel(Slide(), false);
-  const LightSamplers samplers = LightSamplers::Make(scene);
-  const LightSet set = LightSet::Make(scene, samplers, kCamera);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera);
   const LightSet::AreaLight& light = set.areas[0];
   for (std::int32_t triangle : {0, 1}) {
     for (const auto& [b1, b2] : {std::pair{0.2, 0.27}, std::pair{0.7, 0.1}, std::pair{0.05, 0.6}}) {
@@ -316,11 +315,13 @@ TEST(LightSamplers, TexturedTrianglesAreChosenByTheirMeanBrightness) {
       ramp.texels.push_back(Rgb::Constant((x + 0.5) / 24.0));
     }
   }
-  const LightSamplers by_half = LightSamplers::Make(SceneWithPanel(half, false));
+  const World half_world(SceneWithPanel(half, false));
+  const LightSamplers& by_half = half_world.light_samplers();
   EXPECT_NEAR(by_half.areas.Pdf({1, 0}), 0.45 + 0.025, 1e-12);
   EXPECT_NEAR(by_half.areas.Pdf({1, 1}), 0.025, 1e-12);
   // Means 2/3 and 1/3, up to the constant half texels at the picture's border.
-  const LightSamplers by_ramp = LightSamplers::Make(SceneWithPanel(ramp, false));
+  const World ramp_world(SceneWithPanel(ramp, false));
+  const LightSamplers& by_ramp = ramp_world.light_samplers();
   EXPECT_NEAR(by_ramp.areas.Pdf({1, 0}), 0.3 + 0.025, 1e-3);
   EXPECT_NEAR(by_ramp.areas.Pdf({1, 1}), 0.15 + 0.025, 1e-3);
   EXPECT_EQ(by_ramp.areas.Pdf({0, 0}), 0.0);

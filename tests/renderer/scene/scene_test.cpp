@@ -1,5 +1,3 @@
-#include "renderer/scene/scene.h"
-
 #include <cmath>
 #include <functional>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_normals.h"
+#include "renderer/scene/world.h"
 #include "tests/support/test_scenes.h"
 
 namespace pathfit::renderer {
@@ -281,14 +280,15 @@ TEST(WorldMesh, PoseCommutesWithSmoothNormals) {
   }
 }
 
-TEST(PlacedScene, PutsMeshesIntoTheWorldAndKeepsTheRest) {
+TEST(World, PutsMeshesIntoTheWorldAndKeepsTheScene) {
   const Scene scene = TexturedScene();
-  const Scene placed = PlacedScene(scene);
-  EXPECT_EQ(placed.meshes[0].mesh.positions, WorldMesh(scene.meshes[0]).positions);
-  EXPECT_NE(placed.meshes[0].mesh.positions, scene.meshes[0].mesh.positions);
-  EXPECT_EQ(placed.meshes[1].mesh.positions, scene.meshes[1].mesh.positions);
-  EXPECT_EQ(placed.meshes[0].pose, scene.meshes[0].pose);
-  EXPECT_EQ(placed.textures.size(), scene.textures.size());
+  const World world(scene);
+  ASSERT_EQ(world.NumMeshes(), static_cast<int>(scene.meshes.size()));
+  EXPECT_EQ(world.mesh(0).positions, WorldMesh(scene.meshes[0]).positions);
+  EXPECT_NE(world.mesh(0).positions, scene.meshes[0].mesh.positions);
+  EXPECT_EQ(world.mesh(1).positions, scene.meshes[1].mesh.positions);
+  EXPECT_EQ(world.scene().meshes[0].mesh.positions, scene.meshes[0].mesh.positions);
+  EXPECT_EQ(world.scene().meshes[0].pose, scene.meshes[0].pose);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/geometry/ray_caster.h"
 #include "tests/support/test_scenes.h"
 
 namespace pathfit::renderer {
@@ -12,11 +11,9 @@ namespace {
 /// inside.
 int CheckBounds(const Scene& scene, const Camera& camera) {
   const CameraModel model(camera);
-  const PixelBounds bounds = BoundsOfMeshes(scene, model);
-  RayCaster caster;
-  std::vector<const Mesh*> meshes;
-  for (const SceneMesh& m : scene.meshes) meshes.push_back(&m.mesh);
-  caster.Build(meshes);
+  const World world(scene);
+  const PixelBounds bounds = BoundsOfMeshes(world, model);
+  const RayCaster& caster = world.caster();
   const double r = 0.999 * camera.filter.radius;
   int inside = 0;
   for (int y = 0; y < camera.height; ++y) {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/boundary/boundary_edge.h"
+#include "renderer/geometry/boundary_edge.h"
 
 namespace pathfit::renderer {
 

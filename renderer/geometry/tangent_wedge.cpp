@@ -1,4 +1,4 @@
-#include "renderer/boundary/tangent_wedge.h"
+#include "renderer/geometry/tangent_wedge.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
-#include "renderer/boundary/edge_node.h"
+#include "renderer/geometry/edge_node.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
 
-#include "renderer/boundary/tangent_wedge.h"
 #include "renderer/core/parallel.h"
+#include "renderer/geometry/tangent_wedge.h"
 #include "renderer/math/frame.h"
 
 namespace pathfit::renderer {

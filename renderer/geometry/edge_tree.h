@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "renderer/boundary/boundary_edge.h"
-#include "renderer/boundary/edge_node.h"
+#include "renderer/geometry/boundary_edge.h"
+#include "renderer/geometry/edge_node.h"
 #include "renderer/math/distribution_1d.h"
 
 namespace pathfit::renderer {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "renderer/boundary/edge_tree.h"
+#include "renderer/geometry/edge_tree.h"
 
 namespace pathfit::renderer {
 

@@ -1,7 +1,9 @@
-#include "renderer/boundary/scene_edges.h"
+#include "renderer/scene/scene_edges.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -24,13 +26,9 @@ bool IsOutsideBox(const Mesh& mesh, const Vec3& x) {
 
 /// Whether no path from the viewer can run inside the mesh: it is closed, opaque, turned outward,
 /// and the viewer is outside its box.
-bool IsOpaqueSolid(const Scene& scene,
-                   std::size_t index,
-                   const MeshTopology& topology,
-                   const Vec3& viewer) {
-  const SceneMesh& mesh = scene.meshes[index];
-  return topology.solid && IsOutsideBox(mesh.mesh, viewer) &&
-         !IsTransmissive(scene.materials[static_cast<std::size_t>(mesh.material)].bsdf);
+bool IsOpaqueSolid(const World& world, int mesh, const Vec3& viewer) {
+  return world.topology(mesh).solid && IsOutsideBox(world.mesh(mesh), viewer) &&
+         !IsTransmissive(world.MaterialOf(mesh).bsdf);
 }
 
 Vec3 FaceNormal(const Mesh& mesh, std::int32_t face) {
@@ -41,41 +39,38 @@ Vec3 FaceNormal(const Mesh& mesh, std::int32_t face) {
 
 }  // namespace
 
-EdgeSelection SelectEdges(const Scene& placed,
-                          const std::vector<MeshTopology>& topologies,
-                          const ActiveParameters& active,
-                          const Vec3& viewer) {
-  EdgeSelection selection;
-  for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
-    selection.moves.push_back(active.meshes[m].moves);
-    selection.solid.push_back(IsOpaqueSolid(placed, m, topologies[m], viewer));
+EdgeSelection SelectEdges(const World& world, const std::vector<bool>& moves, const Vec3& viewer) {
+  EdgeSelection selection{moves, {}};
+  for (int m = 0; m < world.NumMeshes(); ++m) {
+    selection.solid.push_back(IsOpaqueSolid(world, m, viewer));
   }
   return selection;
 }
 
-std::vector<BoundaryEdge> SceneEdges(const Scene& placed,
-                                     const std::vector<MeshTopology>& topologies,
-                                     const EdgeSelection& selection) {
+std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& selection) {
   std::vector<BoundaryEdge> edges;
-  for (std::size_t m = 0; m < placed.meshes.size(); ++m) {
-    const Mesh& mesh = placed.meshes[m].mesh;
-    for (std::size_t e = 0; e < topologies[m].edges.size(); ++e) {
-      const MeshEdge& edge = topologies[m].edges[e];
+  for (int m = 0; m < world.NumMeshes(); ++m) {
+    const Mesh& mesh = world.mesh(m);
+    const MeshTopology& topology = world.topology(m);
+    const bool moves = selection.moves[static_cast<std::size_t>(m)];
+    const bool solid = selection.solid[static_cast<std::size_t>(m)];
+    for (std::size_t e = 0; e < topology.edges.size(); ++e) {
+      const MeshEdge& edge = topology.edges[e];
       BoundaryEdge out;
-      out.mesh = static_cast<int>(m);
+      out.mesh = m;
       out.edge = static_cast<std::int32_t>(e);
       out.a = mesh.positions[static_cast<std::size_t>(edge.vertices[0])];
       out.b = mesh.positions[static_cast<std::size_t>(edge.vertices[1])];
       out.n0 = FaceNormal(mesh, edge.faces[0]);
       out.border = edge.faces[1] < 0;
       out.n1 = out.border ? -out.n0 : FaceNormal(mesh, edge.faces[1]);
-      out.weight = selection.moves[m] ? 1.0 : kRestingWeight;
+      out.weight = moves ? 1.0 : kRestingWeight;
       if (!out.border) {
         if (Norm(out.n0 - out.n1) < kCoplanar) {
           continue;
         }
         const Vec3& apex = mesh.positions[static_cast<std::size_t>(edge.apex[1])];
-        if (selection.solid[m] && Dot(out.n0, apex - out.a) > 0.0) {
+        if (solid && Dot(out.n0, apex - out.a) > 0.0) {
           continue;  // concave
         }
       }
@@ -85,8 +80,7 @@ std::vector<BoundaryEdge> SceneEdges(const Scene& placed,
   return edges;
 }
 
-std::shared_ptr<const EdgeTree> EdgeTreeCache::Get(const Scene& placed,
-                                                   const std::vector<MeshTopology>& topologies,
+std::shared_ptr<const EdgeTree> EdgeTreeCache::Get(const World& world,
                                                    const EdgeSelection& selection) {
   {
     const std::lock_guard lock(mutex_);
@@ -95,7 +89,7 @@ std::shared_ptr<const EdgeTree> EdgeTreeCache::Get(const Scene& placed,
     }
   }
   // Building runs in parallel, which a held lock could stop for ever.
-  auto tree = std::make_shared<const EdgeTree>(SceneEdges(placed, topologies, selection));
+  auto tree = std::make_shared<const EdgeTree>(SceneEdges(world, selection));
   const std::lock_guard lock(mutex_);
   tree_ = tree;
   selection_ = selection;

@@ -1,4 +1,4 @@
-#include "renderer/boundary/edge_tree.h"
+#include "renderer/geometry/edge_tree.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "renderer/boundary/tangent_wedge.h"
+#include "renderer/geometry/tangent_wedge.h"
 
 namespace pathfit::renderer {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/boundary/edge_tree.h"
+#include "renderer/geometry/edge_tree.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/boundary/tangent_wedge.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/geometry/mesh_topology.h"
+#include "renderer/geometry/tangent_wedge.h"
 #include "renderer/math/warp.h"
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/statistics.h"
