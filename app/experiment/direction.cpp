@@ -19,8 +19,6 @@ using renderer::ParameterKind;
 using renderer::ParameterLayout;
 using renderer::SceneError;
 
-constexpr std::uint64_t kDirectionDomain = 100;
-
 struct ParsedName {
   std::string object, property;
   std::optional<std::int32_t> index;
@@ -144,7 +142,7 @@ void SetValues(const ParsedName& parsed,
                const ParameterGroup& group,
                std::vector<double>& values) {
   const bool whole_field = group.num_blocks > 1 && !parsed.index && !component;
-  renderer::CounterRng rng(0, kDirectionDomain, 0, 0, 0);
+  renderer::CounterRng rng(0, renderer::RandomDomain::kFieldDirection);
   for (std::int32_t block = 0; block < group.num_blocks; ++block) {
     for (int c = 0; c < group.block_size; ++c) {
       const double random = 2.0 * rng.Next() - 1.0;

@@ -10,12 +10,13 @@ namespace {
 
 std::uint64_t MakeSeed(
     std::uint64_t seed, int stage, int round, SampleUse use, std::uint64_t half) {
-  constexpr std::uint64_t kDomain = 0x5EED;  // apart from the renderer's own streams
-  renderer::CounterRng rng(seed,
-                           kDomain + static_cast<std::uint64_t>(use),
-                           static_cast<std::uint64_t>(stage),
-                           static_cast<std::uint64_t>(round),
-                           half);
+  renderer::CounterRng rng(
+      seed,
+      renderer::RandomDomain{static_cast<std::uint64_t>(renderer::RandomDomain::kSeedOfRender) +
+                             static_cast<std::uint64_t>(use)},
+      static_cast<std::uint64_t>(stage),
+      static_cast<std::uint64_t>(round),
+      half);
   return static_cast<std::uint64_t>(rng.Next() * 0x1.0p53);
 }
 

@@ -201,6 +201,11 @@ std::optional<Hit> TraceIgnoring(const BoundaryContext& context,
 
 }  // namespace
 
+std::int64_t SamplesPerPixel(const BoundaryContext& context, double spp) {
+  const Camera& camera = context.camera.camera();
+  return static_cast<std::int64_t>(spp * (static_cast<double>(camera.width) * camera.height));
+}
+
 Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segment, TriangleId id) {
   const RayCaster& caster = context.path.world->caster();
   const Vec3& n = caster.Geometry(id).n;

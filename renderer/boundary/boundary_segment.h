@@ -1,22 +1,8 @@
 #pragma once
 
-#include "renderer/boundary/splat_buffer.h"
-#include "renderer/geometry/edge_tree.h"
-#include "renderer/path/path_tracer.h"
-#include "renderer/render_options.h"
-#include "renderer/render_stats.h"
+#include "renderer/boundary/boundary_technique.h"
 
 namespace pathfit::renderer {
-
-/// What all boundary estimators of one view refer to.
-struct BoundaryContext {
-  const PathContext& path;
-  const CameraModel& camera;
-  const ActiveParameters& active;
-  const RenderOptions& options;
-  const RenderServices& services;
-  const EdgeTree& edges;
-};
 
 /// The far end of a boundary segment on the source side: how it moves.
 struct SegmentSource {
@@ -65,6 +51,9 @@ Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segme
 
 /// Whether a surface at this distance from x_B touches the edge.
 bool TouchesEdge(const BoundaryContext& context, double distance);
+
+/// Number of samples of a budget per pixel of the image.
+std::int64_t SamplesPerPixel(const BoundaryContext& context, double spp);
 
 /// Radiance that leaves x_S along the segment, by the number of surfaces that reflected it:
 /// cumulative[i] holds all with at most i reflections at and behind x_S.

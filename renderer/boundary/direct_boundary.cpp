@@ -25,7 +25,7 @@ DirectBoundary::DirectBoundary(const BoundaryContext& context) : context_(contex
   const double total = context.edges.WedgeTotal();
   wedge_density_ = total > 0.0 ? 1.0 / (4.0 * total) : 0.0;
   silhouette_length_ = total / std::numbers::pi;
-  if (context.edges.Empty()) {
+  if (context.edges.Empty() || context.path.max_bounces == 0) {
     return;
   }
   if (!lights.areas.empty()) {
@@ -45,17 +45,24 @@ DirectBoundary::DirectBoundary(const BoundaryContext& context) : context_(contex
   }
 }
 
-int DirectBoundary::Dimensions(int way) const {
-  const Way::Kind kind = ways_[static_cast<std::size_t>(way)].kind;
-  return kind == Way::Kind::kPoint || kind == Way::Kind::kDirectional ? 1 : 3;
+std::vector<BoundaryWay> DirectBoundary::Ways() const {
+  std::vector<BoundaryWay> ways;
+  for (const Way& way : ways_) {
+    const bool has_extent = way.kind != Way::Kind::kPoint && way.kind != Way::Kind::kDirectional;
+    ways.push_back({has_extent ? 3 : 1});
+  }
+  return ways;
 }
 
-void DirectBoundary::Sample(int way,
-                            const std::array<double, 3>& u,
-                            double weight,
-                            IndependentSampler& sampler,
-                            SplatBuffer& splats) const {
-  const Way& w = ways_[static_cast<std::size_t>(way)];
+std::int64_t DirectBoundary::NumSamples() const {
+  return SamplesPerPixel(context_, context_.options.spp_direct);
+}
+
+void DirectBoundary::Sample(std::size_t way, const BoundaryDraw& draw, SplatBuffer& splats) const {
+  const Way& w = ways_[way];
+  const std::array<double, 3>& u = draw.u;
+  const double weight = draw.weight;
+  IndependentSampler sampler = draw.Independent();
   const LightSet& lights = context_.path.lights;
   switch (w.kind) {
     case Way::Kind::kArea:

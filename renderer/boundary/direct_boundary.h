@@ -16,19 +16,13 @@ namespace pathfit::renderer {
 /// densities of edges replaced by their means (any weights that add up to one are right). Source:
 /// path_space 1.7 (B), (K), 1.8, 2.3; for lights without extent the integral over x_S is dropped
 /// like that over x_D in (B0).
-class DirectBoundary {
+class DirectBoundary : public BoundaryTechnique {
  public:
   explicit DirectBoundary(const BoundaryContext& context);
 
-  [[nodiscard]] int NumWays() const { return static_cast<int>(ways_.size()); }
-  /// How many of the three numbers of a way matter.
-  [[nodiscard]] int Dimensions(int way) const;
-  /// Adds one sample, divided by the unguided density of its way, times `weight`.
-  void Sample(int way,
-              const std::array<double, 3>& u,
-              double weight,
-              IndependentSampler& sampler,
-              SplatBuffer& splats) const;
+  [[nodiscard]] std::vector<BoundaryWay> Ways() const override;
+  [[nodiscard]] std::int64_t NumSamples() const override;
+  void Sample(std::size_t way, const BoundaryDraw& draw, SplatBuffer& splats) const override;
 
  private:
   struct Way {

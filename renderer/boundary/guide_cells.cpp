@@ -12,7 +12,6 @@
 namespace pathfit::renderer {
 namespace {
 
-constexpr std::uint64_t kPilotDomain = 0x67756964;
 constexpr std::int64_t kPilotsPerTask = 64;
 
 // Grid.
@@ -54,7 +53,7 @@ void Evaluate(const GuidePilot& pilot, std::int64_t first_index, std::span<Pilot
 
 /// Points spread evenly over a cell, shifted by random numbers keyed by `key`.
 void Spread(const GuideCell& cell, std::uint64_t key, std::span<PilotSample> samples) {
-  CounterRng rng(0, kPilotDomain, 0, key, 0);
+  CounterRng rng(0, RandomDomain::kGuidePilots, 0, key);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double shift = rng.Next();
     for (std::size_t i = 0; i < samples.size(); ++i) {

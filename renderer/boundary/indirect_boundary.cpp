@@ -21,17 +21,28 @@ class RadianceByBounce : public NullPathRecorder {
 
 }  // namespace
 
-void IndirectBoundary::Sample(const std::array<double, 3>& u,
-                              double weight,
-                              IndependentSampler& sampler,
+std::vector<BoundaryWay> IndirectBoundary::Ways() const {
+  if (context_.path.max_bounces < 2 || context_.edges.WedgeTotal() == 0.0) {
+    return {};
+  }
+  return {{}};
+}
+
+std::int64_t IndirectBoundary::NumSamples() const {
+  return SamplesPerPixel(context_, context_.options.spp_indirect);
+}
+
+void IndirectBoundary::Sample(std::size_t /*way*/,
+                              const BoundaryDraw& draw,
                               SplatBuffer& splats) const {
-  const EdgeTree::Pick pick = context_.edges.SampleByWedge(u[0]);
+  const EdgeTree::Pick pick = context_.edges.SampleByWedge(draw.u[0]);
   if (pick.edge < 0) {
     return;
   }
   const BoundaryEdge& edge = context_.edges.edges()[static_cast<std::size_t>(pick.edge)];
   BoundarySegment segment;
-  if (!StartSegment(context_, edge, pick.remainder, SampleWedge(edge, u[1], u[2]), segment)) {
+  if (!StartSegment(
+          context_, edge, pick.remainder, SampleWedge(edge, draw.u[1], draw.u[2]), segment)) {
     return;
   }
   const auto hit = TraceFromEdge(context_, segment, segment.w);
@@ -53,6 +64,7 @@ void IndirectBoundary::Sample(const std::array<double, 3>& u,
   if (IsDelta(source.material->bsdf)) {
     return;  // a reflection in a mirror moves over it: no material point
   }
+  IndependentSampler sampler = draw.Independent();
   CumulativeRadiance radiance(static_cast<std::size_t>(path.max_bounces));
   RadianceByBounce recorder(radiance);
   TraceRadiance(path, source, sampler, recorder, {path.max_bounces - 1, false, false});
@@ -63,7 +75,7 @@ void IndirectBoundary::Sample(const std::array<double, 3>& u,
     return;
   }
   const double pdf = pick.probability / (edge.Length() * 4.0 * WedgeAngle(edge));
-  ConnectDetectors(context_, segment, radiance, weight / pdf, sampler, splats);
+  ConnectDetectors(context_, segment, radiance, draw.weight / pdf, sampler, splats);
 }
 
 }  // namespace pathfit::renderer

@@ -4,14 +4,9 @@
 #include <cmath>
 
 #include "renderer/boundary/visible_point.h"
-#include "renderer/core/check.h"
-#include "renderer/sampler/lattice_sampler.h"
 
 namespace pathfit::renderer {
 namespace {
-
-constexpr std::uint64_t kPixelDomain = 7;
-constexpr std::uint64_t kShiftDomain = 9;
 
 /// Pixels that may see anything move relative to the image.
 PixelBounds BoundsOfMotion(const BoundaryContext& context) {
@@ -31,7 +26,10 @@ PixelBounds BoundsOfMotion(const BoundaryContext& context) {
 
 PixelBoundary::PixelBoundary(const BoundaryContext& context) : context_(context) {
   const Camera& camera = context.camera.camera();
-  PATHFIT_CHECK(camera.filter.shape == PixelFilter::Shape::kBox);
+  if (context.options.form != DerivativeForm::kMaterial ||
+      camera.filter.shape != PixelFilter::Shape::kBox) {
+    return;
+  }
   bounds_ = BoundsOfMotion(context);
   columns_ = LinesOf(bounds_.x0, bounds_.x1, camera.filter.radius);
   rows_ = LinesOf(bounds_.y0, bounds_.y1, camera.filter.radius);
@@ -53,39 +51,40 @@ std::vector<PixelBoundary::Line> PixelBoundary::LinesOf(int first, int end, doub
   return lines;
 }
 
-std::int64_t PixelBoundary::NumSamples(double spp_pixel) const {
-  if (NumLines() == 0) {
-    return 0;
+std::vector<BoundaryWay> PixelBoundary::Ways() const {
+  if (columns_.empty() || rows_.empty()) {
+    return {};
   }
-  const double pixels = static_cast<double>(bounds_.x1 - bounds_.x0) * (bounds_.y1 - bounds_.y0);
-  const double per_line = spp_pixel * pixels / static_cast<double>(NumLines());
-  return static_cast<std::int64_t>(std::ceil(per_line)) * NumLines();
+  return {{1, false, static_cast<int>(columns_.size())},
+          {1, false, static_cast<int>(rows_.size())}};
 }
 
-void PixelBoundary::Sample(std::int64_t index,
-                           std::int64_t count,
-                           RenderStats& /*stats*/,
-                           SplatBuffer& splats) const {
-  PATHFIT_CHECK(count % NumLines() == 0);
+std::int64_t PixelBoundary::NumSamples() const {
+  const double pixels = static_cast<double>(bounds_.x1 - bounds_.x0) * (bounds_.y1 - bounds_.y0);
+  const auto lines = static_cast<double>(columns_.size() + rows_.size());
+  return 2 * static_cast<std::int64_t>(std::ceil(context_.options.spp_pixel * pixels / lines));
+}
+
+void PixelBoundary::Sample(std::size_t way, const BoundaryDraw& draw, SplatBuffer& splats) const {
+  const double radius = context_.camera.camera().filter.radius;
+  const bool is_column = way == 0;
+  const int first = is_column ? bounds_.y0 : bounds_.x0;
+  const int end = is_column ? bounds_.y1 : bounds_.x1;
+  const double length = end - first + 2.0 * radius - 1.0;
+  const double along = first + 0.5 - radius + length * draw.u[0];
+  for (const Line& line : is_column ? columns_ : rows_) {
+    SamplePoint(is_column, line, along, length * draw.weight, draw.Lattice(), splats);
+  }
+}
+
+void PixelBoundary::SamplePoint(bool is_column,
+                                const Line& line,
+                                double along,
+                                double length,
+                                LatticeSampler sampler,
+                                SplatBuffer& splats) const {
   const Camera& camera = context_.camera.camera();
   const PixelFilter& filter = camera.filter;
-  const std::int64_t stratum = index / NumLines();
-  const auto place = static_cast<std::size_t>(index % NumLines());
-  const bool is_column = place < columns_.size();
-  const Line& line = is_column ? columns_[place] : rows_[place - columns_.size()];
-  const int first_along = is_column ? bounds_.y0 : bounds_.x0;
-  const int end_along = is_column ? bounds_.y1 : bounds_.x1;
-
-  CounterRng rng(context_.options.seed,
-                 kPixelDomain,
-                 context_.options.view,
-                 static_cast<std::uint64_t>(stratum),
-                 is_column ? 0 : 1);
-  const double length = end_along - first_along + 2.0 * filter.radius - 1.0;
-  const double stratum_length =
-      length * static_cast<double>(NumLines()) / static_cast<double>(count);
-  const double along = first_along + 0.5 - filter.radius +
-                       stratum_length * (static_cast<double>(stratum) + rng.Next());
   const Ray ray = is_column ? context_.camera.RayThrough(line.at, along)
                             : context_.camera.RayThrough(along, line.at);
   const PathContext& path = context_.path;
@@ -101,16 +100,13 @@ void PixelBoundary::Sample(std::int64_t index,
   }
   Rgb radiance;
   if (hit) {
-    const CounterRng shift(
-        context_.options.seed, kShiftDomain, context_.options.view, is_column ? 0 : 1, 0);
-    LatticeSampler sampler(shift, rng, static_cast<std::uint64_t>(stratum));
     NullPathRecorder recorder;
     radiance = TraceRadiance(
         path, MakeSurfacePoint(*path.world, *hit, ray), sampler, recorder, {path.max_bounces});
   } else {
     radiance = EnvironmentRadianceInWorld(*path.lights.environment, ray.direction);
   }
-  const Rgb amount = radiance * (stratum_length * FilterProfile(filter, 0.0));
+  const Rgb amount = radiance * (length * FilterProfile(filter, 0.0));
   const auto add = [&](int across, int pixel_along, double weight) {
     if (across >= 0) {
       const int x = is_column ? across : pixel_along;

@@ -5,13 +5,10 @@
 #include <cmath>
 
 #include "renderer/boundary/visible_point.h"
-#include "renderer/sampler/lattice_sampler.h"
 
 namespace pathfit::renderer {
 namespace {
 
-constexpr std::uint64_t kPrimaryDomain = 3;
-constexpr std::uint64_t kShiftDomain = 8;
 // The background is shaded beside the edge, on its own side, where the ray passes the edge at this
 // many offsets of secondary rays: a light near the sensor sees the edge and the point behind it in
 // line, so that the shadow ray would graze the edge.
@@ -47,6 +44,10 @@ Vec2 MoveInside(const Hit& from, const PlaneHit& to) {
 }  // namespace
 
 struct PrimaryBoundary::EdgePoint {
+  explicit EdgePoint(const BoundaryDraw& draw) : sampler(draw.Lattice()) {}
+
+  // Both sides use the same numbers: less noise in their difference.
+  LatticeSampler sampler;
   const MeshEdge* edge = nullptr;
   int mesh = 0;
   double t = 0.0;
@@ -57,8 +58,6 @@ struct PrimaryBoundary::EdgePoint {
   Vec2 m;                // normal of the edge's image, times |du/dt|; points to the plus side
   Vec3 g;                // gradient of m . u by x: normal of the plane of edge and ray
   double density = 0.0;  // of the sample, per t
-  // Both sides use the same numbers: less noise in their difference.
-  LatticeSampler sampler{CounterRng(0, 0, 0, 0, 0), CounterRng(0, 0, 0, 0, 0), 0};
 
   [[nodiscard]] std::array<TriangleId, 2> Faces() const {
     return {TriangleId{mesh, edge->faces[0]}, TriangleId{mesh, edge->faces[1]}};
@@ -70,28 +69,32 @@ struct PrimaryBoundary::Sides {
   TriangleId minus, plus;
 };
 
-std::int64_t PrimaryBoundary::NumSamples(double sppe) const {
-  return static_cast<std::int64_t>(std::ceil(sppe * edges_.distribution().Total()));
+std::vector<BoundaryWay> PrimaryBoundary::Ways() const {
+  if (edges_.distribution().Empty()) {
+    return {};
+  }
+  // A guide would cost more than it wins: the distribution knows lengths and jumps, and at equal
+  // numbers of samples the variance was 0.6 to 1.5 times that without, most often above 1.
+  return {{1, false, 1}};
 }
 
-std::optional<PrimaryBoundary::EdgePoint> PrimaryBoundary::DrawPoint(std::int64_t index,
-                                                                     std::int64_t count) const {
-  const RenderOptions& options = context_.options;
+std::int64_t PrimaryBoundary::NumSamples() const {
+  return static_cast<std::int64_t>(
+      std::ceil(context_.options.sppe * edges_.distribution().Total()));
+}
+
+std::optional<PrimaryBoundary::EdgePoint> PrimaryBoundary::PointAt(const BoundaryDraw& draw) const {
   const CameraModel& camera = context_.camera;
-  CounterRng rng(options.seed, kPrimaryDomain, options.view, static_cast<std::uint64_t>(index), 0);
   double share = 0.0;
-  const int choice = edges_.distribution().Sample(
-      (static_cast<double>(index) + rng.Next()) / static_cast<double>(count), share);
+  const int choice = edges_.distribution().Sample(draw.u[0], share);
   const ViewEdge& view_edge = edges_.edge(choice);
   const ViewEdge::Point at = view_edge.At(share);
   const MeshEdge& edge =
       context_.path.world->topology(view_edge.mesh).edges[static_cast<std::size_t>(view_edge.edge)];
   const Mesh& mesh = context_.path.world->mesh(view_edge.mesh);
 
-  EdgePoint point;
   // Neighbours along an edge, which add to the same pixels, spread over the lights together.
-  const CounterRng shift(options.seed, kShiftDomain, options.view, 0, 0);
-  point.sampler = LatticeSampler(shift, rng, static_cast<std::uint64_t>(index));
+  EdgePoint point(draw);
   point.edge = &edge;
   point.mesh = view_edge.mesh;
   point.t = at.t;
@@ -195,18 +198,17 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
   return TraceRadiance(context_.path, p, sampler, recorder, {context_.path.max_bounces});
 }
 
-void PrimaryBoundary::Sample(std::int64_t index,
-                             std::int64_t count,
-                             RenderStats& stats,
+void PrimaryBoundary::Sample(std::size_t /*way*/,
+                             const BoundaryDraw& draw,
                              SplatBuffer& splats) const {
-  const auto point = DrawPoint(index, count);
+  const auto point = PointAt(draw);
   if (!point) {
     return;
   }
   const RayCaster& caster = context_.path.world->caster();
   const auto beyond = caster.IntersectIgnoring(point->ray, 0.0, point->Faces());
   if (beyond && beyond->distance < point->distance - kDepthTolerance * caster.Extent()) {
-    ++stats.edge_samples_hidden;
+    ++splats.stats.edge_samples_hidden;
     return;
   }
 
@@ -238,7 +240,7 @@ void PrimaryBoundary::Sample(std::int64_t index,
   };
   add(sides.minus, -1.0);
   add(sides.plus, 1.0);
-  const double weight = 1.0 / (point->density * static_cast<double>(count));
+  const double weight = draw.weight / point->density;
   const auto splat = [&](const Rgba& color, const MotionRow& row) {
     if (!row.Empty() && !(color == Rgba())) {
       splats.Splat(

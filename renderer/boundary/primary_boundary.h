@@ -1,10 +1,8 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 
 #include "renderer/boundary/view_edges.h"
-#include "renderer/render_stats.h"
 
 namespace pathfit::renderer {
 
@@ -16,26 +14,21 @@ namespace pathfit::renderer {
 /// behind the edge counts with the velocity of the edge relative to it. Right for any smooth
 /// projection, distortion included. Coverage, which has no interior derivative, is in image form
 /// always. Source: path_space 1.5, 1.9, eq. (B1); [Zhang2020, primary boundary].
-class PrimaryBoundary {
+class PrimaryBoundary : public BoundaryTechnique {
  public:
-  /// `context` must outlive it.
   explicit PrimaryBoundary(const BoundaryContext& context) : context_(context), edges_(context) {}
 
-  /// Number of samples for a budget of `sppe` per pixel of weighted edge length.
-  [[nodiscard]] std::int64_t NumSamples(double sppe) const;
-
-  /// Adds sample `index` of `count`, systematic along the edges; the sum over all of them is the
-  /// estimate.
-  void Sample(std::int64_t index,
-              std::int64_t count,
-              RenderStats& stats,
-              SplatBuffer& splats) const;
+  /// One: a number along all edges.
+  [[nodiscard]] std::vector<BoundaryWay> Ways() const override;
+  /// The budget counts samples per pixel of weighted edge length.
+  [[nodiscard]] std::int64_t NumSamples() const override;
+  void Sample(std::size_t way, const BoundaryDraw& draw, SplatBuffer& splats) const override;
 
  private:
   struct EdgePoint;
   struct Sides;
-  /// Draws a point on an edge; empty if no pixel's filter covers it.
-  [[nodiscard]] std::optional<EdgePoint> DrawPoint(std::int64_t index, std::int64_t count) const;
+  /// The point on an edge that is drawn; empty if no pixel's filter covers it.
+  [[nodiscard]] std::optional<EdgePoint> PointAt(const BoundaryDraw& draw) const;
   [[nodiscard]] Sides FacesBySide(const EdgePoint& point) const;
   /// Radiance of a face at the edge point.
   [[nodiscard]] Rgb ShadeFace(const EdgePoint& point, TriangleId face) const;

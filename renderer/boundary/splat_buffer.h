@@ -7,6 +7,7 @@
 
 #include "renderer/derivative/derivative_sink.h"
 #include "renderer/derivative/motion_adjoint.h"
+#include "renderer/render_stats.h"
 #include "renderer/sensor/pixel_filter.h"
 
 namespace pathfit::renderer {
@@ -39,8 +40,8 @@ class MotionRow {
   std::vector<Entry> entries_;
 };
 
-/// Collects what boundary samples add to pixels, so that sampling runs in parallel and the sink is
-/// fed in a fixed order.
+/// Collects what boundary samples add to pixels and statistics, so that sampling runs in parallel
+/// and the sink is fed in a fixed order.
 class SplatBuffer {
  public:
   /// Every pixel under the filter at image point (u, v) gains color * row * its filter weight.
@@ -61,7 +62,7 @@ class SplatBuffer {
       entries_.push_back(d);
     }
   }
-  /// Feeds all to the sink, colours times `gain`, and empties the buffer.
+  /// Feeds all to the sink, colours times `gain`, which are changed thereby.
   void Flush(double gain, DerivativeSink& sink) {
     for (ParameterDerivative& e : entries_) {
       for (Rgba& d : e.d) {
@@ -71,11 +72,6 @@ class SplatBuffer {
     for (const Entry& s : splats_) {
       sink.Add(s.pixel, std::span(entries_).subspan(s.first, s.count));
     }
-    Clear();
-  }
-  void Clear() {
-    splats_.clear();
-    entries_.clear();
   }
   struct Mark {
     std::size_t splats = 0, entries = 0;
@@ -99,6 +95,8 @@ class SplatBuffer {
     }
     return sum;
   }
+
+  RenderStats stats;
 
  private:
   [[nodiscard]] double MagnitudeOf(std::size_t first, std::size_t end) const {

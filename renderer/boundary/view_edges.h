@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "renderer/boundary/boundary_segment.h"
+#include "renderer/boundary/boundary_technique.h"
 #include "renderer/math/distribution_1d.h"
 
 namespace pathfit::renderer {

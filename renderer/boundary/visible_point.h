@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "renderer/boundary/boundary_segment.h"
+#include "renderer/boundary/boundary_technique.h"
 
 namespace pathfit::renderer {
 

@@ -7,8 +7,6 @@
 namespace pathfit::renderer {
 namespace {
 
-constexpr std::uint64_t kShiftDomain = 1;
-constexpr std::uint64_t kInteriorDomain = 2;
 constexpr int kMirrorGroup = 4;
 // Shifts by multiples of (1 / n, 1 / golden ratio) fill the unit square evenly.
 constexpr double kGoldenStep = 0.6180339887498949;
@@ -100,14 +98,16 @@ Rgba MeanOfSamples(const PathContext& context,
   const auto pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(camera.camera().width) +
       static_cast<std::uint64_t>(x);
-  const CounterRng shift(options.seed, kShiftDomain, options.view, pixel, 0);
+  const CounterRng shift(options.seed, RandomDomain::kPixelShift, options.view, pixel);
   Rgba sum;
   // Only whole pairs have the right mean.
   const int spp = context.antithetic ? options.spp + options.spp % 2 : options.spp;
   for (int s = 0; s < spp; ++s) {
     const auto index = static_cast<std::uint64_t>(s / group);
     LatticeSampler sampler(
-        shift, CounterRng(options.seed, kInteriorDomain, options.view, pixel, index), index);
+        shift,
+        CounterRng(options.seed, RandomDomain::kPixelSample, options.view, pixel, index),
+        index);
     if (context.antithetic && s % 2 == 1) {
       sampler.ShiftLights(kGoldenStep);
     }

@@ -2,7 +2,7 @@
 
 #include "renderer/derivative/path_adjoint.h"
 #include "renderer/render_stats.h"
-#include "renderer/sampler/lattice_sampler.h"
+#include "renderer/sampler/path_sampler.h"
 
 namespace pathfit::renderer {
 

@@ -6,8 +6,7 @@
 #include "renderer/math/frame.h"
 #include "renderer/math/warp.h"
 #include "renderer/path/surface_point.h"
-#include "renderer/sampler/counter_rng.h"
-#include "renderer/sampler/direction_draw.h"
+#include "renderer/sampler/path_sampler.h"
 #include "renderer/scene/light_set.h"
 #include "renderer/scene/view_bounds.h"
 
@@ -63,19 +62,6 @@ struct NullPathRecorder {
   void OnRadiance(int /*bounces*/, const Rgb& /*radiance*/) {}
   /// Whether light that arrives at the path's last vertex matters.
   [[nodiscard]] bool WantsLight() const { return true; }
-};
-
-/// Uniform numbers without lattice.
-class IndependentSampler {
- public:
-  explicit IndependentSampler(CounterRng rng) : rng_(rng) {}
-  double Next() { return rng_.Next(); }
-  double NextDirection(int /*bounce*/, int /*component*/) { return Next(); }
-  double NextLight() { return Next(); }
-  static DirectionDraw DrawAt(int /*bounce*/) { return DirectionDraw::kBsdf; }
-
- private:
-  CounterRng rng_;
 };
 
 inline Rgb EnvironmentRadianceInWorld(const LightSet::Environment& environment,

@@ -1,8 +1,38 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace pathfit::renderer {
+
+/// What random numbers are drawn for: part of the key of every stream, so that no two uses share
+/// numbers. All uses of the program stand here. A technique of boundaries has a stream per way: see
+/// OfWay.
+enum class RandomDomain : std::uint64_t {
+  kOwnSeed = 0,  ///< the seed alone tells the streams apart
+  kPixelShift = 1,
+  kPixelSample = 2,
+  kPrimaryShift = 8,
+  kPrimaryPilot = 5,
+  kPrimarySample = 3,
+  kPixelBorderShift = 9,
+  kPixelBorderPilot = 10,
+  kPixelBorderSample = 7,
+  kDirectShift = 104,
+  kDirectPilot = 105,
+  kDirectSample = 106,
+  kIndirectShift = 204,
+  kIndirectPilot = 205,
+  kIndirectSample = 206,
+  kGuidePilots = 0x67756964,  ///< places of pilots in the cells of a guide
+  kSeedOfRender = 0x5EED,     ///< the seeds of a fit's renderings; and the two values after it
+  kFieldDirection = 100,      ///< directions of derivatives over whole fields
+};
+
+/// The domain of way 0, 1, ... of a boundary technique.
+constexpr RandomDomain OfWay(RandomDomain domain, std::size_t way) {
+  return RandomDomain{static_cast<std::uint64_t>(domain) + 1000 * way};
+}
 
 /// One sample's stream of uniform numbers, a pure function of its key: no state is shared, so
 /// results do not depend on threads or order, and two streams with equal keys are equal (common
@@ -10,15 +40,15 @@ namespace pathfit::renderer {
 /// [Steele et al. 2014].
 class CounterRng {
  public:
-  /// `domain` separates the uses (interior, primary boundary, ...); `element` is a pixel or
-  /// edge-sample index.
-  CounterRng(std::uint64_t seed,
-             std::uint64_t domain,
-             std::uint64_t view,
-             std::uint64_t element,
-             std::uint64_t sample)
-      : state_(Mix(Mix(Mix(seed + kGolden * (domain + 1)) ^ (view + kGolden)) ^
-                   (element * kGolden + sample + 1))) {}
+  /// `element` is a pixel or edge-sample index.
+  explicit CounterRng(std::uint64_t seed,
+                      RandomDomain domain = RandomDomain::kOwnSeed,
+                      std::uint64_t view = 0,
+                      std::uint64_t element = 0,
+                      std::uint64_t sample = 0)
+      : state_(Mix(
+            Mix(Mix(seed + kGolden * (static_cast<std::uint64_t>(domain) + 1)) ^ (view + kGolden)) ^
+            (element * kGolden + sample + 1))) {}
 
   /// Uniform in [0, 1), the next dimension of the stream.
   double Next() {

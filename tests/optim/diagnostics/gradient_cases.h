@@ -29,7 +29,7 @@ inline bool Accepts(const optim::GradientComparison& c) {
 /// Random direction in [-1,1]^n: every scalar of the layout takes part with its own weight.
 inline std::vector<double> RandomDirection(const renderer::ParameterLayout& layout,
                                            std::uint64_t seed) {
-  renderer::CounterRng rng(seed, 77, 0, 0, 0);
+  renderer::CounterRng rng(seed, renderer::RandomDomain{77}, 0, 0, 0);
   std::vector<double> direction;
   for (std::int64_t i = 0; i < layout.NumScalars(); ++i)
     direction.push_back(2.0 * rng.Next() - 1.0);

@@ -26,7 +26,7 @@ GradientCheckResult Synthetic(double bias, double noise) {
     Film primary(kSide, kSide);
     Film difference(kSide, kSide);
     for (std::size_t i = 0; i < interior.pixels.size(); ++i) {
-      renderer::CounterRng rng(r, 9, 0, i, 0);
+      renderer::CounterRng rng(r, renderer::RandomDomain{9}, 0, i, 0);
       for (int c = 0; c < 4; ++c) {
         const double u = 1.0 - rng.Next();
         const double normal =

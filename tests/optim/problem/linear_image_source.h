@@ -71,9 +71,11 @@ class LinearImageSource : public optim::ImageSource {
                                         static_cast<std::size_t>(num_blocks_));
     // One factor per pixel and sample set: value and derivative share their noise, as in a
     // renderer.
-    renderer::CounterRng noise(samples.seed, 1, static_cast<std::uint64_t>(view), pixel, 0);
+    renderer::CounterRng noise(
+        samples.seed, renderer::RandomDomain{1}, static_cast<std::uint64_t>(view), pixel, 0);
     const double factor = 1.0 + noise_ * std::sqrt(12.0) * (noise.Next() - 0.5);
-    renderer::CounterRng basis(9, 2, static_cast<std::uint64_t>(view), pixel, 0);
+    renderer::CounterRng basis(
+        9, renderer::RandomDomain{2}, static_cast<std::uint64_t>(view), pixel, 0);
     for (int k = 0; k < reach_; ++k) {
       renderer::ParameterDerivative d;
       d.block = (first + k) % num_blocks_;

@@ -21,7 +21,7 @@ struct GridRows {
   GridRows() : set(MakeSet()) {
     constexpr int kPixels = 128, kCells = 16;
     rows.use.resize(kPixels * kPixels);
-    renderer::CounterRng rng(1, 2, 3, 4, 5);
+    renderer::CounterRng rng(1, renderer::RandomDomain{2}, 3, 4, 5);
     for (int p = 0; p < kPixels * kPixels; ++p) {
       const double x = (p % kPixels + 0.5) * kCells / kPixels;
       const double y = (p / kPixels + 0.5) * kCells / kPixels;

@@ -59,7 +59,7 @@ PrimaryGuide Learn(GuideKind kind, std::int64_t pilots, double (*f)(const Point&
 
 std::vector<double> Draws(const PrimaryGuide& guide, double (*f)(const Point&), int count) {
   std::vector<double> values;
-  CounterRng rng(9, 0, 0, 0, 0);
+  CounterRng rng(9);
   for (int i = 0; i < count; ++i) {
     const double u0 = rng.Next();
     const double u1 = rng.Next();
@@ -110,7 +110,7 @@ TEST(PrimaryGuide, DensityIntegratesToOne) {
       const PrimaryGuide guide = Learn(kind, 20000, integrand.f);
       const auto one = [](const Point&) { return 1.0; };
       EXPECT_TRUE(tests::AgreesWithExact(Draws(guide, one, 200000), 1.0)) << integrand.name;
-      CounterRng rng(4, 0, 0, 0, 0);
+      CounterRng rng(4);
       for (int i = 0; i < 2000; ++i) {
         const double u0 = rng.Next();
         EXPECT_GE(guide.Sample(u0, rng.Next(), 0.5).pdf, PrimaryGuide::kUniformShare * 0.999);
@@ -124,7 +124,7 @@ TEST(PrimaryGuide, FrequenciesMatchDensity) {
   const PrimaryGuide guide = Learn(GuideKind::kAdaptive, 20000, Jump);
   std::vector<double> observed(64);
   std::vector<double> expected(64);
-  CounterRng rng(5, 0, 0, 0, 0);
+  CounterRng rng(5);
   const int n = 400000;
   const auto bin = [](const Point& u) {
     return static_cast<std::size_t>(u[0] * 4.0) * 16 + static_cast<std::size_t>(u[1] * 4.0) * 4 +
@@ -232,11 +232,11 @@ TEST(PrimaryGuide, SameForAnyNumberOfThreads) {
       const ThreadLimit limit(threads);
       const PrimaryGuide guide =
           PrimaryGuide::Build(kind, 3, 20000, [](const Point& u, std::int64_t index) {
-            CounterRng rng(1, 2, 3, static_cast<std::uint64_t>(index), 4);
+            CounterRng rng(1, RandomDomain{2}, 3, static_cast<std::uint64_t>(index), 4);
             return Jump(u) * rng.Next();
           });
       results.emplace_back();
-      CounterRng rng(6, 0, 0, 0, 0);
+      CounterRng rng(6);
       for (int i = 0; i < 2000; ++i) {
         const double u0 = rng.Next();
         const PrimaryGuide::Draw draw = guide.Sample(u0, 0.3, 0.6);

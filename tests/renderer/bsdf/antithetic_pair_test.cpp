@@ -42,7 +42,7 @@ TEST(AntitheticPair, ReachesTheKnownVarianceRatiosForATiltOfSlopes) {
     };
     std::vector<double> independent;
     std::vector<double> pairs;
-    CounterRng rng(3, 0, 0, 0, 0);
+    CounterRng rng(3);
     for (int i = 0; i < kSamples; ++i) {
       // At normal view, visible normals have the GGX distribution of slopes.
       const double u0 = rng.Next();
@@ -78,7 +78,7 @@ struct Figures {
 Figures Measure(const Bsdf& bsdf, const BsdfInputs& in, const Vec3& wo, int num_samples) {
   std::vector<double> independent;
   std::vector<double> pairs;
-  CounterRng rng(17, 0, 0, 0, 0);
+  CounterRng rng(17);
   const auto draw = [&](const std::array<double, 3>& u, bool mirrored) {
     return SampleBsdf(bsdf, in, {0, 0, 1}, wo, u[0], u[1], u[2], mirrored);
   };

@@ -87,7 +87,7 @@ std::size_t Cell(const Vec3& local) {
   const Vec3 wo = frame.ToWorld(wo_local);
   std::vector<double> observed(kRows * kColumns + 1);
   std::vector<double> expected(kRows * kColumns + 1);
-  CounterRng rng(seed, 0, 0, 0, 0);
+  CounterRng rng(seed);
   for (int i = 0; i < kDraws; ++i) {
     const double u0 = rng.Next();
     const double u1 = rng.Next();
@@ -153,7 +153,7 @@ double Albedo(const Bsdf& bsdf, const BsdfInputs& in, double cos_o) {
   const Vec3 wo = DirectionAt(cos_o, 0.3);
   double sum = 0.0;
   constexpr int kSamples = 50000;
-  CounterRng rng(11, 0, 0, 0, 0);
+  CounterRng rng(11);
   for (int i = 0; i < kSamples; ++i) {
     const double u0 = rng.Next();
     const double u1 = rng.Next();
@@ -186,7 +186,7 @@ TEST(BsdfSampling, GgxReflectsNoMoreThanItReceives) {
 TEST(BsdfSampling, WeightsOfTheConductorNeverExceedItsColour) {
   const Vec3 wo = DirectionAt(0.3, 0.4);
   const BsdfInputs in{{0.7, 0.7, 0.7}, 0.6};
-  CounterRng rng(5, 0, 0, 0, 0);
+  CounterRng rng(5);
   for (int i = 0; i < 2000; ++i) {
     const double u0 = rng.Next();
     const double u1 = rng.Next();

@@ -23,7 +23,7 @@ TEST(DerivativeAccumulator, SumsByBlockInOrderOfFirstAppearance) {
 
 TEST(DerivativeAccumulator, AgreesWithAMapThroughGrowthAndReuse) {
   DerivativeAccumulator sum;
-  CounterRng rng(1, 0, 0, 0, 0);
+  CounterRng rng(1);
   for (const int count : {10, 5000, 3, 20000, 0, 700}) {
     sum.Clear();
     EXPECT_TRUE(sum.Entries().empty());

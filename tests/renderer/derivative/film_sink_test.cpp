@@ -46,7 +46,7 @@ class SinksOfOneRendering : public ::testing::Test {
 
 TEST_F(SinksOfOneRendering, FilmSinkIsTheJacobianTimesADirection) {
   std::vector<double> direction;
-  CounterRng rng(1, 0, 0, 0, 0);
+  CounterRng rng(1);
   for (std::int64_t i = 0; i < layout_.NumScalars(); ++i)
     direction.push_back(2.0 * rng.Next() - 1.0);
   FilmSink film(layout_, direction, Sensor().width, Sensor().height);
@@ -75,7 +75,7 @@ TEST_F(SinksOfOneRendering, FilmSinkIsTheJacobianTimesADirection) {
 
 TEST_F(SinksOfOneRendering, AdjointSinkIsTheTransposedJacobianTimesWeights) {
   std::vector<Rgba> weights;
-  CounterRng rng(2, 0, 0, 0, 0);
+  CounterRng rng(2);
   const auto draw = [&] { return 2.0 * rng.Next() - 1.0; };
   for (std::size_t i = 0; i < NumPixels(); ++i) {
     const double r = draw();

@@ -85,7 +85,7 @@ TEST(AreaSampler, SamplesFollowTheDensityAcrossAndInsideTriangles) {
   const std::size_t triangles = lights.cube.triangles.size() + lights.rectangle.triangles.size();
   std::vector<double> by_triangle(triangles), expected(triangles);
   std::vector<double> by_part(kParts * kParts), expected_part(kParts * kParts);
-  CounterRng rng(31, 0, 0, 0, 0);
+  CounterRng rng(31);
   const auto slot = [&](TriangleId id) {
     const auto i = static_cast<std::size_t>(id.triangle);
     return id.mesh == 1 ? i : lights.cube.triangles.size() + i;
@@ -122,7 +122,7 @@ TEST(AreaSampler, NearNumbersGiveNearPoints) {
   AreaSampler sampler;
   sampler.AddMesh(0, one, {1.0});
   sampler.Finish();
-  CounterRng rng(32, 0, 0, 0, 0);
+  CounterRng rng(32);
   for (int i = 0; i < 2000; ++i) {
     const double a0 = rng.Next();
     const double a1 = rng.Next();
@@ -176,7 +176,7 @@ TEST(AreaSampler, SphereLightGivesTheKnownIrradiance) {
   AreaSampler sampler;
   sampler.AddMesh(0, sphere, std::vector<double>(sphere.triangles.size(), 1.0));
   sampler.Finish();
-  CounterRng rng(33, 0, 0, 0, 0);
+  CounterRng rng(33);
   tests::MeanAndError estimate;
   std::vector<double> samples;
   for (int i = 0; i < kDraws; ++i) {

@@ -38,7 +38,7 @@ TEST(EnvironmentUv, KnownDirections) {
 }
 
 TEST(EnvironmentUv, DirectionUndoesUv) {
-  CounterRng rng(1, 0, 0, 0, 0);
+  CounterRng rng(1);
   for (int i = 0; i < 1000; ++i) {
     const Vec2 uv{rng.Next(), 0.01 + 0.98 * rng.Next()};
     const Vec2 back = EnvironmentUv(EnvironmentDirection(uv));
@@ -75,7 +75,7 @@ TEST(EnvironmentTexels, UWrapsAround) {
 TEST(EnvironmentTexels, WeightsSumToOneAndReproduceTheRadiance) {
   EnvironmentEmitter environment = Gradient(5, 3);
   environment.intensity = {0.5, 2.0, 1.5};
-  CounterRng rng(2, 0, 0, 0, 0);
+  CounterRng rng(2);
   for (int i = 0; i < 2000; ++i) {
     const Vec3 d = EnvironmentDirection({rng.Next(), rng.Next()});
     const TexelWeights lookup = EnvironmentTexelWeights(environment, EnvironmentUv(d));

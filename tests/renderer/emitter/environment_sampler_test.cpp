@@ -33,7 +33,7 @@ void CheckSampler(const EnvironmentEmitter& environment) {
   const EnvironmentSampler sampler(environment);
   std::vector<double> observed(kRows * kColumns);
   std::vector<double> expected(kRows * kColumns);
-  CounterRng rng(21, 0, 0, 0, 0);
+  CounterRng rng(21);
   const auto cell = [](const Vec2& uv) {
     const int row = std::min(kRows - 1, static_cast<int>(uv.y * kRows));
     return static_cast<std::size_t>(row * kColumns +
@@ -80,7 +80,7 @@ TEST(EnvironmentSampler, ConstantMapIsSampledOverTheReceiversHemisphere) {
 
 TEST(EnvironmentSampler, SamplesCarryThePdfOfTheirDirection) {
   const EnvironmentSampler sampler(Spot());
-  CounterRng rng(22, 0, 0, 0, 0);
+  CounterRng rng(22);
   int equal = 0;
   constexpr int kCount = 10000;
   for (int i = 0; i < kCount; ++i) {

@@ -78,7 +78,7 @@ struct View {
 };
 
 std::vector<View> Views(int count) {
-  CounterRng rng(7, 0, 0, 0, 0);
+  CounterRng rng(7);
   std::vector<View> views;
   for (int i = 0; i < count; ++i) {
     const double u0 = rng.Next();
@@ -144,7 +144,7 @@ TEST(EdgeTree, EverySilhouetteIsDrawnWithItsProbability) {
 /// Views that only just make an edge a silhouette: bounds and roundings must err on its side.
 TEST(EdgeTree, EdgesAtTheRimOfTheirWedgeAreFound) {
   const EdgeTree tree(EdgesOf(BumpySphere(2)));
-  CounterRng rng(17, 0, 0, 0, 0);
+  CounterRng rng(17);
   int missing = 0;
   for (int i = 0; i < 2000; ++i) {
     const auto index =
@@ -189,7 +189,7 @@ TEST(EdgeTree, EstimatesSumsOverSilhouettes) {
       for (const BoundaryEdge& e : tree.edges()) {
         exact += view.IsSilhouette(e) ? e.Length() * (2.0 + e.a.x) : 0.0;
       }
-      CounterRng rng(5, 0, 0, 0, 0);
+      CounterRng rng(5);
       std::vector<double> values;
       for (int i = 0; i < 40000; ++i) {
         const EdgeTree::Pick pick = view.Sample(tree, rng.Next());
@@ -207,7 +207,7 @@ TEST(EdgeTree, EstimatesSumsOverSilhouettes) {
 
 TEST(EdgeTree, MostPicksAreSilhouettes) {
   const EdgeTree tree(EdgesOf(MakeIcosphere(5, 1.0)));
-  CounterRng rng(3, 0, 0, 0, 0);
+  CounterRng rng(3);
   for (const bool point : {true, false}) {
     const int n = 20000;
     int hits = 0;
@@ -286,7 +286,7 @@ TEST(EdgeTree, FewBordersAmongManyEdgesLoseNothing) {
 TEST(EdgeTree, NearlyFlatEdgesAreFoundInTheirWedge) {
   // A sheet bent by 1e-6 per edge: silhouettes are seen from a sliver of directions only.
   const EdgeTree tree(EdgesOf(Sheet(20, 1e-6)));
-  CounterRng rng(11, 0, 0, 0, 0);
+  CounterRng rng(11);
   int tried = 0;
   for (const BoundaryEdge& e : tree.edges()) {
     if (e.border || WedgeAngle(e) < 1e-8 || ++tried > 30) {
@@ -324,7 +324,7 @@ TEST(EdgeTree, RemainderIsUniform) {
   const EdgeTree tree(EdgesOf(BumpySphere(4)));
   const View view{true, {3.0, 2.0, 1.0}};
   std::vector<double> observed(20);
-  CounterRng rng(13, 0, 0, 0, 0);
+  CounterRng rng(13);
   double n = 0.0;
   for (int i = 0; i < 20000; ++i) {
     const EdgeTree::Pick pick = view.Sample(tree, rng.Next());

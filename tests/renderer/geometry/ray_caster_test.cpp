@@ -22,7 +22,7 @@ RayCaster CasterOf(const std::vector<const Mesh*>& meshes) {
 TEST(RayCaster, RefinesHitsInDoublePrecision) {
   const Mesh ball = MakeIcosphere(3, 1.0);
   const RayCaster caster = CasterOf({&ball});
-  CounterRng rng(4, 0, 0, 0, 0);
+  CounterRng rng(4);
   int hits = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 origin{4.0 * rng.Next() - 2.0, 4.0 * rng.Next() - 2.0, 3.0};
@@ -91,7 +91,7 @@ TEST(RayCaster, OffsetPointsClearTheSurface) {
                     {30.0 * scale, -20.0 * scale, 10.0 * scale}},
                    ball);
     const RayCaster caster = CasterOf({&ball});
-    CounterRng rng(5, 0, 0, 0, 0);
+    CounterRng rng(5);
     int occluded = 0;
     for (int i = 0; i < 20000; ++i) {
       const TriangleId id{0, i % static_cast<int>(ball.triangles.size())};
@@ -124,7 +124,7 @@ TEST(RayCaster, DistanceBeforeSeesCornersAndNotWhatLiesBehind) {
   // Its own triangle does not count, however rounding has moved a point.
   Mesh ball = MakeIcosphere(2, 1.0);
   const RayCaster of_ball = CasterOf({&ball});
-  CounterRng rng(6, 0, 0, 0, 0);
+  CounterRng rng(6);
   for (int i = 0; i < 2000; ++i) {
     const TriangleGeometry& t = of_ball.Geometry({0, i % static_cast<int>(ball.triangles.size())});
     const double a = rng.Next();

@@ -25,7 +25,7 @@ TEST(Distribution1D, DrawsWithItsProbabilities) {
   }
   EXPECT_NEAR(sum, 1.0, 1e-15);
   std::vector<double> remainders(20);
-  CounterRng rng(2, 0, 0, 0, 0);
+  CounterRng rng(2);
   for (int i = 0; i < kDraws; ++i) {
     double remainder = -1.0;
     const int index = distribution.Sample(rng.Next(), remainder);

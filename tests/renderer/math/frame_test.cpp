@@ -12,7 +12,7 @@ namespace {
 constexpr double kRounding = 1e-13;
 
 TEST(Frame, IsRightHandedAndOrthonormalForAnyNormal) {
-  CounterRng rng(1, 0, 0, 0, 0);
+  CounterRng rng(1);
   for (int i = 0; i < 1000; ++i) {
     Vec3 n = SampleUniformHemisphere(rng.Next(), rng.Next());
     if (i % 2 == 1) n = -n;

@@ -19,7 +19,7 @@ template <class Sample, class CellProbability>
 void CheckAgainstCells(Sample sample, CellProbability probability_of_row) {
   std::vector<double> observed(kRows * kColumns);
   std::vector<double> expected(kRows * kColumns);
-  CounterRng rng(3, 0, 0, 0, 0);
+  CounterRng rng(3);
   for (int i = 0; i < kDraws; ++i) {
     const double u0 = rng.Next();
     const Vec3 d = sample(u0, rng.Next());

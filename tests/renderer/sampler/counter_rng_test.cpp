@@ -30,7 +30,7 @@ void CheckUniform(const std::function<std::pair<double, double>(std::uint64_t)>&
 }
 
 TEST(CounterRng, IsUniformAlongOneStream) {
-  CounterRng rng(7, 0, 0, 0, 0);
+  CounterRng rng(7);
   CheckUniform([&](std::uint64_t) {
     const double a = rng.Next();
     return std::pair{a, rng.Next()};
@@ -40,7 +40,9 @@ TEST(CounterRng, IsUniformAlongOneStream) {
 /// Every part of the key: first numbers of neighbouring streams are uniform and independent of each
 /// other.
 TEST(CounterRng, NeighbouringStreamsAreUniformAndIndependent) {
-  const auto first = [](CounterRng rng) { return rng.Next(); };
+  const auto first = [](const std::array<std::uint64_t, 5>& key) {
+    return CounterRng(key[0], RandomDomain{key[1]}, key[2], key[3], key[4]).Next();
+  };
   CheckUniform([&](std::uint64_t i) {
     return std::pair{first({i, 1, 2, 3, 4}), first({i + 1, 1, 2, 3, 4})};
   });
@@ -59,13 +61,13 @@ TEST(CounterRng, NeighbouringStreamsAreUniformAndIndependent) {
 }
 
 TEST(CounterRng, SameKeySameNumbersOtherKeyOtherNumbers) {
-  CounterRng a(1, 2, 3, 4, 5);
-  CounterRng b(1, 2, 3, 4, 5);
+  CounterRng a(1, RandomDomain{2}, 3, 4, 5);
+  CounterRng b(1, RandomDomain{2}, 3, 4, 5);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(a.Next(), b.Next());
   std::set<double> firsts;
   for (std::uint64_t element = 0; element < 200; ++element) {
     for (std::uint64_t sample = 0; sample < 200; ++sample) {
-      firsts.insert(CounterRng(1, 2, 3, element, sample).Next());
+      firsts.insert(CounterRng(1, RandomDomain{2}, 3, element, sample).Next());
     }
   }
   EXPECT_EQ(firsts.size(), 40000U) << "no two (element, sample) share a stream";

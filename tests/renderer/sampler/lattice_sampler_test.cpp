@@ -1,7 +1,6 @@
-#include "renderer/sampler/lattice_sampler.h"
-
 #include <gtest/gtest.h>
 
+#include "renderer/sampler/path_sampler.h"
 #include "tests/support/statistics.h"
 
 namespace pathfit::renderer {
@@ -11,7 +10,9 @@ constexpr int kAll = LatticeSampler::kDimensions + 2;
 constexpr int kSuite = 2 * kAll + LatticeSampler::kDimensions - 1;
 
 LatticeSampler SamplerOf(std::uint64_t seed, std::uint64_t pixel, std::uint64_t sample) {
-  return {CounterRng(seed, 1, 0, pixel, 0), CounterRng(seed, 2, 0, pixel, sample), sample};
+  return {CounterRng(seed, RandomDomain{1}, 0, pixel, 0),
+          CounterRng(seed, RandomDomain{2}, 0, pixel, sample),
+          sample};
 }
 
 TEST(LatticeSampler, EveryDimensionIsUniformOverPixels) {

@@ -49,7 +49,7 @@ TEST(Camera, PixelCentresAndAxes) {
 TEST(Camera, ProjectUndoesRayThroughAlsoWithStrongDistortion) {
   for (const Camera& camera : AllCameras()) {
     const CameraModel model(camera);
-    CounterRng rng(3, 0, 0, 0, 0);
+    CounterRng rng(3);
     for (int i = 0; i < 3000; ++i) {
       // Borders and corners included.
       const double u = camera.width * std::min(1.0, std::max(0.0, 1.2 * rng.Next() - 0.1));

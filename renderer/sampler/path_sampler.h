@@ -2,12 +2,40 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 
 #include "renderer/sampler/counter_rng.h"
-#include "renderer/sampler/direction_draw.h"
 
 namespace pathfit::renderer {
+
+/// How the direction at a vertex is drawn: by the BSDF, or as one of the two halves of an even
+/// mixture of BSDF and uniform directions, which both divide by the mixture's density.
+enum class DirectionDraw { kBsdf, kMixedBsdf, kMixedUniform };
+
+/// Where the numbers of a path come from, each uniform in [0, 1).
+template <class S>
+concept PathSampler = requires(S& sampler, const S& constant, int bounce, int component) {
+  { sampler.Next() } -> std::same_as<double>;
+  /// For a choice on a light.
+  { sampler.NextLight() } -> std::same_as<double>;
+  /// As component 0 or 1 of the direction choice at a bounce (from 1).
+  { sampler.NextDirection(bounce, component) } -> std::same_as<double>;
+  { constant.DrawAt(bounce) } -> std::same_as<DirectionDraw>;
+};
+
+/// Uniform numbers without lattice.
+class IndependentSampler {
+ public:
+  explicit IndependentSampler(CounterRng rng) : rng_(rng) {}
+  double Next() { return rng_.Next(); }
+  double NextDirection(int /*bounce*/, int /*component*/) { return Next(); }
+  double NextLight() { return Next(); }
+  static DirectionDraw DrawAt(int /*bounce*/) { return DirectionDraw::kBsdf; }
+
+ private:
+  CounterRng rng_;
+};
 
 /// Uniform numbers of one sample of a pixel. The first kDimensions (pixel position, first light and
 /// direction choice) come from a rank-1 lattice shifted per pixel, so that the samples of one pixel
