@@ -40,6 +40,7 @@ class StopAfterStage final : public optim::FitObserver {
     }
   }
   void OnMessage(const std::string& text) override { next_.OnMessage(text); }
+  void OnWarning(const std::string& text) override { next_.OnWarning(text); }
   [[nodiscard]] bool reached() const { return reached_; }
 
  private:
@@ -209,8 +210,12 @@ ExitStatus ResumeCommand(CommandContext& context) {
                               ": has changed since the run began; start a new fit");
     }
   }
-  std::optional<optim::FitState> state = optim::ReadNewestCheckpoint(run.Checkpoints());
   context.log.AddFile(run.LogFile());
+  auto [state, damaged] =
+      optim::ReadNewestCheckpoint(run.Checkpoints(), {experiment.scene, experiment.fit.unknowns});
+  for (const std::string& reason : damaged) {
+    context.log.Warn("a checkpoint is left out, and an older one continued: " + reason);
+  }
   context.log.Info(state
                        ? fmt::format("resuming {} after round {}", run.root().string(), state->step)
                        : "no checkpoint yet: starting over in " + run.root().string());

@@ -16,7 +16,6 @@
 #include "app/output/run_directory.h"
 #include "app/output/signed_image.h"
 #include "optim/checkpoint/checkpoint.h"
-#include "optim/round/state_scene.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
@@ -133,14 +132,18 @@ class DirectionSink : public renderer::DerivativeSink {
 };
 
 /// A config, or a run whose newest state is put into its scene.
-Experiment LoadTarget(const ExperimentConfig& config, const fs::path& run_root) {
+Experiment LoadTarget(const ExperimentConfig& config, const fs::path& run_root, Log& log) {
   Experiment experiment = BuildExperiment(config);
   if (!run_root.empty()) {
-    const auto state = optim::ReadNewestCheckpoint(RunDirectory(run_root).Checkpoints());
-    if (!state) {
+    optim::NewestCheckpoint newest = optim::ReadNewestCheckpoint(
+        RunDirectory(run_root).Checkpoints(), {experiment.scene, experiment.fit.unknowns});
+    for (const std::string& reason : newest.damaged) {
+      log.Warn("a checkpoint is left out, and an older one rendered: " + reason);
+    }
+    if (!newest.state) {
       throw renderer::IoError(run_root.string() + ": the run has no checkpoint to render");
     }
-    experiment.scene = optim::SceneOfState(experiment.scene, experiment.fit, *state);
+    experiment.scene = std::move(newest.state->scene);
   }
   return experiment;
 }
@@ -161,7 +164,7 @@ ExitStatus RenderCommand(CommandContext& context) {
   const fs::path config_path = is_run ? RunDirectory(run_root).ResolvedConfig() : line.target;
   const ExperimentConfig config = LoadExperimentConfig(config_path, OverridesOf(line));
   const renderer::ThreadLimit limit(NumThreads(line, config));
-  const Experiment experiment = LoadTarget(config, run_root);
+  const Experiment experiment = LoadTarget(config, run_root, context.log);
   std::vector<Direction> directions;
   for (const std::string& name : line.derivatives) {
     directions.push_back(ParseDirection(experiment.scene, name));

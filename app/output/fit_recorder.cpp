@@ -131,6 +131,7 @@ void FitRecorder::OnStage(const optim::StageReport& report,
 }
 
 void FitRecorder::OnMessage(const std::string& text) { log_.Info(text); }
+void FitRecorder::OnWarning(const std::string& text) { log_.Warn(text); }
 
 void FitRecorder::RecordScenes(const optim::FitSpec& spec,
                                const renderer::Scene& start,

@@ -35,6 +35,7 @@ class FitRecorder final : public optim::FitObserver {
                const std::vector<renderer::Film>& images,
                const std::vector<renderer::Image>& photos) override;
   void OnMessage(const std::string& text) override;
+  void OnWarning(const std::string& text) override;
 
   /// Parameter table and environment pictures, of the run's first scene and its present one.
   void RecordScenes(const optim::FitSpec& spec,

@@ -2,73 +2,340 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstdint>
 #include <cstdio>
-#include <fstream>
+#include <cstring>
 #include <functional>
-#include <string>
 #include <string_view>
-#include <vector>
+#include <type_traits>
+#include <unordered_map>
+#include <variant>
 
+#include <boost/crc.hpp>
 #include <nlohmann/json.hpp>
 
-#include "optim/checkpoint/npy.h"
+#include "renderer/core/check.h"
 #include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::optim {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
+using Bytes = Json::binary_t::container_type;
+using renderer::EnvironmentEmitter;
+using renderer::Mesh;
+using renderer::ParameterGroup;
+using renderer::ParameterLayout;
+using renderer::Rgb;
+using renderer::Scene;
 
-constexpr int kVersion = 1;
+static_assert(std::endian::native == std::endian::little,
+              "arrays are written as they are in memory");
+
+constexpr const char* kFormat = "pathfit state 2";
 constexpr std::size_t kKeptStates = 2;
 constexpr std::string_view kPrefix = "state_";
 
-struct NamedArray {
-  const char* file;
-  std::vector<double>* values;
+/// CRC-32C.
+class Checksum {
+ public:
+  template <class T>
+  void Add(const std::vector<T>& values) {
+    crc_.process_bytes(values.data(), values.size() * sizeof(T));
+  }
+  [[nodiscard]] std::uint32_t value() const { return crc_.checksum(); }
+
+ private:
+  boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true> crc_;
 };
 
-std::array<NamedArray, 5> ArraysOf(FitState& state) {
-  return {{{"current.npy", &state.current},
-           {"stage_start.npy", &state.stage_start},
-           {"costs.npy", &state.costs},
-           {"average_older.npy", &state.average.older_sum},
-           {"average_newer.npy", &state.average.newer_sum}}};
+std::uint32_t ChecksumOf(const Bytes& bytes) {
+  Checksum checksum;
+  checksum.Add(bytes);
+  return checksum.value();
 }
 
-Json ToJson(const FitState& state) {
-  return {{"version", kVersion},
-          {"fingerprint", state.fingerprint},
-          {"sequence", state.sequence},
-          {"step", state.step},
-          {"stage", state.stage},
-          {"round", state.round},
-          {"wall_s", state.wall_s},
-          {"radius_factor", state.radius_factor},
-          {"damping", state.damping},
-          {"rejected_in_row", state.rejected_in_row},
-          {"average_older_weight", state.average.older_weight},
-          {"average_newer_weight", state.average.newer_weight},
-          {"average_newer_start", state.average.newer_start}};
+/// Groups of all unknowns that are not held; where the scene's shapes differ, so do the sizes.
+ParameterLayout LayoutOf(const Scene& scene, const std::vector<UnknownSpec>& unknowns) {
+  ParameterLayout layout(scene);
+  for (const UnknownSpec& unknown : unknowns) {
+    const bool of_all_sensors =
+        renderer::ObjectListOf(unknown.kind) == renderer::ObjectList::kSensors &&
+        unknown.object < 0;
+    if (unknown.hold) {
+      continue;
+    }
+    const int first = of_all_sensors ? 0 : unknown.object;
+    const int end = of_all_sensors ? static_cast<int>(scene.sensors.size()) : first + 1;
+    for (int object = first; object < end; ++object) {
+      layout.Add(unknown.kind, object);
+    }
+  }
+  return layout;
 }
 
-void FromJson(const Json& json, FitState& state) {
-  json.at("fingerprint").get_to(state.fingerprint);
-  json.at("sequence").get_to(state.sequence);
-  json.at("step").get_to(state.step);
-  json.at("stage").get_to(state.stage);
-  json.at("round").get_to(state.round);
-  json.at("wall_s").get_to(state.wall_s);
-  json.at("radius_factor").get_to(state.radius_factor);
-  json.at("damping").get_to(state.damping);
-  json.at("rejected_in_row").get_to(state.rejected_in_row);
-  json.at("average_older_weight").get_to(state.average.older_weight);
-  json.at("average_newer_weight").get_to(state.average.newer_weight);
-  json.at("average_newer_start").get_to(state.average.newer_start);
+std::vector<double> ValuesOf(const ParameterGroup& group, const std::vector<double>& values) {
+  const auto first = values.begin() + group.first_scalar;
+  return {first, first + static_cast<std::ptrdiff_t>(group.num_blocks) * group.block_size};
 }
 
-std::vector<fs::path> StateFolders(const fs::path& folder) {
+/// Arrays of numbers, each content once; the rest of a state refers to them by index.
+class ArrayWriter {
+ public:
+  template <class T>
+  std::size_t Add(const std::vector<T>& values) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    Bytes bytes(values.size() * sizeof(T));
+    if (!bytes.empty()) {
+      std::memcpy(bytes.data(), values.data(), bytes.size());
+    }
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::size_t hash = std::hash<std::string_view>()(text);
+    for (auto [at, end] = index_by_hash_.equal_range(hash); at != end; ++at) {
+      const Bytes& stored = arrays_[at->second].get_binary();
+      if (stored == bytes) {
+        return at->second;
+      }
+    }
+    index_by_hash_.emplace(hash, arrays_.size());
+    arrays_.push_back(Json::binary(std::move(bytes)));
+    return arrays_.size() - 1;
+  }
+  Json Take() { return std::move(arrays_); }
+
+ private:
+  Json arrays_ = Json::array();
+  std::unordered_multimap<std::size_t, std::size_t> index_by_hash_;
+};
+
+template <class T>
+void ReadArray(const Json& arrays, const Json& index, std::vector<T>& values) {
+  const Bytes& bytes = arrays.at(index.get<std::size_t>()).get_binary();
+  if (bytes.size() % sizeof(T) != 0) {
+    throw renderer::IoError("an array has a wrong size");
+  }
+  values.resize(bytes.size() / sizeof(T));
+  if (!bytes.empty()) {
+    std::memcpy(values.data(), bytes.data(), bytes.size());
+  }
+}
+
+/// Calls visit(name, array) for every array of a mesh.
+template <class MeshType, class Visitor>
+void VisitArrays(MeshType& mesh, const Visitor& visit) {
+  visit("positions", mesh.positions);
+  visit("normals", mesh.normals);
+  visit("uvs", mesh.uvs);
+  visit("colors", mesh.colors);
+  visit("triangles", mesh.triangles);
+  visit("normal_triangles", mesh.normal_triangles);
+  visit("uv_triangles", mesh.uv_triangles);
+  visit("color_triangles", mesh.color_triangles);
+}
+
+bool SameShape(const Mesh& a, const Mesh& b) {
+  return a.positions.size() == b.positions.size() && a.normals.size() == b.normals.size() &&
+         a.uvs.size() == b.uvs.size() && a.colors.size() == b.colors.size() &&
+         a.triangles == b.triangles && a.normal_triangles == b.normal_triangles &&
+         a.uv_triangles == b.uv_triangles && a.color_triangles == b.color_triangles;
+}
+
+/// Textures and environments.
+template <class Raster>
+bool SameShape(const Raster& a, const Raster& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
+Json ShapeToJson(const Mesh& mesh, ArrayWriter& arrays) {
+  Json json;
+  VisitArrays(mesh, [&](const char* name, const auto& values) { json[name] = arrays.Add(values); });
+  return json;
+}
+
+void ShapeFromJson(const Json& json, const Json& arrays, Mesh& mesh) {
+  VisitArrays(mesh,
+              [&](const char* name, auto& values) { ReadArray(arrays, json.at(name), values); });
+}
+
+template <class Raster>
+Json ShapeToJson(const Raster& raster, ArrayWriter& arrays) {
+  return {
+      {"width", raster.width}, {"height", raster.height}, {"texels", arrays.Add(raster.texels)}};
+}
+
+template <class Raster>
+void ShapeFromJson(const Json& json, const Json& arrays, Raster& raster) {
+  json.at("width").get_to(raster.width);
+  json.at("height").get_to(raster.height);
+  ReadArray(arrays, json.at("texels"), raster.texels);
+}
+
+/// Calls visit(name, shape of `a`, shape of `b`) for all that has one; the scenes list the same
+/// objects.
+template <class SceneType, class Visitor>
+void VisitShapes(SceneType& a, const Scene& b, const Visitor& visit) {
+  PATHFIT_CHECK_EQ(a.meshes.size(), b.meshes.size());
+  PATHFIT_CHECK_EQ(a.textures.size(), b.textures.size());
+  PATHFIT_CHECK_EQ(a.emitters.size(), b.emitters.size());
+  for (std::size_t i = 0; i < a.meshes.size(); ++i) {
+    visit("mesh " + std::to_string(i), a.meshes[i].mesh, b.meshes[i].mesh);
+  }
+  for (std::size_t i = 0; i < a.textures.size(); ++i) {
+    visit("texture " + std::to_string(i), a.textures[i], b.textures[i]);
+  }
+  for (std::size_t i = 0; i < a.emitters.size(); ++i) {
+    auto* environment = std::get_if<EnvironmentEmitter>(&a.emitters[i].light);
+    if (environment != nullptr) {
+      visit("emitter " + std::to_string(i),
+            *environment,
+            std::get<EnvironmentEmitter>(b.emitters[i].light));
+    }
+  }
+}
+
+/// States as CBOR relative to one origin.
+class Codec {
+ public:
+  explicit Codec(const FitOrigin& origin) : origin_(origin) {
+    const ParameterLayout layout = LayoutOf(origin.start, origin.unknowns);
+    const std::vector<double> values = layout.Gather(origin.start);
+    for (const ParameterGroup& group : layout.groups()) {
+      names_.push_back(group.name);
+      start_values_.push_back(ValuesOf(group, values));
+    }
+    Checksum checksum;
+    checksum.Add(values);
+    for (const renderer::SceneMesh& mesh : origin.start.meshes) {
+      checksum.Add(mesh.mesh.triangles);
+    }
+    start_checksum_ = checksum.value();
+  }
+
+  [[nodiscard]] Bytes Encode(const FitState& state) const {
+    ArrayWriter arrays;
+    Json json = {{"fingerprint", state.fingerprint},
+                 {"sequence", state.sequence},
+                 {"step", state.step},
+                 {"stage", state.stage},
+                 {"round", state.round},
+                 {"wall_s", state.wall_s},
+                 {"radius_factor", state.radius_factor},
+                 {"damping", state.damping},
+                 {"rejected_in_row", state.rejected_in_row},
+                 {"newer_start", state.average.newer_start},
+                 {"costs", arrays.Add(state.costs)},
+                 {"unknowns", names_},
+                 {"start", start_checksum_},
+                 {"scene", ToJson(state.scene, arrays)},
+                 {"stage_start", ToJson(state.stage_start, arrays)},
+                 {"older", ToJson(state.average.older, arrays)},
+                 {"newer", ToJson(state.average.newer, arrays)}};
+    json["arrays"] = arrays.Take();
+    return Json::to_cbor(json);
+  }
+
+  [[nodiscard]] FitState Decode(const Bytes& bytes) const {
+    const Json json = Json::from_cbor(bytes);
+    if (json.at("unknowns").get<std::vector<std::string>>() != names_ ||
+        json.at("start") != start_checksum_) {
+      throw renderer::IoError(
+          "it belongs to another experiment: the unknowns or their values at the start differ");
+    }
+    const Json& arrays = json.at("arrays");
+    FitState state;
+    json.at("fingerprint").get_to(state.fingerprint);
+    json.at("sequence").get_to(state.sequence);
+    json.at("step").get_to(state.step);
+    json.at("stage").get_to(state.stage);
+    json.at("round").get_to(state.round);
+    json.at("wall_s").get_to(state.wall_s);
+    json.at("radius_factor").get_to(state.radius_factor);
+    json.at("damping").get_to(state.damping);
+    json.at("rejected_in_row").get_to(state.rejected_in_row);
+    json.at("newer_start").get_to(state.average.newer_start);
+    ReadArray(arrays, json.at("costs"), state.costs);
+    state.scene = SceneFromJson(json.at("scene"), arrays);
+    state.stage_start = SceneFromJson(json.at("stage_start"), arrays);
+    state.average.older = WeightedFromJson(json.at("older"), arrays);
+    state.average.newer = WeightedFromJson(json.at("newer"), arrays);
+    return state;
+  }
+
+ private:
+  [[nodiscard]] Json ToJson(const Scene& scene, ArrayWriter& arrays) const {
+    Json shapes = Json::object();
+    VisitShapes(
+        scene, origin_.start, [&](const std::string& name, const auto& shape, const auto& start) {
+          if (!SameShape(shape, start)) {
+            shapes[name] = ShapeToJson(shape, arrays);
+          }
+        });
+    Json values = Json::array();
+    const ParameterLayout layout = LayoutOf(scene, origin_.unknowns);
+    const std::vector<double> all = layout.Gather(scene);
+    for (std::size_t g = 0; g < layout.groups().size(); ++g) {
+      const std::vector<double> group = ValuesOf(layout.groups()[g], all);
+      const bool as_in_start =
+          group.size() == start_values_[g].size() &&
+          std::memcmp(group.data(), start_values_[g].data(), group.size() * sizeof(double)) == 0;
+      values.push_back(as_in_start ? Json() : Json(arrays.Add(group)));
+    }
+    return {{"shapes", shapes}, {"values", values}};
+  }
+
+  [[nodiscard]] Json ToJson(const WeightedScene& mean, ArrayWriter& arrays) const {
+    if (mean.weight == 0.0) {
+      return {};
+    }
+    return {{"weight", mean.weight}, {"scene", ToJson(mean.scene, arrays)}};
+  }
+
+  [[nodiscard]] Scene SceneFromJson(const Json& json, const Json& arrays) const {
+    Scene scene = origin_.start;
+    const Json& shapes = json.at("shapes");
+    VisitShapes(
+        scene, origin_.start, [&](const std::string& name, auto& shape, const auto& /*start*/) {
+          if (shapes.contains(name)) {
+            ShapeFromJson(shapes.at(name), arrays, shape);
+          }
+        });
+    const ParameterLayout layout = LayoutOf(scene, origin_.unknowns);
+    std::vector<double> all;
+    for (std::size_t g = 0; g < layout.groups().size(); ++g) {
+      const ParameterGroup& group = layout.groups()[g];
+      std::vector<double> values = start_values_[g];
+      if (!json.at("values").at(g).is_null()) {
+        ReadArray(arrays, json.at("values").at(g), values);
+      }
+      if (values.size() !=
+          static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size)) {
+        throw renderer::IoError("'" + group.name + "' has a wrong size");
+      }
+      all.insert(all.end(), values.begin(), values.end());
+    }
+    layout.Scatter(all, scene);
+    return scene;
+  }
+
+  [[nodiscard]] WeightedScene WeightedFromJson(const Json& json, const Json& arrays) const {
+    if (json.is_null()) {
+      return {};
+    }
+    return {json.at("weight").get<double>(), SceneFromJson(json.at("scene"), arrays)};
+  }
+
+  FitOrigin origin_;
+  std::vector<std::string> names_;
+  std::vector<std::vector<double>> start_values_;
+  std::uint32_t start_checksum_ = 0;
+};
+
+/// Newest first.
+std::vector<fs::path> StatePaths(const fs::path& folder) {
   std::vector<fs::path> states;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
@@ -80,53 +347,47 @@ std::vector<fs::path> StateFolders(const fs::path& folder) {
   return states;
 }
 
-FitState ReadState(const fs::path& folder) {
-  const fs::path path = folder / "state.json";
-  FitState state;
+FitState ReadState(const fs::path& path, const Codec& codec) {
+  if (fs::is_directory(path)) {
+    throw renderer::IoError("it was written by an earlier version of the program");
+  }
   try {
-    std::ifstream file(path);
-    const Json json = Json::parse(file);
-    const int version = json.at("version").get<int>();
-    if (version != kVersion) {
-      throw renderer::IoError(path.string() + ": version " + std::to_string(version) +
-                              "; this program reads version " + std::to_string(kVersion));
+    const Json json = Json::from_cbor(renderer::ReadWholeFile(path));
+    if (json.at("format") != kFormat) {
+      throw renderer::IoError("it is no \"" + std::string(kFormat) + "\"");
     }
-    FromJson(json, state);
+    const Bytes& payload = json.at("payload").get_binary();
+    if (json.at("crc32c") != ChecksumOf(payload)) {
+      throw renderer::IoError("it is damaged: its checksum is wrong");
+    }
+    return codec.Decode(payload);
   } catch (const Json::exception& error) {
-    throw renderer::IoError(path.string() + ": " + error.what());
-  }
-  for (const NamedArray& array : ArraysOf(state)) {
-    *array.values = ReadNpy(folder / array.file);
-  }
-  return state;
-}
-
-void WriteState(const fs::path& folder, FitState state) {
-  fs::create_directories(folder);
-  for (const NamedArray& array : ArraysOf(state)) {
-    WriteNpy(folder / array.file, *array.values);
-  }
-  std::ofstream file(folder / "state.json");
-  file << ToJson(state).dump(2) << '\n';
-  file.close();
-  if (!file) {
-    throw renderer::IoError((folder / "state.json").string() + ": cannot be written");
+    throw renderer::IoError(std::string("it is damaged: ") + error.what());
   }
 }
 
 }  // namespace
 
-void WriteCheckpoint(const fs::path& folder, const FitState& state) {
-  std::array<char, 16> number{};
-  std::snprintf(number.data(), number.size(), "%06d", state.sequence);
-  const fs::path temporary = folder / (".tmp_" + std::string(kPrefix) + number.data());
-  const fs::path target = folder / (std::string(kPrefix) + number.data());
+bool SameShapes(const Scene& a, const Scene& b) {
+  bool same = true;
+  VisitShapes(a, b, [&](const std::string& /*name*/, const auto& of_a, const auto& of_b) {
+    same = same && SameShape(of_a, of_b);
+  });
+  return same;
+}
+
+void WriteCheckpoint(const fs::path& folder, const FitOrigin& origin, const FitState& state) {
+  Bytes payload = Codec(origin).Encode(state);
+  const std::uint32_t checksum = ChecksumOf(payload);
+  const std::vector<std::uint8_t> file = Json::to_cbor(Json{
+      {"format", kFormat}, {"crc32c", checksum}, {"payload", Json::binary(std::move(payload))}});
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "state_%06d.cbor", state.sequence);
   try {
-    fs::remove_all(temporary);
-    WriteState(temporary, state);
-    fs::remove_all(target);
-    fs::rename(temporary, target);
-    const std::vector<fs::path> states = StateFolders(folder);
+    fs::create_directories(folder);
+    renderer::WriteFileAtomically(folder / name.data(),
+                                  {reinterpret_cast<const char*>(file.data()), file.size()});
+    const std::vector<fs::path> states = StatePaths(folder);
     for (std::size_t i = kKeptStates; i < states.size(); ++i) {
       fs::remove_all(states[i]);
     }
@@ -135,19 +396,25 @@ void WriteCheckpoint(const fs::path& folder, const FitState& state) {
   }
 }
 
-std::optional<FitState> ReadNewestCheckpoint(const fs::path& folder) {
-  std::string first_error;
-  for (const fs::path& path : StateFolders(folder)) {
+NewestCheckpoint ReadNewestCheckpoint(const fs::path& folder, const FitOrigin& origin) {
+  NewestCheckpoint newest;
+  const Codec codec(origin);
+  for (const fs::path& path : StatePaths(folder)) {
     try {
-      return ReadState(path);
+      newest.state = ReadState(path, codec);
+      return newest;
     } catch (const renderer::IoError& error) {
-      first_error = first_error.empty() ? error.what() : first_error;
+      newest.damaged.push_back(path.string() + ": " + error.what());
     }
   }
-  if (!first_error.empty()) {
-    throw renderer::IoError(first_error);
+  if (!newest.damaged.empty()) {
+    std::string text = "no checkpoint can be read";
+    for (const std::string& reason : newest.damaged) {
+      text += "\n  " + reason;
+    }
+    throw renderer::IoError(text);
   }
-  return std::nullopt;
+  return newest;
 }
 
 }  // namespace pathfit::optim

@@ -3,21 +3,30 @@
 #include <string>
 #include <vector>
 
+#include "renderer/scene/scene.h"
+
 namespace pathfit::optim {
 
-/// Running sums of a sample-weighted mean over recent rounds: two windows, the older replaced by
-/// the newer whenever the number of rounds doubles, so that together they cover the last half to
-/// three quarters.
+/// Whether two scenes with the same list of objects have meshes of the same connectivity and
+/// textures and environments of the same size: vectors of unknowns of one then fit the other.
+bool SameShapes(const renderer::Scene& a, const renderer::Scene& b);
+
+/// A mean of scenes; empty at weight 0.
+struct WeightedScene {
+  double weight = 0.0;
+  renderer::Scene scene;
+};
+
+/// Sample-weighted means over recent rounds: two windows, the older replaced by the newer whenever
+/// the number of rounds doubles, so that together they cover the last half to three quarters.
 struct AverageState {
-  std::vector<double> older_sum,
-      newer_sum;  ///< of weight * theta, in the stage's order of unknowns
-  double older_weight = 0.0, newer_weight = 0.0;
+  WeightedScene older, newer;
   int newer_start = 1;  ///< round from which the newer window counts
 };
 
 /// Everything a fit needs to continue to the same bits, besides the scene it started from and its
-/// specification. Parameter vectors are values in units of the scene, in the order of all unknowns
-/// that are not held.
+/// specification. Scenes may differ from the start in the values of unknowns and in the shape of
+/// meshes (connectivity), textures and environments (size); the lists of objects are the start's.
 struct FitState {
   std::string fingerprint;  ///< of the specification; a state of another one is refused
   int sequence = 0;         ///< counts written states
@@ -31,7 +40,8 @@ struct FitState {
   int rejected_in_row = 0;
   std::vector<double> costs;  ///< of the stage's rounds, at their start
 
-  std::vector<double> current, stage_start;
+  renderer::Scene scene;  ///< after the last finished round
+  renderer::Scene stage_start;
   AverageState average;
 };
 

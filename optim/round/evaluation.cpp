@@ -1,12 +1,38 @@
 #include "optim/round/evaluation.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
+#include <utility>
 
 #include "optim/problem/pixel_rows.h"
 #include "optim/problem/split_half_cost.h"
 #include "optim/round/exposure_gauge.h"
+#include "optim/round/round_policy.h"
 
 namespace pathfit::optim {
+namespace {
+
+constexpr int kMinEvaluationSpp = 64;
+
+void Average(StageReport& report) {
+  double fit = 0.0, val = 0.0;
+  for (const ViewReport& view : report.views) {
+    (view.validation ? val : fit) += 1.0;
+  }
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  report.psnr_srgb_fit = report.psnr_linear_fit = report.iou_fit = fit > 0.0 ? 0.0 : none;
+  report.psnr_srgb_val = report.psnr_linear_val = report.iou_val = val > 0.0 ? 0.0 : none;
+  for (const ViewReport& view : report.views) {
+    const double count = view.validation ? val : fit;
+    (view.validation ? report.psnr_srgb_val : report.psnr_srgb_fit) += view.psnr_srgb / count;
+    (view.validation ? report.psnr_linear_val : report.psnr_linear_fit) += view.psnr_linear / count;
+    (view.validation ? report.iou_val : report.iou_fit) += view.iou / count;
+  }
+}
+
+}  // namespace
 
 EvaluatedCost EvaluateCost(const ImageSource& source,
                            const FitViews& views,
@@ -48,6 +74,66 @@ ReportedView RenderForReport(const ImageSource& source,
   }
   reported.quality = MeasureView(level, reported.film, views.silhouettes);
   return reported;
+}
+
+const FitViews& FitEvaluation::ViewsAt(double scale) {
+  if (!views_ || views_scale_ != scale) {
+    views_ = MakeFitViews(observations_, scale);
+    views_scale_ = scale;
+  }
+  return *views_;
+}
+
+std::unique_ptr<SceneImageSource> FitEvaluation::MakeSource(const renderer::Scene& scene,
+                                                            const renderer::ParameterLayout& layout,
+                                                            const FitViews& views) const {
+  std::vector<renderer::Camera> cameras;
+  for (const ViewLevel& level : views.levels) {
+    cameras.push_back(level.camera);
+  }
+  return std::make_unique<SceneImageSource>(
+      scene, layout, std::move(cameras), spec_.estimators, cancel_);
+}
+
+SampleHalves FitEvaluation::Samples(int stage, const StageSpec& budget_of) const {
+  return MakeHalves(spec_.seed,
+                    stage,
+                    0,
+                    SampleUse::kEvaluation,
+                    {.spp = std::max(kMinEvaluationSpp, budget_of.max_spp)});
+}
+
+ReportImages FitEvaluation::Report(const SampleHalves& samples,
+                                   renderer::Scene& scene,
+                                   StageReport& report) const {
+  const double scale = spec_.stages.back().image_scale;
+  std::optional<FitViews> other;
+  if (!views_ || views_scale_ != scale) {
+    other = MakeFitViews(observations_, scale);
+  }
+  const FitViews& views = other ? *other : *views_;
+  const auto source = MakeSource(scene, {}, views);
+  ReportImages images;
+  for (std::size_t v = 0; v < views.levels.size(); ++v) {
+    const View& view = observations_.views[v];
+    ReportedView reported = RenderForReport(
+        *source, views, static_cast<int>(v), samples, view.validation && estimate_gains_);
+    renderer::Camera& sensor = scene.sensors[v];
+    const double limit = std::exp2(exposure_.max_ev);
+    sensor.gain = std::clamp(sensor.gain * reported.gain_factor,
+                             exposure_.start_gains[v] / limit,
+                             exposure_.start_gains[v] * limit);
+    report.views.push_back({view.name,
+                            view.validation,
+                            reported.quality.psnr_linear,
+                            reported.quality.psnr_srgb,
+                            reported.quality.iou,
+                            sensor.gain});
+    images.rendered.push_back(std::move(reported.film));
+    images.photos.push_back(views.levels[v].photo);
+  }
+  Average(report);
+  return images;
 }
 
 }  // namespace pathfit::optim

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "optim/parameter/parameter_set.h"
-#include "optim/prior/prior_terms.h"
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_source.h"
+#include "optim/problem/scene_image_source.h"
 #include "optim/problem/view_quality.h"
+#include "optim/round/fit_report.h"
+#include "optim/round/fit_spec.h"
 
 namespace pathfit::optim {
 
@@ -34,5 +38,55 @@ ReportedView RenderForReport(const ImageSource& source,
                              int view,
                              const SampleHalves& samples,
                              bool estimate_gain);
+
+/// By view.
+struct ReportImages {
+  std::vector<renderer::Film> rendered;
+  std::vector<renderer::Image> photos;
+};
+
+/// The photos of a fit at the resolutions of its stages, and renderings to compare with them.
+class FitEvaluation {
+ public:
+  /// All arguments must outlive it. `estimate_gains`: those of held-out views, from their photos.
+  FitEvaluation(const ObservationSet& observations,
+                const FitSpec& spec,
+                const ExposureModel& exposure,
+                bool estimate_gains,
+                const renderer::CancelFlag* cancel)
+      : observations_(observations),
+        spec_(spec),
+        exposure_(exposure),
+        estimate_gains_(estimate_gains),
+        cancel_(cancel) {}
+
+  /// Valid until another scale is asked for.
+  const FitViews& ViewsAt(double scale);
+
+  /// `layout` may be empty where no values are set.
+  [[nodiscard]] std::unique_ptr<SceneImageSource> MakeSource(
+      const renderer::Scene& scene,
+      const renderer::ParameterLayout& layout,
+      const FitViews& views) const;
+
+  /// What candidates for the end of a stage are compared on: one set per stage, apart from every
+  /// round's, of max_spp of `budget_of` or more. Edges play no part in images.
+  [[nodiscard]] SampleHalves Samples(int stage, const StageSpec& budget_of) const;
+
+  /// Fills the report's views and means. They are rendered at the last stage's resolution, since
+  /// reports of stages compare only at one. Sets the estimated gains in `scene`.
+  ReportImages Report(const SampleHalves& samples,
+                      renderer::Scene& scene,
+                      StageReport& report) const;
+
+ private:
+  const ObservationSet& observations_;
+  const FitSpec& spec_;
+  const ExposureModel& exposure_;
+  bool estimate_gains_;
+  const renderer::CancelFlag* cancel_;
+  std::optional<FitViews> views_;
+  double views_scale_ = 0.0;
+};
 
 }  // namespace pathfit::optim

@@ -39,7 +39,7 @@ struct FitResult {
 /// checkpoint still is the last round. Throws: SceneError (views and sensors do not match, nothing
 /// to fit, unknowns that do not exist), MemoryError, NumericalError, IoError (checkpoints; a
 /// resumed state of another specification).
-FitResult RunFit(renderer::Scene start,
+FitResult RunFit(const renderer::Scene& start,
                  const ObservationSet& observations,
                  const FitSpec& spec,
                  FitObserver& observer,

@@ -31,6 +31,7 @@ struct RoundReport {
   double jacobian_mb = 0.0;
   double peak_rss_mb = 0.0;
   std::string linear_solver;
+  std::string solver_failure;  ///< the solver's own words if it gave up; empty = it did not
 };
 
 /// Quality of the views at one moment, from one common set of samples.
@@ -71,6 +72,8 @@ class FitObserver {
                        const std::vector<renderer::Film>& images,
                        const std::vector<renderer::Image>& photos) = 0;
   virtual void OnMessage(const std::string& text) = 0;
+  /// What may spoil the result.
+  virtual void OnWarning(const std::string& text) = 0;
 };
 
 }  // namespace pathfit::optim

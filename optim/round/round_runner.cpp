@@ -4,7 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
+#include <fstream>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "optim/problem/camera_guard.h"
@@ -12,10 +15,7 @@
 #include "optim/problem/vertex_guard.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
-#include "optim/round/iterate_average.h"
-#include "optim/round/peak_memory.h"
-#include "optim/round/seed_policy.h"
-#include "optim/round/step_control.h"
+#include "optim/round/round_policy.h"
 #include "optim/solver/trust_region_solver.h"
 
 namespace pathfit::optim {
@@ -25,6 +25,18 @@ constexpr int kValidationSpp = 8;  // per round: a trend, not a result
 constexpr double kNoisyRound = 0.05;
 
 using Clock = std::chrono::steady_clock;
+
+/// Largest resident memory of this process so far; 0 where the system does not tell.
+double PeakResidentMegabytes() {
+  std::ifstream status("/proc/self/status");
+  const std::string key = "VmHWM:";
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(key)) {
+      return std::strtod(line.c_str() + key.size(), nullptr) / 1e3 * 1.024;
+    }
+  }
+  return 0.0;
+}
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -93,19 +105,18 @@ void ReportValidation(const StageContext& context,
 }
 
 SolveOutcome Solve(const StageContext& context,
-                   const renderer::Scene& scene,
                    const FitState& state,
                    ImageProblem& problem,
                    const std::vector<double>& theta,
                    RoundReport& report) {
   const std::vector<double> values = context.set.ValuesFromTheta(theta);
-  const VertexGuard guard(scene, context.set, values);
-  const CameraGuard cameras(scene, context.set);
+  const VertexGuard guard(state.scene, context.set, values);
+  const CameraGuard cameras(state.scene, context.set);
   const double mu = ProximalWeight(state.damping,
                                    MeanVertexDiagonal(context.set, problem.sums().diagonal),
                                    report.noise_relative);
   const std::vector<PriorTerm> proximal =
-      BuildProximalTerms(scene, context.spec.unknowns, context.set, values, mu);
+      BuildProximalTerms(state.scene, context.spec.unknowns, context.set, values, mu);
   SolveOptions options;
   options.linear_solver = problem.UsesGram() ? LinearSolverKind::kGram
                                              : ChooseLinearSolver(context.spec.linear_solver,
@@ -123,10 +134,7 @@ SolveOutcome Solve(const StageContext& context,
 
 }  // namespace
 
-RoundReport RunRound(const StageContext& context,
-                     ImageSource& source,
-                     renderer::Scene& scene,
-                     FitState& state) {
+RoundReport RunRound(const StageContext& context, ImageSource& source, FitState& state) {
   const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
   const double unit = 1.0 / context.views.num_channels;
   const int round = state.round + 1;
@@ -139,7 +147,8 @@ RoundReport RunRound(const StageContext& context,
   report.max_rounds = stage.max_rounds;
   report.spp = SamplesOfRound(stage, round);
 
-  const std::vector<double> theta = context.set.ThetaFromValues(context.set.layout().Gather(scene));
+  const std::vector<double> theta =
+      context.set.ThetaFromValues(context.set.layout().Gather(state.scene));
   renderer::SampleBudget samples =
       stage.samples.Scaled(static_cast<double>(report.spp) / std::max(1, stage.samples.spp));
   samples.spp = report.spp;
@@ -165,10 +174,11 @@ RoundReport RunRound(const StageContext& context,
   ReportValidation(context, source, round, report);
   report.render_s = SecondsSince(validation_start);
 
-  const SolveOutcome outcome = Solve(context, scene, state, problem, theta, report);
+  const SolveOutcome outcome = Solve(context, state, problem, theta, report);
   report.render_s += outcome.render_s;
   report.linear_s = outcome.linear_s;
   report.accepted = outcome.accepted;
+  report.solver_failure = outcome.failure;
   const double cells = problem.size().jacobian_cells;
   const double gram = problem.UsesGram() ? 8.0 * std::pow(problem.size().num_scalars, 2) : 0.0;
   report.jacobian_mb = (4.0 * cells + gram) / 1e6;
@@ -178,16 +188,15 @@ RoundReport RunRound(const StageContext& context,
     report.cost_change_rel =
         (after - report.cost_total) / std::max(std::abs(report.cost_total), 1e-300);
     report.step_norm = Distance(theta, outcome.theta);
-    renderer::Scene moved = scene;
+    renderer::Scene moved = state.scene;
     context.set.layout().Scatter(context.set.ValuesFromTheta(outcome.theta), moved);
     FixExposureGauge(context.set, context.views.fitted, context.exposure, moved);
-    scene = std::move(moved);
+    state.scene = std::move(moved);
   }
-  const std::vector<double> values = context.set.layout().Gather(scene);
-  source.SetValues(values);
+  source.SetValues(context.set.layout().Gather(state.scene));
   AdaptStepControl(outcome, state);
   state.costs.push_back(report.cost_total);
-  AddIterate(state.average, round, report.spp, context.set.ThetaFromValues(values));
+  AddIterate(state.average, round, report.spp, context.set, state.scene);
   state.round = round;
   state.step = report.step;
   report.peak_rss_mb = PeakResidentMegabytes();

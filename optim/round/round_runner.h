@@ -21,13 +21,10 @@ struct StageContext {
 };
 
 /// One round: fresh samples, a linearisation of every fitted view, one accepted step (or none), the
-/// gauge. Moves `scene` and, in `state`, the step control, averages and histories; state.current is
-/// the caller's. `source` must show `scene`, and does again afterwards. The report's costs and PSNR
-/// are of the round's start (its samples knew nothing of the point, so they are unbiased). Nothing
-/// is changed if it throws.
-RoundReport RunRound(const StageContext& context,
-                     ImageSource& source,
-                     renderer::Scene& scene,
-                     FitState& state);
+/// gauge. Moves state.scene, the step control, averages and histories. `source` must show
+/// state.scene, and does again afterwards. The report's costs and PSNR are of the round's start
+/// (its samples knew nothing of the point, so they are unbiased). `state` is unchanged if it
+/// throws.
+RoundReport RunRound(const StageContext& context, ImageSource& source, FitState& state);
 
 }  // namespace pathfit::optim

@@ -8,6 +8,7 @@ import random
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -32,13 +33,35 @@ def fit(folder, *more):
     return run("fit", DEMO, "-o", folder, "--progress", "none", *QUICK, *more)
 
 
+def from_cbor(data, at=0):
+    """The value that begins at `at`, and where it ends; what states contain of RFC 8949."""
+    major, short = data[at] >> 5, data[at] & 31
+    size = {24: 1, 25: 2, 26: 4, 27: 8}.get(short, 0)
+    raw = data[at + 1:at + 1 + size]
+    number, at = int.from_bytes(raw, "big") if size else short, at + 1 + size
+    if major in (0, 1):
+        return (number if major == 0 else -1 - number), at
+    if major in (2, 3):
+        text = data[at:at + number]
+        return (text if major == 2 else text.decode()), at + number
+    if major == 7:
+        return (struct.unpack(">f" if size == 4 else ">d", raw)[0] if size else {20: False, 21: True, 22: None}[short]), at
+    items = []
+    for _ in range(number if major == 4 else 2 * number):
+        item, at = from_cbor(data, at)
+        items.append(item)
+    return (items if major == 4 else dict(zip(items[::2], items[1::2]))), at
+
+
 def final_bytes(folder):
-    """What must be equal between runs of one seed: results and the parameters of the last checkpoint."""
+    """What must be equal between runs of one seed: results and the last checkpoint but for its time."""
     files = sorted(p for p in (folder / "result").rglob("*") if p.suffix in {".ply", ".exr", ".glb", ".csv"})
-    newest = sorted((folder / "checkpoints").glob("state_*"))[-1]
-    files += sorted(newest.glob("*.npy"))
-    assert len(files) > 5, files
-    return {p.relative_to(folder).as_posix() if "state_" not in p.as_posix() else p.name: p.read_bytes() for p in files}
+    assert len(files) >= 5, files
+    content = {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
+    newest = sorted((folder / "checkpoints").glob("state_*.cbor"))[-1]
+    state = from_cbor(from_cbor(newest.read_bytes())[0]["payload"])[0]
+    del state["wall_s"]
+    return {**content, **state}
 
 
 class Program(unittest.TestCase):
@@ -104,6 +127,32 @@ class Program(unittest.TestCase):
                 command = [PATHFIT, "resume", self.folder / "killed", "--progress", "none"]
         self.assertEqual(process.returncode, 0)
         self.assert_same_results(self.folder / "straight", self.folder / "killed")
+
+    def test_damaged_checkpoints_are_found_and_an_older_one_is_said_to_be_continued(self):
+        folder = self.folder / "run"
+        self.assertEqual(fit(folder).returncode, 0)
+        results = final_bytes(folder)
+        older, newest = sorted((folder / "checkpoints").glob("state_*.cbor"))
+        whole = {path: path.read_bytes() for path in (older, newest)}
+
+        def flip_a_bit(path):
+            at = random.Random(path.name).randrange(len(whole[path]))
+            path.write_bytes(whole[path][:at] + bytes([whole[path][at] ^ 16]) + whole[path][at + 1:])
+
+        flip_a_bit(newest)
+        out = run("resume", folder, "--progress", "none")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        self.assertIn(newest.name, out.stderr)
+        warnings = json.loads((folder / "run.json").read_text())["warnings"]
+        self.assertTrue(any(newest.name in text for text in warnings), warnings)
+        self.assertEqual(final_bytes(folder), results)
+        for path in sorted((folder / "checkpoints").glob("state_*.cbor")):
+            whole[path] = path.read_bytes()
+            flip_a_bit(path)
+        out = run("resume", folder, "--progress", "none")
+        self.assertEqual(out.returncode, 4, out.stderr)
+        for path in (folder / "checkpoints").glob("state_*.cbor"):
+            self.assertIn(path.name, out.stderr)
 
     def test_signals_stop_with_their_status_and_resume(self):
         self.assertEqual(fit(self.folder / "straight").returncode, 0)

@@ -8,13 +8,15 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "optim/checkpoint/npy.h"
 #include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+#include "tests/support/test_scenes.h"
 
 namespace pathfit {
 namespace {
 
 namespace fs = std::filesystem;
+using renderer::ParameterKind;
 
 class CheckpointTest : public testing::Test {
  protected:
@@ -28,7 +30,19 @@ class CheckpointTest : public testing::Test {
   CheckpointTest(const CheckpointTest&) = delete;
   CheckpointTest& operator=(const CheckpointTest&) = delete;
 
-  static optim::FitState State(int sequence) {
+  static std::vector<optim::UnknownSpec> Unknowns() {
+    std::vector<optim::UnknownSpec> unknowns(4);
+    unknowns[0].kind = ParameterKind::kVertexPositions;
+    unknowns[1].kind = ParameterKind::kEnvironmentTexels;
+    unknowns[2].kind = ParameterKind::kExposure;
+    unknowns[2].object = -1;
+    unknowns[3].kind = ParameterKind::kRoughness;
+    unknowns[3].object = 1;
+    unknowns[3].hold = true;  // neither stored nor read
+    return unknowns;
+  }
+
+  optim::FitState State(int sequence) {
     optim::FitState state;
     state.fingerprint = "views \"3\"\n\\";
     state.sequence = sequence;
@@ -39,20 +53,47 @@ class CheckpointTest : public testing::Test {
     state.radius_factor = 0.1;
     state.damping = std::nextafter(1e-3, 1.0);
     state.rejected_in_row = 2;
-    state.costs = {0.3, 0.2, 0.1};
-    state.current = {1.0 / 3.0, -0.0, 5e-324, 1e300};
-    state.stage_start = {1.0, 2.0, 3.0, 4.0};
-    state.average = {{0.1}, {}, 12.0, 1.0 / 7.0, 8};
+    state.costs = {0.3, 0.2, 0.1, -1e-3};
+    state.scene = state.stage_start = start_;
+    state.scene.meshes[0].mesh.positions[1] = {1.0 / 3.0, -0.0, 5e-324};
+    state.scene.sensors[0].gain = std::nextafter(2.0, 3.0);
+    state.average.newer = {12.0, state.scene};
+    state.average.newer_start = 8;
     return state;
   }
 
+  void Write(const optim::FitState& state) const {
+    optim::WriteCheckpoint(folder_, {start_, unknowns_}, state);
+  }
+  optim::NewestCheckpoint Read() const {  // NOLINT(modernize-use-nodiscard): some reads throw
+    return optim::ReadNewestCheckpoint(folder_, {start_, unknowns_});
+  }
+  [[nodiscard]] fs::path PathOf(const std::string& number) const {
+    return folder_ / ("state_" + number + ".cbor");
+  }
+
   fs::path folder_;
+  renderer::Scene start_ = tests::BallAndWall();
+  std::vector<optim::UnknownSpec> unknowns_ = Unknowns();
 };
+
+std::string BytesOf(const fs::path& path) { return renderer::ReadWholeFile(path); }
+
+void ExpectSameMesh(const renderer::Mesh& a, const renderer::Mesh& b) {
+  EXPECT_EQ(a.positions, b.positions);
+  EXPECT_EQ(a.normals, b.normals);
+  EXPECT_EQ(a.uvs, b.uvs);
+  EXPECT_EQ(a.colors, b.colors);
+  EXPECT_EQ(a.triangles, b.triangles);
+  EXPECT_EQ(a.normal_triangles, b.normal_triangles);
+  EXPECT_EQ(a.uv_triangles, b.uv_triangles);
+  EXPECT_EQ(a.color_triangles, b.color_triangles);
+}
 
 TEST_F(CheckpointTest, ReturnsEveryBit) {
   const optim::FitState state = State(3);
-  optim::WriteCheckpoint(folder_, state);
-  const optim::FitState read = optim::ReadNewestCheckpoint(folder_).value();
+  Write(state);
+  const optim::FitState read = Read().state.value();
   EXPECT_EQ(read.fingerprint, state.fingerprint);
   EXPECT_EQ(read.sequence, 3);
   EXPECT_EQ(read.step, 17);
@@ -63,44 +104,111 @@ TEST_F(CheckpointTest, ReturnsEveryBit) {
   EXPECT_EQ(read.damping, state.damping);
   EXPECT_EQ(read.rejected_in_row, 2);
   EXPECT_EQ(read.costs, state.costs);
-  EXPECT_EQ(read.current, state.current);
-  EXPECT_TRUE(std::signbit(read.current[1]));
-  EXPECT_EQ(read.stage_start, state.stage_start);
-  EXPECT_EQ(read.average.older_sum, state.average.older_sum);
-  EXPECT_EQ(read.average.newer_sum, state.average.newer_sum);
-  EXPECT_EQ(read.average.older_weight, state.average.older_weight);
-  EXPECT_EQ(read.average.newer_weight, state.average.newer_weight);
+  ExpectSameMesh(read.scene.meshes[0].mesh, state.scene.meshes[0].mesh);
+  EXPECT_TRUE(std::signbit(read.scene.meshes[0].mesh.positions[1].y));
+  EXPECT_EQ(read.scene.sensors[0].gain, state.scene.sensors[0].gain);
+  ExpectSameMesh(read.stage_start.meshes[0].mesh, start_.meshes[0].mesh);
+  EXPECT_EQ(read.average.older.weight, 0.0);
+  EXPECT_EQ(read.average.newer.weight, 12.0);
+  ExpectSameMesh(read.average.newer.scene.meshes[0].mesh, state.scene.meshes[0].mesh);
   EXPECT_EQ(read.average.newer_start, 8);
 }
 
-TEST_F(CheckpointTest, KeepsTheTwoNewestAndReadsTheNewestThatIsWhole) {
+TEST_F(CheckpointTest, HoldsShapesThatAreNotTheStarts) {
+  optim::FitState state = State(1);
+  renderer::Mesh& ball = state.scene.meshes[0].mesh;
+  ball = renderer::MakeIcosphere(3, 0.7);
+  renderer::SetUniformVertexColors({0.1, 0.2, 0.3}, ball);
+  auto& sky = std::get<renderer::EnvironmentEmitter>(state.scene.emitters[0].light);
+  sky.width = 3;
+  sky.height = 2;
+  sky.texels.assign(6, {1.0, 2.0, 1.0 / 3.0});
+  EXPECT_FALSE(optim::SameShapes(state.scene, start_));
+  Write(state);
+  const optim::FitState read = Read().state.value();
+  EXPECT_TRUE(optim::SameShapes(read.scene, state.scene));
+  ExpectSameMesh(read.scene.meshes[0].mesh, ball);
+  const auto& read_sky = std::get<renderer::EnvironmentEmitter>(read.scene.emitters[0].light);
+  EXPECT_EQ(read_sky.texels, sky.texels);
+  ExpectSameMesh(read.stage_start.meshes[0].mesh, start_.meshes[0].mesh);
+}
+
+TEST_F(CheckpointTest, StoresEqualArraysOnceAndTheStartNever) {
+  optim::FitState state = State(1);
+  state.scene = start_;
+  state.average = {};
+  Write(state);
+  const auto as_start = fs::file_size(PathOf("000001"));
+  EXPECT_LT(as_start, 1500U);
+  Write(State(2));  // moves the ball in two of the three scenes
+  const std::size_t positions = 24 * start_.meshes[0].mesh.positions.size();
+  EXPECT_LT(fs::file_size(PathOf("000002")), as_start + positions + 500);
+}
+
+TEST_F(CheckpointTest, FindsEveryFlippedBit) {
+  unknowns_.erase(unknowns_.begin(), unknowns_.begin() + 2);  // a small file
+  Write(State(1));
+  const std::string whole = BytesOf(PathOf("000001"));
+  ASSERT_TRUE(Read().state.has_value());
+  for (std::size_t bit = 0; bit < 8 * whole.size(); ++bit) {
+    std::string flipped = whole;
+    flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ (1 << (bit % 8)));
+    renderer::WriteFileAtomically(PathOf("000001"), flipped);
+    ASSERT_THROW(Read(), renderer::IoError) << "bit " << bit << " of " << 8 * whole.size();
+  }
+  for (std::size_t length = 0; length < whole.size(); length += 7) {
+    renderer::WriteFileAtomically(PathOf("000001"), whole.substr(0, length));
+    ASSERT_THROW(Read(), renderer::IoError) << "cut after " << length;
+  }
+}
+
+TEST_F(CheckpointTest, KeepsTheTwoNewestAndFallsBackToTheOlderWithAReason) {
   for (int sequence = 1; sequence <= 12; ++sequence) {
-    optim::WriteCheckpoint(folder_, State(sequence));
+    Write(State(sequence));
   }
   const auto count = std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
   EXPECT_EQ(count, 2);
-  EXPECT_EQ(optim::ReadNewestCheckpoint(folder_)->sequence, 12);
-  fs::resize_file(folder_ / "state_000012" / "current.npy", 130);
-  EXPECT_EQ(optim::ReadNewestCheckpoint(folder_)->sequence, 11);
-  std::ofstream(folder_ / "state_000011" / "state.json") << "{";
-  EXPECT_THROW(optim::ReadNewestCheckpoint(folder_), renderer::IoError);
-}
-
-TEST_F(CheckpointTest, IsEmptyWithoutStatesAndRefusesOtherVersions) {
-  EXPECT_FALSE(optim::ReadNewestCheckpoint(folder_).has_value());
-  optim::WriteCheckpoint(folder_, State(1));
-  std::ofstream(folder_ / "state_000001" / "state.json") << "{\"version\": 99}";
+  EXPECT_EQ(Read().state->sequence, 12);
+  EXPECT_TRUE(Read().damaged.empty());
+  fs::resize_file(PathOf("000012"), 130);
+  const optim::NewestCheckpoint older = Read();
+  EXPECT_EQ(older.state->sequence, 11);
+  ASSERT_EQ(older.damaged.size(), 1U);
+  EXPECT_NE(older.damaged[0].find("state_000012.cbor: it is damaged"), std::string::npos)
+      << older.damaged[0];
+  std::ofstream(PathOf("000011")) << "{";
   try {
-    optim::ReadNewestCheckpoint(folder_);
+    Read();
     FAIL() << "not refused";
   } catch (const renderer::IoError& error) {
-    EXPECT_NE(std::string(error.what()).find("version 99"), std::string::npos);
+    const std::string text = error.what();
+    EXPECT_NE(text.find("state_000011.cbor"), std::string::npos) << text;
+    EXPECT_NE(text.find("state_000012.cbor"), std::string::npos) << text;
+  }
+}
+
+TEST_F(CheckpointTest, RefusesWhatIsNotItsOwn) {
+  EXPECT_FALSE(Read().state.has_value());
+  Write(State(1));
+  unknowns_[0].hold = true;
+  EXPECT_THROW(Read(), renderer::IoError);  // other unknowns
+  unknowns_[0].hold = false;
+  start_.meshes[0].mesh.positions[3].x += 1e-9;
+  EXPECT_THROW(Read(), renderer::IoError);  // another start
+  fs::remove(PathOf("000001"));
+  fs::create_directories(folder_ / "state_000002");
+  std::ofstream(folder_ / "state_000002" / "state.json") << "{\"version\": 1}";
+  try {
+    Read();
+    FAIL() << "not refused";
+  } catch (const renderer::IoError& error) {
+    EXPECT_NE(std::string(error.what()).find("earlier version"), std::string::npos);
   }
 }
 
 TEST_F(CheckpointTest, SaysWhereItCannotWrite) {
   std::ofstream(folder_) << "a file where the folder should be";
-  EXPECT_THROW(optim::WriteCheckpoint(folder_, State(1)), renderer::IoError);
+  EXPECT_THROW(Write(State(1)), renderer::IoError);
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ TEST_F(FitTest, ContinuesToTheSameBitsFromEveryRound) {
     EXPECT_EQ(stopped.rounds, round);
     RecordingObserver second;
     controls.cancel = nullptr;
-    controls.resume = optim::ReadNewestCheckpoint(folder);
+    controls.resume = optim::ReadNewestCheckpoint(folder, {start_, spec_.unknowns}).state;
     ASSERT_TRUE(controls.resume.has_value());
     const renderer::ThreadLimit limit(1 + round % 2);
     const FitResult resumed = optim::RunFit(start_, observations_, spec_, second, controls);
@@ -128,7 +128,7 @@ TEST_F(FitTest, ResumingAFinishedFitReturnsItsScene) {
   FitControls controls;
   controls.checkpoint_folder = folder_;
   const FitResult done = optim::RunFit(start_, observations_, spec_, observer, controls);
-  controls.resume = optim::ReadNewestCheckpoint(folder_);
+  controls.resume = optim::ReadNewestCheckpoint(folder_, {start_, spec_.unknowns}).state;
   const FitResult again = optim::RunFit(start_, observations_, spec_, observer, controls);
   EXPECT_EQ(again.rounds, 6);
   EXPECT_EQ(Bits(again.scene), Bits(done.scene));
@@ -139,9 +139,61 @@ TEST_F(FitTest, RefusesACheckpointOfAnotherExperiment) {
   FitControls controls;
   controls.checkpoint_folder = folder_;
   optim::RunFit(start_, observations_, spec_, observer, controls);
-  controls.resume = optim::ReadNewestCheckpoint(folder_);
+  controls.resume = optim::ReadNewestCheckpoint(folder_, {start_, spec_.unknowns}).state;
   spec_.seed = 12;
   EXPECT_THROW(optim::RunFit(start_, observations_, spec_, observer, controls), renderer::IoError);
+}
+
+TEST_F(FitTest, RefusesStatesThatNoFitCanHaveWritten) {
+  RecordingObserver observer;
+  FitControls controls;
+  controls.checkpoint_folder = folder_;
+  optim::RunFit(start_, observations_, spec_, observer, controls);
+  const optim::FitState finished =
+      optim::ReadNewestCheckpoint(folder_, {start_, spec_.unknowns}).state.value();
+  const auto refuses = [&](const auto& change) {
+    controls.resume = finished;
+    change(*controls.resume);
+    EXPECT_THROW(optim::RunFit(start_, observations_, spec_, observer, controls),
+                 renderer::IoError);
+  };
+  refuses([](optim::FitState& state) { state.stage = -1; });
+  refuses([](optim::FitState& state) { state.stage = 3; });
+  refuses([](optim::FitState& state) { state.round = -1; });
+  refuses([](optim::FitState& state) { state.costs.push_back(1.0); });
+  refuses([](optim::FitState& state) { state.damping = std::nan(""); });
+}
+
+TEST_F(FitTest, ContinuesWithAMeshOfAnotherConnectivity) {
+  // What a stage that remeshes between rounds will leave: the scene's ball is finer than the
+  // start's, with all else as it was.
+  RecordingObserver first;
+  first.cancel_after = 4;
+  FitControls controls;
+  controls.cancel = &first.cancel;
+  controls.checkpoint_folder = folder_;
+  optim::RunFit(start_, observations_, spec_, first, controls);
+  const optim::FitOrigin origin{start_, spec_.unknowns};
+  optim::FitState state = optim::ReadNewestCheckpoint(folder_, origin).state.value();
+  renderer::Mesh finer = renderer::MakeIcosphere(2, 1.01);
+  renderer::SetUniformVertexColors({0.5, 0.4, 0.3}, finer);
+  state.scene.meshes[0].mesh = finer;
+  ++state.sequence;
+  optim::WriteCheckpoint(folder_, origin, state);
+  controls.cancel = nullptr;
+  controls.resume = optim::ReadNewestCheckpoint(folder_, origin).state;
+  EXPECT_EQ(controls.resume->scene.meshes[0].mesh.triangles, finer.triangles);
+  EXPECT_EQ(Bits(controls.resume->scene), Bits(state.scene));
+  EXPECT_EQ(Bits(controls.resume->stage_start), Bits(state.stage_start));
+  RecordingObserver second;
+  const FitResult result = optim::RunFit(start_, observations_, spec_, second, controls);
+  EXPECT_EQ(result.status, FitStatus::kFinished);
+  EXPECT_EQ(result.rounds, 6);
+  EXPECT_LE(second.stages.back().cost_after, second.stages.back().cost_before);
+  if (second.stages.back().kept == "averaged" || second.stages.back().kept == "last") {
+    EXPECT_EQ(result.scene.meshes[0].mesh.triangles, finer.triangles);
+    EXPECT_NE(result.scene.meshes[0].mesh.positions, finer.positions);
+  }
 }
 
 TEST_F(FitTest, NeverEndsWorseThanItStarted) {

@@ -94,10 +94,11 @@ class RecordingObserver : public optim::FitObserver {
     num_photos = photos.size();
   }
   void OnMessage(const std::string& text) override { messages.push_back(text); }
+  void OnWarning(const std::string& text) override { warnings.push_back(text); }
 
   std::vector<optim::RoundReport> rounds;
   std::vector<optim::StageReport> stages;
-  std::vector<std::string> messages;
+  std::vector<std::string> messages, warnings;
   std::size_t num_images = 0, num_photos = 0;
   int cancel_after = 0;  ///< raise `cancel` after so many rounds; 0 = never
   renderer::CancelFlag cancel{false};

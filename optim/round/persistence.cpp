@@ -1,0 +1,65 @@
+#include "optim/round/persistence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "renderer/core/error.h"
+
+namespace pathfit::optim {
+
+std::string FitFingerprint(const FitSpec& spec,
+                           const ParameterSet& all_unknowns,
+                           const ObservationSet& observations) {
+  std::ostringstream text;
+  text << "seed " << spec.seed << "; views " << observations.views.size() << " (held out:";
+  for (std::size_t i = 0; i < observations.views.size(); ++i) {
+    if (observations.views[i].validation) {
+      text << ' ' << i;
+    }
+  }
+  text << "); stages";
+  for (const StageSpec& stage : spec.stages) {
+    text << " '" << stage.name << "' at " << stage.image_scale << " free";
+    for (const int index : stage.free) {
+      text << ' ' << index;
+    }
+    text << ',';
+  }
+  text << " unknowns";
+  for (const renderer::ParameterGroup& group : all_unknowns.layout().groups()) {
+    text << ' ' << group.name << '[' << group.num_blocks << ']';
+  }
+  return text.str();
+}
+
+void ValidateState(const FitState& state, const FitSpec& spec, const std::string& fingerprint) {
+  if (state.fingerprint != fingerprint) {
+    throw renderer::IoError(
+        "the checkpoint belongs to another experiment: views, unknowns, stages or seed differ "
+        "(checkpoint: " +
+        state.fingerprint + "; now: " + fingerprint + ")");
+  }
+  const auto require = [](bool holds, const std::string& what) {
+    if (!holds) {
+      throw renderer::IoError("the checkpoint is not one of this program: " + what);
+    }
+  };
+  const auto num_stages = static_cast<int>(spec.stages.size());
+  require(state.stage >= 0 && state.stage <= num_stages,
+          "stage " + std::to_string(state.stage) + "; allowed: 0 to " + std::to_string(num_stages));
+  require(state.round >= 0 && state.step >= state.round && state.sequence >= 0 &&
+              state.rejected_in_row >= 0 && state.average.newer_start >= 1,
+          "a negative count of rounds");
+  require(state.wall_s >= 0.0 && std::isfinite(state.wall_s) && state.radius_factor > 0.0 &&
+              std::isfinite(state.radius_factor) && state.damping > 0.0 &&
+              std::isfinite(state.damping),
+          "step control or time out of range");
+  require(state.costs.size() == static_cast<std::size_t>(state.round) &&
+              std::all_of(state.costs.begin(),
+                          state.costs.end(),
+                          [](double cost) { return std::isfinite(cost); }),
+          "costs that are not one finite number per round");
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,141 @@
+#include "optim/round/round_policy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "renderer/sampler/counter_rng.h"
+
+namespace pathfit::optim {
+namespace {
+
+std::uint64_t MakeSeed(
+    std::uint64_t seed, int stage, int round, SampleUse use, std::uint64_t half) {
+  renderer::CounterRng rng(
+      seed,
+      renderer::RandomDomain{static_cast<std::uint64_t>(renderer::RandomDomain::kSeedOfRender) +
+                             static_cast<std::uint64_t>(use)},
+      static_cast<std::uint64_t>(stage),
+      static_cast<std::uint64_t>(round),
+      half);
+  return static_cast<std::uint64_t>(rng.Next() * 0x1.0p53);
+}
+
+constexpr double kMinRadius = 1e-4;
+constexpr double kMaxRadius = 1e4;
+constexpr double kMinDamping = 1e-6;
+constexpr double kMaxDamping = 1e2;
+constexpr double kGoodStep = 0.75;  // actual over predicted decrease
+constexpr double kPoorStep = 0.25;
+
+double MeanOf(const std::vector<double>& costs, std::size_t end) {
+  double sum = 0.0;
+  for (std::size_t i = end - kStopWindow; i < end; ++i) {
+    sum += costs[i] / kStopWindow;
+  }
+  return sum;
+}
+
+/// Theta of the mean of two scenes of the same shapes; the rest of `b`.
+WeightedScene Mean(const WeightedScene& a, const WeightedScene& b, const ParameterSet& set) {
+  const renderer::ParameterLayout& layout = set.layout();
+  std::vector<double> theta = set.ThetaFromValues(layout.Gather(a.scene));
+  const std::vector<double> other = set.ThetaFromValues(layout.Gather(b.scene));
+  const double weight = a.weight + b.weight;
+  for (std::size_t i = 0; i < theta.size(); ++i) {
+    theta[i] += b.weight / weight * (other[i] - theta[i]);
+  }
+  WeightedScene mean{weight, b.scene};
+  layout.Scatter(set.ValuesFromTheta(theta), mean.scene);
+  return mean;
+}
+
+}  // namespace
+
+int SamplesOfRound(const StageSpec& stage, int round) {
+  const double grown = stage.samples.spp * std::pow(std::max(1.0, stage.spp_growth), round - 1);
+  const double limited =
+      std::min(grown, static_cast<double>(std::max(stage.samples.spp, stage.max_spp)));
+  return std::max(2, 2 * static_cast<int>(std::lround(0.5 * limited)));
+}
+
+SampleHalves MakeHalves(
+    std::uint64_t seed, int stage, int round, SampleUse use, const renderer::SampleBudget& both) {
+  const renderer::SampleBudget half = both.Scaled(0.5);
+  return {{half, MakeSeed(seed, stage, round, use, 0)},
+          {half, MakeSeed(seed, stage, round, use, 1)}};
+}
+
+double RelativeNoise(const ImageCosts& costs) {
+  return costs.signal_squared > 0.0 ? std::sqrt(costs.noise_squared / costs.signal_squared) : 0.0;
+}
+
+double TrustRadius(double relative_noise, double radius_factor) {
+  const double variance = std::max(relative_noise * relative_noise, 1e-12);
+  return std::clamp(std::min(kMaxRadius, 1.0 / variance) * radius_factor, kMinRadius, kMaxRadius);
+}
+
+double ProximalWeight(double kappa, double mean_diagonal, double relative_noise) {
+  return kappa * mean_diagonal * (1.0 + 16.0 * relative_noise * relative_noise);
+}
+
+void AdaptStepControl(const SolveOutcome& outcome, FitState& state) {
+  double damping_change = 1.0;
+  double radius_change = 1.0;
+  if (!outcome.accepted) {
+    damping_change = 2.0;
+    radius_change = 0.5;
+    ++state.rejected_in_row;
+  } else {
+    state.rejected_in_row = 0;
+    if (outcome.trials > 1 || outcome.relative_decrease < kPoorStep) {
+      damping_change = 2.0;
+      radius_change = 0.5;
+    } else if (outcome.relative_decrease > kGoodStep) {
+      damping_change = 0.25;
+      radius_change = 2.0;
+    }
+  }
+  state.damping = std::clamp(state.damping * damping_change, kMinDamping, kMaxDamping);
+  state.radius_factor = std::clamp(state.radius_factor * radius_change, 1e-4, 1.0);
+}
+
+std::string StopReason(const StageSpec& stage, const FitState& state) {
+  if (state.round >= stage.max_rounds) {
+    return "max_rounds";
+  }
+  if (state.rejected_in_row >= kMaxRejectedRounds) {
+    return "no step accepted in " + std::to_string(kMaxRejectedRounds) + " rounds";
+  }
+  const std::size_t count = state.costs.size();
+  if (stage.stop_relative_cost > 0.0 && count >= 2 * kStopWindow) {
+    const double before = MeanOf(state.costs, count - kStopWindow);
+    const double now = MeanOf(state.costs, count);
+    if (now > (1.0 - stage.stop_relative_cost) * before) {
+      return "cost no longer falls";
+    }
+  }
+  return "";
+}
+
+void AddIterate(AverageState& average,
+                int round,
+                double weight,
+                const ParameterSet& set,
+                const renderer::Scene& scene) {
+  if (average.newer.weight > 0.0 && !SameShapes(average.newer.scene, scene)) {
+    average = {{}, {}, round};
+  } else if (round >= 2 * average.newer_start) {
+    average.older = std::exchange(average.newer, {});
+    average.newer_start = round;
+  }
+  const WeightedScene one{weight, scene};
+  average.newer = average.newer.weight > 0.0 ? Mean(average.newer, one, set) : one;
+}
+
+WeightedScene AverageIterate(const AverageState& average, const ParameterSet& set) {
+  return average.older.weight > 0.0 ? Mean(average.older, average.newer, set) : average.newer;
+}
+
+}  // namespace pathfit::optim

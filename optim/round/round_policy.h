@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "optim/checkpoint/fit_state.h"
+#include "optim/parameter/parameter_set.h"
+#include "optim/problem/image_source.h"
+#include "optim/problem/split_half_cost.h"
+#include "optim/round/fit_spec.h"
+#include "optim/solver/trust_region_solver.h"
+
+namespace pathfit::optim {
+
+/// Why samples are drawn; each use of a round has its own stream.
+enum class SampleUse : std::uint64_t { kFit = 0, kValidation = 1, kEvaluation = 2 };
+
+/// Samples per pixel of both halves together in a round (from 1): spp * growth^(round - 1), even,
+/// at most max_spp.
+int SamplesOfRound(const StageSpec& stage, int round);
+
+/// Two halves with seeds of (seed, stage, round, use, half); the budgets of `both` are of both
+/// together, at least 1 interior sample each.
+SampleHalves MakeHalves(
+    std::uint64_t seed, int stage, int round, SampleUse use, const renderer::SampleBudget& both);
+
+/// Relative noise of the residual: rms of the half difference over rms of the mean, 0..1 or so.
+double RelativeNoise(const ImageCosts& costs);
+
+/// Trust radius of a round: 1 / noise^2, times the factor that rejections leave behind. The noise
+/// is that of the mean of both halves. Measured on synthetic fits of shape, colours and light: 1 /
+/// (16 noise^2) leaves 4 to 6 times the shape error after the same rounds, 6 / noise^2 spoils badly
+/// determined texels.
+double TrustRadius(double relative_noise, double radius_factor);
+
+/// Weight mu of the proximal metric: kappa times the mean diagonal of J^T J over the moving
+/// coordinates, raised with the noise like the solver's own damping.
+double ProximalWeight(double kappa, double mean_diagonal, double relative_noise);
+
+inline constexpr double kStartDamping = 1e-3;  ///< kappa in a stage's first round
+
+/// Adapts radius_factor, kappa and the count of rejections to how the round went: a step that did
+/// what the model said loosens both, a poor one or a rejection tightens them.
+void AdaptStepControl(const SolveOutcome& outcome, FitState& state);
+
+/// Why a stage ends after the rounds in `state`; empty = it goes on. Depends on the state only, so
+/// a resumed fit decides alike. Costs are compared as means of kStopWindow rounds, since each has
+/// noise of its own.
+std::string StopReason(const StageSpec& stage, const FitState& state);
+
+inline constexpr int kStopWindow = 3;
+inline constexpr int kMaxRejectedRounds = 4;
+
+/// Adds the scene after round `round` (from 1) with the round's samples as weight, as a mean of the
+/// unknowns of `set`; all else is that of `scene`. A scene of other shapes (SameShapes) begins a
+/// new mean.
+void AddIterate(AverageState& average,
+                int round,
+                double weight,
+                const ParameterSet& set,
+                const renderer::Scene& scene);
+
+/// The mean over the last half to three quarters of the rounds; weight 0 before the first.
+WeightedScene AverageIterate(const AverageState& average, const ParameterSet& set);
+
+}  // namespace pathfit::optim

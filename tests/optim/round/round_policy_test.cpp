@@ -1,0 +1,120 @@
+#include "optim/round/round_policy.h"
+
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_scenes.h"
+
+namespace pathfit {
+namespace {
+
+using optim::MakeHalves;
+using optim::SampleUse;
+
+TEST(SeedPolicy, GivesEveryHalfOfEveryUseItsOwnSeed) {
+  std::set<std::uint64_t> seeds;
+  int count = 0;
+  for (const std::uint64_t seed : {0U, 1U}) {
+    for (int stage = 0; stage < 3; ++stage) {
+      for (int round = 0; round < 20; ++round) {
+        for (const auto use : {SampleUse::kFit, SampleUse::kValidation, SampleUse::kEvaluation}) {
+          const optim::SampleHalves halves = MakeHalves(seed, stage, round, use, {8, 4.0});
+          seeds.insert(halves.a.seed);
+          seeds.insert(halves.b.seed);
+          count += 2;
+          EXPECT_EQ(halves.a.spp + halves.b.spp, 8);
+          EXPECT_EQ(halves.a.sppe + halves.b.sppe, 4.0);
+        }
+      }
+    }
+  }
+  EXPECT_EQ(seeds.size(), static_cast<std::size_t>(count));
+}
+
+TEST(SeedPolicy, GrowsSamplesToTheMaximum) {
+  optim::StageSpec stage;
+  stage.samples.spp = 4;
+  stage.max_spp = 16;
+  stage.spp_growth = 1.5;
+  EXPECT_EQ(optim::SamplesOfRound(stage, 1), 4);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 2), 6);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 100), 16);
+  stage.samples.spp = 1;
+  EXPECT_EQ(optim::SamplesOfRound(stage, 1), 2);
+}
+
+class IterateAverageTest : public testing::Test {
+ protected:
+  static optim::UnknownSpec Roughness() {
+    optim::UnknownSpec unknown;
+    unknown.kind = renderer::ParameterKind::kRoughness;
+    unknown.object = 1;
+    return unknown;
+  }
+  renderer::Scene SceneOf(double roughness) {
+    renderer::Scene scene = scene_;
+    set_.layout().Scatter({roughness}, scene);
+    return scene;
+  }
+  double MeanOf(const optim::AverageState& average) {
+    return set_.layout().Gather(optim::AverageIterate(average, set_).scene)[0];
+  }
+
+  renderer::Scene scene_ = tests::BallAndWall();
+  optim::ParameterSet set_{scene_, {Roughness()}, {0}, {}, {}};
+};
+
+TEST_F(IterateAverageTest, WeighsTheLaterRoundsBySamples) {
+  optim::AverageState average;
+  // Rounds 1..8: windows start at 4 and 8 in the end.
+  for (int round = 1; round <= 8; ++round) {
+    optim::AddIterate(average, round, round, set_, SceneOf(0.1 * round));
+  }
+  const double expected = 0.1 * (4.0 * 4 + 5 * 5 + 6 * 6 + 7 * 7 + 8 * 8) / (4.0 + 5 + 6 + 7 + 8);
+  EXPECT_NEAR(MeanOf(average), expected, 1e-15);
+  EXPECT_EQ(optim::AverageIterate({}, set_).weight, 0.0);
+}
+
+TEST_F(IterateAverageTest, BeginsAnewWhenAMeshChangesItsConnectivity) {
+  optim::AverageState average;
+  for (int round = 1; round <= 5; ++round) {
+    optim::AddIterate(average, round, 1.0, set_, SceneOf(0.1));
+  }
+  scene_.meshes[0].mesh = renderer::MakeIcosphere(3, 1.0);
+  optim::AddIterate(average, 6, 1.0, set_, SceneOf(0.4));
+  EXPECT_EQ(MeanOf(average), 0.4);
+  optim::AddIterate(average, 7, 1.0, set_, SceneOf(0.6));
+  EXPECT_NEAR(MeanOf(average), 0.5, 1e-15);
+  EXPECT_EQ(average.newer.scene.meshes[0].mesh.triangles, scene_.meshes[0].mesh.triangles);
+}
+
+TEST(StoppingRule, EndsAtTheLimitOrWhenNothingIsAccepted) {
+  optim::StageSpec stage;
+  stage.max_rounds = 10;
+  optim::FitState state;
+  state.round = 9;
+  EXPECT_EQ(optim::StopReason(stage, state), "");
+  state.round = 10;
+  EXPECT_EQ(optim::StopReason(stage, state), "max_rounds");
+  state.round = 5;
+  state.rejected_in_row = optim::kMaxRejectedRounds;
+  EXPECT_NE(optim::StopReason(stage, state), "");
+}
+
+TEST(StoppingRule, ComparesMeansOfRounds) {
+  optim::StageSpec stage;
+  stage.max_rounds = 100;
+  stage.stop_relative_cost = 0.01;
+  optim::FitState state;
+  state.round = 6;
+  state.costs = {1.2, 0.8, 1.0, 0.9, 0.7, 0.8};
+  EXPECT_EQ(optim::StopReason(stage, state), "");
+  state.costs = {1.2, 0.8, 1.0, 0.8, 1.2, 0.995};
+  EXPECT_NE(optim::StopReason(stage, state), "");
+  stage.stop_relative_cost = 0.0;
+  EXPECT_EQ(optim::StopReason(stage, state), "");
+}
+
+}  // namespace
+}  // namespace pathfit
