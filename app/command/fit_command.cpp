@@ -120,7 +120,16 @@ ExitStatus RunInDirectory(CommandContext& context,
   const StopSignals signals;
   const int resume_step = resume ? resume->step : 0;
   Progress progress(context.terminal);
-  FitRecorder recorder(run, experiment.observations, record, context.log, progress, resume_step);
+  const std::string last_stage =
+      context.line.stop_after.empty() ? config.stages.back().name : context.line.stop_after;
+  FitRecorder recorder(run,
+                       experiment.observations,
+                       record,
+                       context.log,
+                       progress,
+                       {.report = config.output.report,
+                        .only_pictures_of = config.output.images_every_stage ? "" : last_stage},
+                       resume_step);
   StopAfterStage observer(recorder, context.line.stop_after, signals.flag());
   experiment.fit.time_limit_s = context.line.time_limit_s;
   optim::FitControls controls;

@@ -131,7 +131,10 @@ SchemaNode OutputSchema() {
                    "file, like all paths.")
                   .Default("runs/{name}/{timestamp}"),
               Map("images",
-                  {Bool("every_stage", "Pictures of all views after every stage.").Default("true")},
+                  {Bool("every_stage",
+                        "Large pictures of held-out views after every stage, not only after the "
+                        "last one.")
+                       .Default("true")},
                   "Pictures of the run.")
                   .Always()
                   .Refuse({{"every", "; write every_stage"}, {"views", ""}, {"kinds", ""}}),

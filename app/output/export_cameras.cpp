@@ -5,15 +5,14 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "app/output/fields.h"
 #include "renderer/core/check.h"
 #include "renderer/io/atomic_file.h"
 
 namespace pathfit::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using renderer::Camera;
 using renderer::Mat3;
 using renderer::Transform;
@@ -103,7 +102,7 @@ std::string TransformsJson(const std::vector<Camera>& cameras,
     frames.push_back(std::move(frame));
   }
   const Json file = {{"frames", std::move(frames)}};
-  return file.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(file, 1) + "\n";
 }
 
 ColmapText ColmapModel(const std::vector<Camera>& cameras,

@@ -5,17 +5,16 @@
 #include <variant>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "app/output/export_cameras.h"
-#include "app/output/metrics_csv.h"
-#include "app/output/parameter_table.h"
+#include "app/output/report_images.h"
 #include "app/output/run_directory.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/gltf_writer.h"
+#include "renderer/io/image_file.h"
 #include "renderer/io/ply_writer.h"
 #include "renderer/io/radiance_file.h"
 
@@ -23,7 +22,6 @@ namespace pathfit::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 using renderer::DirectionalEmitter;
 using renderer::EnvironmentEmitter;
 using renderer::Mat3;
@@ -32,11 +30,11 @@ using renderer::Rgb;
 using renderer::Scene;
 using renderer::Vec3;
 
-Json ToJson(const Rgb& c) { return Json::array({c.r, c.g, c.b}); }
-Json ToJson(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+Json Components(const Rgb& c) { return Json::array({c.r, c.g, c.b}); }
+Json Components(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
 Json RowsJson(const Mat3& m) {
   const Mat3 rows = renderer::Transposed(m);
-  return Json::array({ToJson(rows.x), ToJson(rows.y), ToJson(rows.z)});
+  return Json::array({Components(rows.x), Components(rows.y), Components(rows.z)});
 }
 
 Json EnvironmentJson(const EnvironmentEmitter& environment, const Mat3& turn) {
@@ -44,7 +42,7 @@ Json EnvironmentJson(const EnvironmentEmitter& environment, const Mat3& turn) {
           {"size_px", Json::array({environment.width, environment.height})},
           {"files", Json::array({"environment.exr", "environment.hdr"})},
           {"file_values", "radiance: intensity times texels, linear Rec.709"},
-          {"intensity", ToJson(environment.intensity)},
+          {"intensity", Components(environment.intensity)},
           {"frame_from_light", RowsJson(turn * environment.frame_from_light)},
           {"mapping",
            "a direction d in the light's own frame is at u = atan2(d.x, -d.z) / (2 pi) mod 1 from "
@@ -65,80 +63,93 @@ Json LightJson(const renderer::Emitter& emitter, const Scene& scene) {
   }
   if (const auto* point = std::get_if<PointEmitter>(&emitter.light)) {
     return {{"type", "point"},
-            {"position_m", ToJson(point->position)},
-            {"intensity_w_per_sr", ToJson(point->intensity)}};
+            {"position_m", Components(point->position)},
+            {"intensity_w_per_sr", Components(point->intensity)}};
   }
   if (const auto* directional = std::get_if<DirectionalEmitter>(&emitter.light)) {
     return {{"type", "directional"},
-            {"direction", ToJson(turn * directional->direction)},
-            {"irradiance_w_per_m2", ToJson(directional->irradiance)}};
+            {"direction", Components(turn * directional->direction)},
+            {"irradiance_w_per_m2", Components(directional->irradiance)}};
   }
   if (const auto* spot = std::get_if<renderer::SpotEmitter>(&emitter.light)) {
     return {{"type", "spot"},
-            {"position_m", ToJson(spot->position)},
-            {"direction", ToJson(turn * -spot->frame_from_light.z)},
+            {"position_m", Components(spot->position)},
+            {"direction", Components(turn * -spot->frame_from_light.z)},
             {"inner_angle_rad", spot->inner_angle},
             {"outer_angle_rad", spot->outer_angle},
-            {"intensity_w_per_sr", ToJson(spot->intensity)}};
+            {"intensity_w_per_sr", Components(spot->intensity)}};
   }
   if (const auto* projector = std::get_if<renderer::ProjectorEmitter>(&emitter.light)) {
     return {{"type", "projector"},
-            {"position_m", ToJson(projector->position)},
+            {"position_m", Components(projector->position)},
             {"frame_from_light", RowsJson(turn * projector->frame_from_light)},
             {"tan_half_size", Json::array({projector->tan_half_width, projector->tan_half_height})},
-            {"intensity", ToJson(projector->intensity)},
+            {"intensity", Components(projector->intensity)},
             {"texture", NameIn(scene.textures, projector->texture)}};
   }
   const auto& area = std::get<renderer::AreaEmitter>(emitter.light);
   return {{"type", "area"},
           {"mesh", NameIn(scene.meshes, area.mesh)},
-          {"radiance", ToJson(area.intensity)},
+          {"radiance", Components(area.intensity)},
           {"texture", NameIn(scene.textures, area.texture)},
           {"two_sided", area.two_sided}};
 }
 
-void WriteTexture(const fs::path& path, const renderer::Texture& texture) {
-  renderer::Image image(texture.width, texture.height, 3);
-  PATHFIT_CHECK(image.data.size() == 3 * texture.texels.size());
-  for (std::size_t i = 0; i < texture.texels.size(); ++i) {
+renderer::Image TexelImage(int width,
+                           int height,
+                           const std::vector<Rgb>& texels,
+                           const Rgb& scale) {
+  renderer::Image image(width, height, 3);
+  PATHFIT_CHECK(image.data.size() == 3 * texels.size());
+  for (std::size_t i = 0; i < texels.size(); ++i) {
+    const Rgb value = scale * texels[i];
     for (int c = 0; c < 3; ++c) {
-      image.data[3 * i + static_cast<std::size_t>(c)] = static_cast<float>(texture.texels[i][c]);
+      image.data[3 * i + static_cast<std::size_t>(c)] = static_cast<float>(value[c]);
     }
   }
-  renderer::WriteExr(path, image);
+  return image;
+}
+
+renderer::Image TextureImage(const renderer::Texture& texture) {
+  return TexelImage(texture.width, texture.height, texture.texels, {1.0, 1.0, 1.0});
 }
 
 void WriteEnvironment(const fs::path& folder, const EnvironmentEmitter& environment) {
-  renderer::Image image(environment.width, environment.height, 3);
-  PATHFIT_CHECK(image.data.size() == 3 * environment.texels.size());
-  for (std::size_t i = 0; i < environment.texels.size(); ++i) {
-    const Rgb radiance = environment.intensity * environment.texels[i];
-    for (int c = 0; c < 3; ++c) {
-      image.data[3 * i + static_cast<std::size_t>(c)] = static_cast<float>(radiance[c]);
-    }
-  }
+  const renderer::Image image =
+      TexelImage(environment.width, environment.height, environment.texels, environment.intensity);
   renderer::WriteExr(folder / "environment.exr", image);
   renderer::WriteHdr(folder / "environment.hdr", image);
 }
 
-void WriteMesh(const fs::path& stem,
-               const renderer::SceneMesh& scene_mesh,
-               const renderer::Material& material) {
+void WriteMesh(const fs::path& stem, const renderer::SceneMesh& scene_mesh, const Scene& scene) {
+  const renderer::Material& material =
+      scene.materials.at(static_cast<std::size_t>(scene_mesh.material));
   renderer::Mesh mesh = renderer::WorldMesh(scene_mesh);
   renderer::GlbMaterial glb{.name = material.name, .double_sided = material.two_sided};
   if (const auto* metal = std::get_if<renderer::MetallicRoughnessBsdf>(&material.bsdf)) {
     glb.roughness = metal->roughness;
     glb.metallic = metal->metallic;
   }
+  std::string texture_file;
   if (!material.vertex_colors) {
     // Colours that the material does not use would be multiplied in by viewers.
     mesh.colors.clear();
     mesh.color_triangles.clear();
+  }
+  if (!material.vertex_colors && material.base_color_texture >= 0) {
+    glb.base_color_texture =
+        scene.textures.at(static_cast<std::size_t>(material.base_color_texture));
+    texture_file = stem.filename().string() + ".png";
+    renderer::WritePng8(stem.parent_path() / texture_file,
+                        EncodedImage(TextureImage(*glb.base_color_texture)));
+  } else if (!material.vertex_colors) {
     glb.base_color = material.base_color;
   }
   renderer::WriteGlb(fs::path(stem) += ".glb", mesh, glb);
-  if (!material.vertex_colors) renderer::SetUniformVertexColors(material.base_color, mesh);
-  renderer::WritePly(fs::path(stem) += ".ply", mesh);
+  if (!material.vertex_colors && texture_file.empty()) {
+    renderer::SetUniformVertexColors(material.base_color, mesh);
+  }
+  renderer::WritePly(fs::path(stem) += ".ply", mesh, texture_file);
 }
 
 void CreateFolder(const fs::path& folder) {
@@ -160,7 +171,7 @@ std::string LightsJson(const Scene& scene) {
   const Json file = {
       {"axes", "right-handed, metres; camera frame: x right, y up, looking along -z"},
       {"lights", std::move(lights)}};
-  return file.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(file) + "\n";
 }
 
 std::string ExposureCsv(const Scene& scene, const std::vector<ExportedView>& views) {
@@ -171,8 +182,8 @@ std::string ExposureCsv(const Scene& scene, const std::vector<ExportedView>& vie
     csv += fmt::format("{},{},{},{}\n",
                        CsvCell(views[i].name),
                        views[i].validation ? 1 : 0,
-                       CsvNumber(gain),
-                       CsvNumber(std::log2(gain)));
+                       CsvCell(gain),
+                       CsvCell(std::log2(gain)));
   }
   return csv;
 }
@@ -187,15 +198,15 @@ void ExportResult(const fs::path& folder,
   for (const renderer::SceneMesh& mesh : scene.meshes) mesh_names.push_back(mesh.name);
   const std::vector<std::string> files = ViewFolderNames(mesh_names);
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const auto material = static_cast<std::size_t>(scene.meshes[i].material);
-    WriteMesh(folder / files[i], scene.meshes[i], scene.materials.at(material));
+    WriteMesh(folder / files[i], scene.meshes[i], scene);
   }
   std::vector<std::string> texture_names;
   for (const renderer::Texture& texture : scene.textures) texture_names.push_back(texture.name);
   const std::vector<std::string> texture_files = ViewFolderNames(texture_names);
   for (std::size_t i = 0; i < texture_files.size(); ++i) {
     CreateFolder(folder / "textures");
-    WriteTexture(folder / "textures" / (texture_files[i] + ".exr"), scene.textures[i]);
+    renderer::WriteExr(folder / "textures" / (texture_files[i] + ".exr"),
+                       TextureImage(scene.textures[i]));
   }
   for (const renderer::Emitter& emitter : scene.emitters) {
     const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light);
@@ -208,7 +219,7 @@ void ExportResult(const fs::path& folder,
   WriteCameras(folder / "cameras", scene.sensors, image_names, image_paths);
   renderer::WriteFileAtomically(folder / "lights.json", LightsJson(scene));
   renderer::WriteFileAtomically(folder / "exposure.csv", ExposureCsv(scene, views));
-  renderer::WriteFileAtomically(folder / "parameters.csv", ParametersCsv(parameters));
+  renderer::WriteFileAtomically(folder / "parameters.csv", CsvTable(parameters));
 }
 
 }  // namespace pathfit::app

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "optim/round/fit_report.h"
+#include "app/output/figures.h"
 
 namespace pathfit::app {
 
@@ -15,20 +15,47 @@ struct ParameterSummary {
   std::string unit;  ///< "m", "1", "ratio" ...
   std::int64_t num_scalars = 1;
   double initial = 0.0;  ///< value, or mean of the group (NaN for positions)
-  double final = 0.0;
+  double value = 0.0;    ///< the same at the end
   double minimum = 0.0;  ///< of the final values
   double maximum = 0.0;
-  double rms_change = 0.0;  ///< root mean square of final - initial
-  double lower = 0.0;       ///< bounds, infinite when there is none
-  double upper = 0.0;
+  double rms_change = 0.0;   ///< root mean square of final - initial
+  double lower_bound = 0.0;  ///< infinite when there is none
+  double upper_bound = 0.0;
   std::int64_t num_at_bound = 0;
-  bool hold = false;
+  bool held = false;
+};
+
+template <>
+struct Fields<ParameterSummary> {
+  static void Visit(auto& p, const auto& visit) {
+    visit("name", p.name);
+    visit("unit", p.unit);
+    visit("num_scalars", p.num_scalars);
+    visit("initial", p.initial);
+    visit("value", p.value);
+    visit("minimum", p.minimum);
+    visit("maximum", p.maximum);
+    visit("rms_change", p.rms_change);
+    visit("lower_bound", p.lower_bound);
+    visit("upper_bound", p.upper_bound);
+    visit("num_at_bound", p.num_at_bound);
+    visit("held", p.held);
+  }
 };
 
 /// A stage's result and the step it came after.
 struct StageEntry {
   int after_step = 0;
   optim::StageReport report;
+};
+
+template <>
+struct Fields<StageEntry> {
+  static void Visit(auto& entry, const auto& visit) {
+    visit("after_step", entry.after_step);
+    Fields<optim::StageReport>::Visit(entry.report, visit);
+    visit("views", entry.report.views);
+  }
 };
 
 /// What a fit has reported so far; kept in history.json so that a report can be made from disk
@@ -40,6 +67,16 @@ struct FitHistory {
   double environment_exposure = 0.0;  ///< factor of the environment pictures, 0 = there are none
 };
 
+template <>
+struct Fields<FitHistory> {
+  static void Visit(auto& history, const auto& visit) {
+    visit("environment_exposure", history.environment_exposure);
+    visit("rounds", history.rounds);
+    visit("stages", history.stages);
+    visit("parameters", history.parameters);
+  }
+};
+
 /// Adds a round; one with the same or a later step that is there already is replaced by it.
 void AddRound(const optim::RoundReport& report, FitHistory& history);
 /// Adds a stage's result after the last round; an entry of the same stage is replaced.
@@ -47,8 +84,10 @@ void AddStage(const optim::StageReport& report, FitHistory& history);
 /// Removes rounds after `step` and stages that ended after it.
 void TruncateHistory(int step, FitHistory& history);
 
+/// Through a temporary file. Throws IoError when not writable.
 void WriteHistory(const std::filesystem::path& path, const FitHistory& history);
-/// Throws IoError naming the file when it is missing or not a history.
+/// Throws IoError naming the file when it is missing or not a history. Figures that an older
+/// version did not write have their default.
 FitHistory ReadHistory(const std::filesystem::path& path);
 
 }  // namespace pathfit::app

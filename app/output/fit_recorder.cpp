@@ -5,8 +5,7 @@
 #include <variant>
 
 #include "app/output/parameter_table.h"
-#include "app/output/report_data.h"
-#include "app/output/report_html.h"
+#include "app/output/report.h"
 #include "app/output/report_images.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
@@ -61,22 +60,29 @@ FitRecorder::FitRecorder(const RunDirectory& run,
                          RunRecordFile& record,
                          Log& log,
                          Progress& progress,
+                         RecorderOptions options,
                          int resume_step)
     : run_(run),
       observations_(observations),
       record_(record),
       log_(log),
       progress_(progress),
+      options_(std::move(options)),
       history_(LoadHistory(run, resume_step)),
-      metrics_(run.Metrics(), resume_step),
       view_folders_(ViewFolderNames(ViewNames(observations))),
-      earlier_warnings_(record.record().warnings) {}
+      earlier_warnings_(record.record().warnings) {
+  WriteRounds();
+}
+
+void FitRecorder::WriteRounds() const {
+  WriteHistory(run_.History(), history_);
+  renderer::WriteFileAtomically(run_.Metrics(), CsvTable(history_.rounds));
+}
 
 void FitRecorder::OnRound(const optim::RoundReport& report) {
   progress_.OnRound(report);
   AddRound(report, history_);
-  metrics_.Append(report);
-  WriteHistory(run_.History(), history_);
+  WriteRounds();
   record_.SetTimes(report.wall_s, report.peak_rss_mb);
 }
 
@@ -107,7 +113,8 @@ void FitRecorder::RecordView(std::size_t view,
   if (!mask.Empty() && observations_.mask_meaning == optim::MaskMeaning::kSilhouette) {
     WriteJpeg(thumbnail("silhouette"), SilhouetteImage(renderer::CoverageImage(film), mask));
   }
-  if (!observed.validation) return;
+  const bool other_stage = !options_.only_pictures_of.empty() && stage != options_.only_pictures_of;
+  if (!observed.validation || other_stage) return;
   const std::string prefix = SafeFileName(stage);
   renderer::WritePng8(folder / (prefix + "_fit.png"), fit_encoded);
   renderer::WritePng8(folder / (prefix + "_difference.png"), difference);
@@ -127,7 +134,7 @@ void FitRecorder::OnStage(const optim::StageReport& report,
   WriteHistory(run_.History(), history_);
   UpdateRecord();
   progress_.OnStage(report);
-  WriteReport(run_);
+  if (options_.report) WriteReport(run_);
 }
 
 void FitRecorder::OnMessage(const std::string& text) { log_.Info(text); }
@@ -150,8 +157,8 @@ void FitRecorder::RecordScenes(const optim::FitSpec& spec,
 }
 
 void FitRecorder::UpdateRecord() {
-  std::vector<StageSummary> stages;
-  for (const StageEntry& entry : history_.stages) stages.push_back(SummarizeStage(entry.report));
+  std::vector<optim::StageReport> stages;
+  for (const StageEntry& entry : history_.stages) stages.push_back(entry.report);
   record_.SetStages(std::move(stages));
   std::vector<std::string> warnings = earlier_warnings_;
   for (const std::string& warning : log_.Warnings()) {
@@ -166,7 +173,7 @@ void FitRecorder::Finish(RunStatus status, const std::string& reason, int exit_c
   progress_.Finish();
   UpdateRecord();
   record_.Finish(status, reason, exit_code);
-  WriteReport(run_);
+  if (options_.report) WriteReport(run_);
 }
 
 }  // namespace pathfit::app

@@ -5,7 +5,6 @@
 
 #include "app/output/fit_history.h"
 #include "app/output/log.h"
-#include "app/output/metrics_csv.h"
 #include "app/output/progress.h"
 #include "app/output/run_directory.h"
 #include "app/output/run_record.h"
@@ -15,6 +14,13 @@
 #include "renderer/scene/scene.h"
 
 namespace pathfit::app {
+
+struct RecorderOptions {
+  bool report = true;  ///< whether report.html is written
+  /// Name of the one stage after which the large pictures of held-out views are written; empty:
+  /// after every stage. The report's small ones always follow the newest stage.
+  std::string only_pictures_of;
+};
 
 /// Writes down what a fit reports: progress, log, metrics.csv, history.json, run.json and images;
 /// report.html after every stage and at the end. Everything a report needs is on disk after each
@@ -28,6 +34,7 @@ class FitRecorder final : public optim::FitObserver {
               RunRecordFile& record,
               Log& log,
               Progress& progress,
+              RecorderOptions options,
               int resume_step);
 
   void OnRound(const optim::RoundReport& report) override;
@@ -53,14 +60,16 @@ class FitRecorder final : public optim::FitObserver {
                   const renderer::Film& film,
                   const renderer::Image& photo);
   void UpdateRecord();
+  /// history.json and metrics.csv
+  void WriteRounds() const;
 
   const RunDirectory& run_;
   const optim::ObservationSet& observations_;
   RunRecordFile& record_;
   Log& log_;
   Progress& progress_;
+  RecorderOptions options_;
   FitHistory history_;
-  MetricsCsv metrics_;
   std::vector<std::string> view_folders_;
   std::vector<std::string> earlier_warnings_;  ///< of the sessions before this one
 };

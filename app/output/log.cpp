@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <mutex>
 
+#include <fmt/chrono.h>
 #include <nlohmann/json.hpp>
 #include <spdlog/logger.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/basic_file_sink.h>
 
-#include "app/output/utc_time.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
@@ -84,6 +84,13 @@ class TerminalSink final : public spdlog::sinks::base_sink<std::mutex> {
 };
 
 }  // namespace
+
+std::string UtcIso(std::chrono::system_clock::time_point time) {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                     fmt::gmtime(std::chrono::system_clock::to_time_t(time)));
+}
+
+std::string UtcIsoNow() { return UtcIso(std::chrono::system_clock::now()); }
 
 class Log::Loggers {
  public:

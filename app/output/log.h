@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -8,6 +9,10 @@
 #include "app/output/terminal.h"
 
 namespace pathfit::app {
+
+/// 2026-11-21T03:47:12Z
+std::string UtcIso(std::chrono::system_clock::time_point time);
+std::string UtcIsoNow();
 
 enum class LogLevel { kTrace, kDebug, kInfo, kWarn, kError, kOff };
 
@@ -25,7 +30,6 @@ class Log {
   void AddFile(const std::filesystem::path& path);
 
   void Write(LogLevel level, const std::string& text);
-  void Debug(const std::string& text) { Write(LogLevel::kDebug, text); }
   void Info(const std::string& text) { Write(LogLevel::kInfo, text); }
   void Warn(const std::string& text) { Write(LogLevel::kWarn, text); }
   void Error(const std::string& text) { Write(LogLevel::kError, text); }

@@ -7,9 +7,6 @@
 #include <span>
 #include <variant>
 
-#include <fmt/format.h>
-
-#include "app/output/metrics_csv.h"
 #include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::app {
@@ -109,9 +106,9 @@ ParameterSummary Summary(std::span<const double> initial,
   ParameterSummary summary;
   summary.num_scalars = static_cast<std::int64_t>(final.size());
   summary.initial = Mean(initial);
-  summary.final = Mean(final);
-  summary.lower = lower;
-  summary.upper = upper;
+  summary.value = Mean(final);
+  summary.lower_bound = lower;
+  summary.upper_bound = upper;
   if (final.empty()) return summary;
   const auto [least, most] = std::minmax_element(final.begin(), final.end());
   summary.minimum = *least;
@@ -159,36 +156,14 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
       summary.name = unknown.name;
       if (!whole) summary.name += ComponentOf(unknown, result, i);
       summary.unit = Unit(unknown, result);
-      summary.hold = unknown.hold;
+      summary.held = unknown.hold;
       if (whole && final.size() > 1 && ArePlaces(unknown.kind)) {
-        summary.initial = summary.final = std::nan("");
+        summary.initial = summary.value = std::nan("");
       }
       summaries.push_back(std::move(summary));
     }
   }
   return summaries;
-}
-
-std::string ParametersCsv(const std::vector<ParameterSummary>& parameters) {
-  std::string csv =
-      "name,unit,num_scalars,initial,value,minimum,maximum,rms_change,lower_bound,upper_bound,"
-      "num_at_bound,held\n";
-  for (const ParameterSummary& p : parameters) {
-    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                       CsvCell(p.name),
-                       CsvCell(p.unit),
-                       p.num_scalars,
-                       CsvNumber(p.initial),
-                       CsvNumber(p.final),
-                       CsvNumber(p.minimum),
-                       CsvNumber(p.maximum),
-                       CsvNumber(p.rms_change),
-                       CsvNumber(p.lower),
-                       CsvNumber(p.upper),
-                       p.num_at_bound,
-                       p.hold ? 1 : 0);
-  }
-  return csv;
 }
 
 }  // namespace pathfit::app

@@ -16,7 +16,4 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
                                                   const renderer::Scene& start,
                                                   const renderer::Scene& result);
 
-/// parameters.csv: header and one row per summary; bounds that are infinite are empty cells.
-std::string ParametersCsv(const std::vector<ParameterSummary>& parameters);
-
 }  // namespace pathfit::app

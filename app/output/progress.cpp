@@ -7,9 +7,9 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "app/output/utc_time.h"
+#include "app/output/figures.h"
+#include "app/output/log.h"
 
 namespace pathfit::app {
 namespace {
@@ -17,6 +17,7 @@ namespace {
 constexpr double kRedrawSeconds = 0.2;
 constexpr double kLineSeconds = 10.0;
 constexpr int kBarCells = 20;
+constexpr double kLongestSeconds = 1e9;
 constexpr double kRoundTimeMemory = 0.7;  ///< weight of the past in the running mean
 
 double SteadySeconds() {
@@ -51,66 +52,76 @@ Part TextPart(std::string text, std::string_view sgr) {
   return {std::move(text), sgr, static_cast<int>(columns)};
 }
 
-nlohmann::ordered_json FiniteOrNull(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+/// Parts of a line for the figures that have such a pattern; numbers that are not finite and empty
+/// texts are left out.
+template <class Report>
+std::vector<std::string> FigureTexts(const Report& report, const char* Figure::*pattern) {
+  std::vector<std::string> texts;
+  Fields<Report>::Visit(report, [&]<class T>(const Figure& figure, const T& value) {
+    const std::string_view text = figure.*pattern;
+    if (text.empty()) return;
+    if constexpr (std::is_same_v<T, std::string>) {
+      if (!value.empty()) texts.push_back(fmt::format(fmt::runtime(text), WithoutControls(value)));
+    } else if constexpr (std::is_same_v<T, double>) {
+      if (std::isfinite(value))
+        texts.push_back(fmt::format(fmt::runtime(text), figure.scale * value));
+    } else {
+      texts.push_back(fmt::format(fmt::runtime(text), value));
+    }
+  });
+  return texts;
 }
 
-std::string Dump(const nlohmann::ordered_json& json) {
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
-std::string StageSentence(const optim::StageReport& report) {
-  std::string text = WithoutControls(report.stage);
-  if (report.rounds > 0) text += fmt::format(": {} rounds", report.rounds);
-  if (std::isfinite(report.psnr_srgb_fit)) {
-    text += fmt::format(", PSNR {:.2f} dB fitted", report.psnr_srgb_fit);
-  }
-  if (std::isfinite(report.psnr_srgb_val)) {
-    text += fmt::format(", {:.2f} dB held out", report.psnr_srgb_val);
-  }
-  if (std::isfinite(report.iou_val)) text += fmt::format(", IoU {:.4f}", report.iou_val);
-  text += fmt::format(", after {}", DurationText(report.wall_s));
-  if (!report.stop_reason.empty()) {
-    text += fmt::format(" ({})", WithoutControls(report.stop_reason));
-  }
-  return text;
-}
-
-std::string StagePlainLine(const optim::StageReport& report, const std::string& time) {
-  std::string line = fmt::format("{} info stage={} end=true rounds={} wall_s={:.1f}",
-                                 time,
-                                 WithoutControls(report.stage),
-                                 report.rounds,
-                                 report.wall_s);
-  if (std::isfinite(report.psnr_srgb_fit)) {
-    line += fmt::format(" fit_psnr_srgb={:.2f}", report.psnr_srgb_fit);
-  }
-  if (std::isfinite(report.psnr_srgb_val)) {
-    line += fmt::format(" val_psnr_srgb={:.2f}", report.psnr_srgb_val);
-  }
-  if (std::isfinite(report.iou_val)) line += fmt::format(" val_iou={:.4f}", report.iou_val);
-  if (!report.kept.empty()) line += fmt::format(" kept={}", report.kept);
-  if (!report.stop_reason.empty()) {
-    line += fmt::format(" reason=\"{}\"", WithoutControls(report.stop_reason));
-  }
+template <class Report>
+std::string FigureText(const Report& report, const char* Figure::*pattern) {
+  std::string line;
+  for (const std::string& text : FigureTexts(report, pattern)) line += text;
   return line;
 }
 
+/// One JSON object with all figures.
+template <class Report>
+Json FigureLine(const Report& report, const std::string& time) {
+  Json line = {{"time", time}, {"level", "info"}};
+  line.update(ToJson(report));
+  return line;
+}
+
+std::string StageSentence(const optim::StageReport& report) {
+  return WithoutControls(report.stage) + FigureText(report, &Figure::status) + ", after " +
+         DurationText(report.wall_s);
+}
+
+std::string StagePlainLine(const optim::StageReport& report, const std::string& time) {
+  return fmt::format("{} info stage={} end=true", time, WithoutControls(report.stage)) +
+         FigureText(report, &Figure::plain);
+}
+
 std::string StageJsonLine(const optim::StageReport& report, const std::string& time) {
-  return Dump({{"time", time},
-               {"level", "info"},
-               {"stage", report.stage},
-               {"end", true},
-               {"rounds", report.rounds},
-               {"wall_s", FiniteOrNull(report.wall_s)},
-               {"fit_psnr_srgb", FiniteOrNull(report.psnr_srgb_fit)},
-               {"val_psnr_srgb", FiniteOrNull(report.psnr_srgb_val)},
-               {"val_iou", FiniteOrNull(report.iou_val)},
-               {"kept", report.kept},
-               {"reason", report.stop_reason}});
+  Json line = FigureLine(report, time);
+  line["end"] = true;
+  return JsonText(line, -1);
 }
 
 }  // namespace
+
+std::string ClockText(double seconds) {
+  if (!std::isfinite(seconds)) return "?";
+  const long total = std::lround(std::clamp(seconds, 0.0, kLongestSeconds));
+  if (total >= 3600) {
+    return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
+  }
+  return fmt::format("{}:{:02}", total / 60, total % 60);
+}
+
+std::string DurationText(double seconds) {
+  if (!std::isfinite(seconds)) return "?";
+  const double s = std::clamp(seconds, 0.0, kLongestSeconds);
+  if (s < 99.95) return fmt::format("{:.1f} s", s);
+  const long total = std::lround(s);
+  if (total < 3600) return fmt::format("{} min {:02} s", total / 60, total % 60);
+  return fmt::format("{} h {:02} min", total / 3600, total / 60 % 60);
+}
 
 std::string StatusLine(const optim::RoundReport& report,
                        double seconds_per_round,
@@ -123,16 +134,10 @@ std::string StatusLine(const optim::RoundReport& report,
           "[{}/{} {}]", report.stage_index + 1, report.num_stages, WithoutControls(report.stage)),
       "1"));
   parts.push_back(TextPart(" " + Bar(report, utf8), "36"));
-  parts.push_back(TextPart(fmt::format(" {}/{}", report.round, report.max_rounds), ""));
-  if (std::isfinite(report.cost_total)) {
-    parts.push_back(TextPart(fmt::format("  cost {:.3e}", report.cost_total), ""));
-  }
-  if (std::isfinite(report.cost_change_rel)) {
-    parts.push_back(TextPart(fmt::format(" ({:+.1f} %)", 100.0 * report.cost_change_rel),
-                             report.accepted ? "32" : "33"));
-  }
-  if (std::isfinite(report.psnr_linear_val)) {
-    parts.push_back(TextPart(fmt::format("  val {:.1f} dB", report.psnr_linear_val), ""));
+  parts.push_back(TextPart(fmt::format(" {}/{}", report.round, report.max_rounds),
+                           report.accepted ? "32" : "33"));
+  for (std::string& text : FigureTexts(report, &Figure::status)) {
+    parts.push_back(TextPart(std::move(text), ""));
   }
   parts.push_back(TextPart(fmt::format("  {:.1f} s/it", seconds_per_round), "2"));
   parts.push_back(TextPart(
@@ -159,38 +164,23 @@ std::string StatusLine(const optim::RoundReport& report,
 std::string PlainLine(const optim::RoundReport& report,
                       double seconds_per_round,
                       const std::string& time) {
-  std::string line = fmt::format("{} info stage={} it={}/{}",
-                                 time,
-                                 WithoutControls(report.stage),
-                                 report.round,
-                                 report.max_rounds);
-  if (std::isfinite(report.cost_total)) line += fmt::format(" cost={:.3e}", report.cost_total);
-  if (std::isfinite(report.cost_change_rel)) {
-    line += fmt::format(" dcost={:+.1f}%", 100.0 * report.cost_change_rel);
-  }
-  if (std::isfinite(report.psnr_linear_val)) {
-    line += fmt::format(" val_psnr={:.1f}", report.psnr_linear_val);
-  }
-  return line + fmt::format(" s_per_it={:.1f} eta_s={:.0f}",
-                            seconds_per_round,
-                            RemainingSeconds(report, seconds_per_round));
+  return fmt::format("{} info stage={} it={}/{}{} s_per_it={:.1f} eta_s={:.0f}",
+                     time,
+                     WithoutControls(report.stage),
+                     report.round,
+                     report.max_rounds,
+                     FigureText(report, &Figure::plain),
+                     seconds_per_round,
+                     RemainingSeconds(report, seconds_per_round));
 }
 
 std::string JsonLine(const optim::RoundReport& report,
                      double seconds_per_round,
                      const std::string& time) {
-  return Dump({{"time", time},
-               {"level", "info"},
-               {"stage", report.stage},
-               {"it", report.round},
-               {"max_it", report.max_rounds},
-               {"step", report.step},
-               {"accepted", report.accepted},
-               {"cost", FiniteOrNull(report.cost_total)},
-               {"dcost_rel", FiniteOrNull(report.cost_change_rel)},
-               {"val_psnr", FiniteOrNull(report.psnr_linear_val)},
-               {"s_per_it", FiniteOrNull(seconds_per_round)},
-               {"eta_s", FiniteOrNull(RemainingSeconds(report, seconds_per_round))}});
+  Json line = FigureLine(report, time);
+  line["s_per_it"] = ToJson(seconds_per_round);
+  line["eta_s"] = ToJson(RemainingSeconds(report, seconds_per_round));
+  return JsonText(line, -1);
 }
 
 Progress::Progress(Terminal& terminal) : Progress(terminal, SteadySeconds) {}

@@ -45,8 +45,14 @@ std::string StatusLine(
 std::string PlainLine(const optim::RoundReport& report,
                       double seconds_per_round,
                       const std::string& time);
+/// One JSON object with every figure of the round, named as in metrics.csv.
 std::string JsonLine(const optim::RoundReport& report,
                      double seconds_per_round,
                      const std::string& time);
+
+/// "3:49" or "1:02:05"; "?" when not finite. Negative durations count as zero.
+std::string ClockText(double seconds);
+/// For people: "12.3 s", "4 min 05 s", "2 h 07 min".
+std::string DurationText(double seconds);
 
 }  // namespace pathfit::app

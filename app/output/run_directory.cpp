@@ -5,9 +5,9 @@
 #include <system_error>
 #include <utility>
 
+#include <fmt/chrono.h>
 #include <unistd.h>
 
-#include "app/output/utc_time.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
@@ -79,7 +79,10 @@ RunDirectory CreateRunDirectory(const fs::path& pattern,
                                 const std::string& name,
                                 std::chrono::system_clock::time_point time) {
   std::string text = Replaced(pattern.string(), "{name}", SafeFileName(name));
-  text = Replaced(std::move(text), "{timestamp}", UtcFolderName(time));
+  text = Replaced(
+      std::move(text),
+      "{timestamp}",
+      fmt::format("{:%Y-%m-%d_%H%M%S}", fmt::gmtime(std::chrono::system_clock::to_time_t(time))));
   fs::path path = fs::path(text).lexically_normal();
   if (path.filename().empty()) path = path.parent_path();
   if (!path.has_parent_path()) path = fs::path(".") / path;

@@ -2,16 +2,22 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "optim/round/fit_report.h"
+#include "app/output/figures.h"
 
 namespace pathfit::app {
 
 enum class RunStatus { kRunning, kFinished, kStopped, kFailed };
+// A name that is not known counts as failed.
+NLOHMANN_JSON_SERIALIZE_ENUM(RunStatus,
+                             {{RunStatus::kFailed, "failed"},
+                              {RunStatus::kRunning, "running"},
+                              {RunStatus::kFinished, "finished"},
+                              {RunStatus::kStopped, "stopped"}})
 
 struct InputFile {
   std::string path;
@@ -29,24 +35,19 @@ struct RunSession {
   std::string outcome;    ///< status name, empty like ended_utc
 };
 
-struct StageSummary {
-  std::string stage;
-  int rounds = 0;
-  double wall_s = 0.0;                              ///< since the run began
-  double psnr_srgb_fit = 0.0, psnr_srgb_val = 0.0;  ///< val: NaN without held-out views
-  double iou_fit = 0.0, iou_val = 0.0;
-  std::string stop_reason;
+struct RunHost {
+  std::string name;
+  std::string cpu;
+  int logical_cpus = 0;
 };
 
 /// Content of run.json.
 struct RunRecord {
   std::string name;
   std::string program_version;
-  std::string build;  ///< compiler and build type
-  std::vector<std::pair<std::string, std::string>> libraries;
-  std::string host;
-  std::string cpu;
-  int logical_cpus = 0;
+  std::string build;                             ///< compiler and build type
+  std::map<std::string, std::string> libraries;  ///< name and version
+  RunHost host;                                  ///< of the last session
   int threads = 0;
   std::uint64_t seed = 0;
   std::string config_path;
@@ -62,10 +63,66 @@ struct RunRecord {
   double wall_s = 0.0;  ///< of all sessions
   double peak_rss_mb = 0.0;
   std::vector<RunSession> sessions;
-  std::vector<StageSummary> stages;
+  std::vector<optim::StageReport> stages;  ///< without their views
 };
 
-std::string StatusName(RunStatus status);
+template <>
+struct Fields<InputFile> {
+  static void Visit(auto& file, const auto& visit) {
+    visit("path", file.path);
+    visit("bytes", file.bytes);
+    visit("sha256", file.sha256);
+  }
+};
+
+template <>
+struct Fields<RunHost> {
+  static void Visit(auto& host, const auto& visit) {
+    visit("name", host.name);
+    visit("cpu", host.cpu);
+    visit("logical_cpus", host.logical_cpus);
+  }
+};
+
+template <>
+struct Fields<RunSession> {
+  static void Visit(auto& session, const auto& visit) {
+    visit("argv", session.argv);
+    visit("pid", session.pid);
+    visit("started_utc", session.started_utc);
+    visit("ended_utc", session.ended_utc);
+    visit("from_step", session.from_step);
+    visit("outcome", session.outcome);
+  }
+};
+
+template <>
+struct Fields<RunRecord> {
+  static void Visit(auto& record, const auto& visit) {
+    visit("name", record.name);
+    visit("status", record.status);
+    visit("reason", record.reason);
+    visit("exit_code", record.exit_code);
+    visit("started_utc", record.started_utc);
+    visit("ended_utc", record.ended_utc);
+    visit("wall_s", record.wall_s);
+    visit("peak_rss_mb", record.peak_rss_mb);
+    visit("program_version", record.program_version);
+    visit("build", record.build);
+    visit("libraries", record.libraries);
+    visit("host", record.host);
+    visit("threads", record.threads);
+    visit("seed", record.seed);
+    visit("config_path", record.config_path);
+    visit("sessions", record.sessions);
+    visit("stages", record.stages);
+    visit("assumptions", record.assumptions);
+    visit("warnings", record.warnings);
+    visit("attributions", record.attributions);
+    visit("inputs", record.inputs);
+  }
+};
+
 /// The record's status name, or "killed" when it says running but its process is gone.
 std::string EffectiveStatus(const RunRecord& record);
 
@@ -73,7 +130,6 @@ std::string EffectiveStatus(const RunRecord& record);
 RunRecord MakeRunRecord(const std::vector<std::string>& argv);
 /// Size and SHA-256 of each file. Throws IoError when one cannot be read.
 std::vector<InputFile> HashInputs(const std::vector<std::filesystem::path>& paths);
-StageSummary SummarizeStage(const optim::StageReport& report);
 
 void WriteRunRecord(const std::filesystem::path& path, const RunRecord& record);
 /// Throws IoError naming the file when it is missing or malformed.
@@ -93,7 +149,7 @@ class RunRecordFile {
   ~RunRecordFile();
 
   [[nodiscard]] const RunRecord& record() const { return record_; }
-  void SetStages(std::vector<StageSummary> stages);
+  void SetStages(std::vector<optim::StageReport> stages);
   void SetWarnings(std::vector<std::string> warnings);
   void SetTimes(double wall_s, double peak_rss_mb);
   void Finish(RunStatus status, const std::string& reason, int exit_code);

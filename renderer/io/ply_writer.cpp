@@ -33,12 +33,15 @@ char EncodedByte(double linear) {
 
 }  // namespace
 
-void WritePly(const std::filesystem::path& path, const Mesh& mesh) {
+void WritePly(const std::filesystem::path& path,
+              const Mesh& mesh,
+              const std::string& texture_file) {
   const SplitMesh split = SplitVertices(mesh, {.normals = true, .uvs = true, .colors = true});
   const bool has_normals = !mesh.normal_triangles.empty();
   const bool has_uvs = !mesh.uv_triangles.empty();
   std::string bytes =
       "ply\nformat binary_little_endian 1.0\ncomment linear colours are sRGB encoded\n";
+  if (!texture_file.empty()) bytes += "comment TextureFile " + texture_file + "\n";
   bytes += "element vertex " + std::to_string(split.vertices.size()) + "\n";
   bytes += "property float x\nproperty float y\nproperty float z\n";
   if (has_normals) bytes += "property float nx\nproperty float ny\nproperty float nz\n";

@@ -2,6 +2,8 @@
 
 Usage: program_test.py PATHFIT SOURCE_DIR. Unittest output; exits 1 if anything fails.
 """
+import base64
+import csv
 import json
 import pathlib
 import random
@@ -75,6 +77,36 @@ class Program(unittest.TestCase):
         for name in left:
             self.assertTrue(left[name] == right[name], f"{name} differs")
 
+    def check_report(self, run_folder):
+        page = (run_folder / "report.html").read_text()
+        self.assertNotRegex(page, r'(src|href)="|url\(|@import|fetch\(|XMLHttp')
+        data = json.loads(re.search(r'<script type="application/json" id="data">([^<]*)</script>', page)[1])
+        rows = list(csv.DictReader((run_folder / "metrics.csv").open()))
+        self.assertEqual([r["step"] for r in data["history"]["rounds"]], [int(row["step"]) for row in rows])
+        for figure in data["figures"]["round"]:
+            self.assertIn(figure["key"], rows[0])
+        self.assertEqual(data["status"], "finished")
+        self.assertEqual(data["history"]["stages"][-1]["stage"], "colours")
+        self.assertTrue(data["history"]["parameters"] and data["config"] and data["resolved_config"])
+        kinds = {"photo", "start", "result", "difference", "silhouette"}
+        self.assertGreater(len(data["views"]), 8)
+        for uri in [uri for view in data["views"] for uri in (view["pictures"][kind] for kind in kinds)]:
+            self.assertEqual(base64.b64decode(uri.removeprefix("data:image/jpeg;base64,"))[:2], b"\xff\xd8")
+        for uri in data["environment"].values():
+            self.assertEqual(base64.b64decode(uri.removeprefix("data:image/png;base64,"))[:4], b"\x89PNG")
+        if shutil.which("node"):
+            script = SOURCE / "app" / "output" / "report" / "report.js"
+            drawn = subprocess.run(["node", SOURCE / "tests" / "app" / "output" / "report_page_test.js", script,
+                                    run_folder / "report.html"], capture_output=True, text=True)
+            self.assertEqual(drawn.returncode, 0, drawn.stderr)
+
+    def test_no_report_and_fewer_pictures_when_the_config_says_so(self):
+        out = fit(self.folder / "run", "--set", "output.report=false", "--set", "output.images.every_stage=false")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        self.assertFalse((self.folder / "run" / "report.html").exists())
+        large = {p.name for p in (self.folder / "run" / "images").glob("*/*_fit.png")}
+        self.assertEqual(large, {"colours_fit.png"})
+
     def test_fit_improves_held_out_views_and_leaves_a_complete_run(self):
         out = fit(self.folder / "run")
         self.assertEqual(out.returncode, 0, out.stderr)
@@ -87,8 +119,7 @@ class Program(unittest.TestCase):
         self.assertGreater(psnr[-1], psnr[0] + 1.0)
         rows = (run_folder / "metrics.csv").read_text().splitlines()
         self.assertEqual(len(rows), 7)
-        report = (run_folder / "report.html").read_text()
-        self.assertNotRegex(report, r'(src|href)="https?:')
+        self.check_report(run_folder)
         for name in ("config.yaml", "config.resolved.yaml", "log.txt", "result/axe.glb", "result/environment.hdr",
                      "result/cameras/transforms.json", "result/parameters.csv"):
             self.assertTrue((run_folder / name).exists(), name)

@@ -1,6 +1,9 @@
 #include "app/output/export_result.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -9,10 +12,12 @@
 #include "app/output/export_cameras.h"
 #include "app/output/parameter_table.h"
 #include "optim/observation/camera_import.h"
+#include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/mesh_file.h"
 #include "renderer/io/radiance_file.h"
+#include "renderer/io/texture_file.h"
 #include "tests/app/output/html_check.h"
 #include "tests/app/output/synthetic_run.h"
 
@@ -156,6 +161,58 @@ TEST(ExportResult, AConstantColourIsAFactorInGlbAndVertexColoursInPly) {
   EXPECT_NEAR(renderer::ReadMesh(folder.path() / "axe.ply").colors.at(0).b, 0.3, 5e-3);
 }
 
+/// JSON and binary chunks of a GLB.
+std::pair<nlohmann::json, std::string> GlbChunks(const fs::path& path) {
+  const std::string bytes = renderer::ReadWholeFile(path);
+  std::uint32_t size = 0;
+  std::memcpy(&size, bytes.data() + 12, 4);
+  return {nlohmann::json::parse(bytes.substr(20, size)), bytes.substr(28 + size)};
+}
+
+TEST(ExportResult, ABaseColourTextureIsInTheGlbAndBesideThePly) {
+  const TemporaryFolder folder("export_texture");
+  const optim::ObservationSet set = MakeObservations(1, 64, 48);
+  renderer::Scene scene = MakeScene(set);
+  scene.meshes[0].mesh = renderer::MakeRectangle();
+  scene.textures = {
+      {"other", 1, 1, {{1.0, 0.0, 0.0}}},
+      {"paint", 2, 2, {{0.1, 0.2, 0.3}, {0.9, 0.5, 0.0}, {0.4, 0.4, 0.4}, {1.5, 1.0, 0.7}}}};
+  renderer::Material& material = scene.materials[0];
+  material.vertex_colors = false;
+  material.base_color = {0.5, 0.5, 0.5};  // not used with a texture
+  material.base_color_texture = 1;
+  ExportResult(folder.path(), scene, Views(set), {});
+
+  const auto [json, binary] = GlbChunks(folder.path() / "axe.glb");
+  const nlohmann::json& pbr = json.at("materials")[0].at("pbrMetallicRoughness");
+  const nlohmann::json& texture =
+      json.at("textures").at(pbr.at("baseColorTexture").at("index").get<std::size_t>());
+  const nlohmann::json& image = json.at("images").at(texture.at("source").get<std::size_t>());
+  const nlohmann::json& view = json.at("bufferViews").at(image.at("bufferView").get<std::size_t>());
+  EXPECT_EQ(pbr.value("baseColorFactor", std::vector<double>(4, 1.0)), std::vector<double>(4, 1.0));
+  EXPECT_TRUE(json.at("meshes")[0].at("primitives")[0].at("attributes").contains("TEXCOORD_0"));
+  renderer::WriteFileAtomically(folder.path() / "embedded.png",
+                                binary.substr(view.at("byteOffset"), view.at("byteLength")));
+  for (const char* file : {"embedded.png", "axe.png"}) {
+    const renderer::Texture read =
+        renderer::ReadTexture(folder.path() / file, renderer::TextureRole::kColor);
+    ASSERT_EQ(read.texels.size(), 4U) << file;
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (int c = 0; c < 3; ++c) {
+        // Half a step of 8 bits on the sRGB curve, whose slope is at most 2.28.
+        EXPECT_NEAR(
+            read.texels[i][c], std::min(scene.textures[1].texels[i][c], 1.0), 2.28 * 0.5 / 255.0)
+            << file;
+      }
+    }
+  }
+  const std::string ply = renderer::ReadWholeFile(folder.path() / "axe.ply");
+  EXPECT_EQ(Count(ply, "comment TextureFile axe.png\n"), 1);
+  EXPECT_EQ(Count(ply, "property float s\nproperty float t\n"), 1);
+  EXPECT_EQ(renderer::ReadMesh(folder.path() / "axe.ply").uv_triangles.size(), 2U);
+  EXPECT_EQ(renderer::ReadExr(folder.path() / "textures/paint.exr").ColorAt(1, 1).r, 1.5);
+}
+
 TEST(ExportResult, WritesWhatMovedAndEveryKindOfLight) {
   const TemporaryFolder folder("export_lights");
   const optim::ObservationSet set = MakeObservations(1, 64, 48);
@@ -200,7 +257,7 @@ TEST(ParameterTable, CamerasAreAGroupAndPlacesHaveComponents) {
   EXPECT_EQ(rows[0].name, "camera.position");
   EXPECT_EQ(rows[0].num_scalars, 9);
   EXPECT_NEAR(rows[0].rms_change, 0.1 / std::sqrt(3.0), 1e-12);
-  EXPECT_TRUE(std::isnan(rows[0].final)) << "a mean of places says nothing";
+  EXPECT_TRUE(std::isnan(rows[0].value)) << "a mean of places says nothing";
   EXPECT_EQ(rows[3].name, "axe.translation.z");
   EXPECT_EQ(rows[3].unit, "m");
 }
@@ -218,13 +275,13 @@ TEST(ParameterTable, HasScalarsAndGroups) {
   EXPECT_EQ(rows[1].name, "paint.roughness");
   EXPECT_EQ(rows[1].num_at_bound, 1);
   EXPECT_EQ(rows[1].initial, 0.4);
-  EXPECT_TRUE(rows[2].hold);
+  EXPECT_TRUE(rows[2].held);
   EXPECT_EQ(rows[3].name, "room.intensity.r");
   EXPECT_EQ(rows[5].name, "room.intensity.b");
   EXPECT_EQ(rows[6].num_scalars, 16 * 8 * 3);
   EXPECT_EQ(rows[7].name, "exposure");
   EXPECT_EQ(rows[7].num_scalars, 5);
-  EXPECT_EQ(rows[7].upper, 8.0);
+  EXPECT_EQ(rows[7].upper_bound, 8.0);
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
 #include "app/output/fit_recorder.h"
 
+#include <algorithm>
 #include <memory>
 
 #include <gtest/gtest.h>
 
-#include "app/output/report_html.h"
+#include "app/output/report.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
 #include "tests/app/output/html_check.h"
@@ -30,7 +31,10 @@ TerminalOptions Silent() {
 /// A fit's reports from after `step` on, with its stage ends, until `stop` rounds are done.
 class SyntheticFit {
  public:
-  SyntheticFit(const fs::path& root, int step, int resume_step = 0)
+  SyntheticFit(const fs::path& root,
+               int step,
+               int resume_step = 0,
+               const RecorderOptions& options = {})
       : run_(root), terminal_(Silent()), log_(terminal_, LogLevel::kInfo), progress_(terminal_) {
     if (step == 0) {
       RunRecord record = MakeRunRecord({"pathfit", "fit"});
@@ -40,7 +44,8 @@ class SyntheticFit {
       record_ = std::make_unique<RunRecordFile>(
           run_.Record(), std::vector<std::string>{"resume"}, resume_step);
     }
-    recorder_ = std::make_unique<FitRecorder>(run_, set_, *record_, log_, progress_, resume_step);
+    recorder_ =
+        std::make_unique<FitRecorder>(run_, set_, *record_, log_, progress_, options, resume_step);
   }
 
   void Stage(const std::string& name, int rounds, double wrong) {
@@ -103,11 +108,12 @@ TEST(FitRecorder, WritesTheRunDirectory) {
 
   const std::string html = renderer::ReadWholeFile(fit.run().Report());
   EXPECT_EQ(HtmlFault(html), "");
-  EXPECT_EQ(Count(html, "<article"), 5);
-  EXPECT_EQ(Count(html, "data:image/jpeg"), 25);
-  EXPECT_EQ(Count(html, "data:image/png"), 2);
-  EXPECT_EQ(Count(html, "one mask is black"), 1);
-  EXPECT_EQ(Count(html, "not available"), 0);
+  EXPECT_EQ(Count(html, "data:image/jpeg;base64,"), 25);
+  EXPECT_EQ(Count(html, "data:image/png;base64,"), 2);
+  EXPECT_EQ(Count(html, "one mask is black"), 2) << "in run.json and in the verdict";
+  const Json report = ReportJson(LoadReportData(fit.run()), {});
+  EXPECT_EQ(report.at("views").size(), 5U);
+  for (const Json& view : report.at("views")) EXPECT_EQ(view.at("pictures").size(), 5U);
 }
 
 TEST(FitRecorder, AKilledAndResumedRunLeavesTheFilesOfAStraightOne) {
@@ -153,6 +159,38 @@ TEST(FitRecorder, TheReportIsMadeFromDiskAlone) {
   WriteReport(run);
   EXPECT_EQ(renderer::ReadWholeFile(run.Report()), html);
   EXPECT_EQ(Count(html, "pathfit resume " + folder.path().string()), 1);
+}
+
+TEST(FitRecorder, WritesNoReportWhenNoneIsWanted) {
+  const TemporaryFolder folder("recorder_no_report");
+  SyntheticFit fit(folder.path(), 0, 0, {.report = false});
+  fit.Stage("start", 0, 1.0);
+  fit.Rounds(1, kLastStep);
+  fit.recorder().Finish(RunStatus::kFinished, "", 0);
+  EXPECT_FALSE(fs::exists(fit.run().Report()));
+  EXPECT_TRUE(fs::exists(fit.run().History()));
+}
+
+TEST(FitRecorder, WritesLargePicturesOfOneStageWhenOnlyThoseAreWanted) {
+  const TemporaryFolder folder("recorder_pictures");
+  SyntheticFit fit(folder.path(), 0, 0, {.only_pictures_of = "colours"});
+  fit.Stage("start", 0, 1.0);
+  fit.Rounds(1, kLastStep);
+  std::vector<std::string> names;
+  for (const auto& file : fs::directory_iterator(fit.run().Images() / "IMG_0000")) {
+    names.push_back(file.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"colours_difference.exr",
+                                      "colours_difference.png",
+                                      "colours_fit.exr",
+                                      "colours_fit.png",
+                                      "thumbnail_difference.jpg",
+                                      "thumbnail_photo.jpg",
+                                      "thumbnail_result.jpg",
+                                      "thumbnail_silhouette.jpg",
+                                      "thumbnail_start.jpg"}));
 }
 
 TEST(FitRecorder, WarningsOfEarlierSessionsAreKept) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "app/output/figures.h"
 #include "app/output/log.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
@@ -90,8 +91,12 @@ TEST(JsonLine, IsOneJsonObject) {
   EXPECT_EQ(line.find('\n'), std::string::npos);
   const auto json = nlohmann::json::parse(line);
   EXPECT_EQ(json.at("stage"), "shape");
-  EXPECT_EQ(json.at("it"), 31);
-  EXPECT_TRUE(json.at("val_psnr").is_null());
+  EXPECT_EQ(json.at("round"), 31);
+  EXPECT_EQ(json.at("cost_change_rel"), -0.018);
+  EXPECT_TRUE(json.at("psnr_linear_val_db").is_null());
+  Fields<optim::RoundReport>::Visit(r, [&json](const Figure& figure, const auto&) {
+    EXPECT_TRUE(json.contains(figure.key)) << figure.key;
+  });
 }
 
 TEST(Progress, PlainLinesAreThrottledButStageChangesAreNot) {
@@ -120,6 +125,26 @@ TEST(Progress, TheBarIsRedrawnFiveTimesASecondAtMost) {
   EXPECT_EQ(Count(out, "\n"), 0);
   progress.Finish();
   EXPECT_TRUE(out.ends_with("\r\x1b[K"));
+}
+
+TEST(Progress, TheEndOfAStageIsALineInEveryStyle) {
+  optim::StageReport stage = MakeStage("light", 30, 0.5, MakeObservations(2, 8, 6));
+  stage.wall_s = 245.0;
+  stage.iou_val = kNan;
+  const auto line = [&stage](ProgressMode mode, LineStyle style) {
+    std::string out;
+    Terminal terminal(Options(mode, style, out));
+    Progress(terminal).OnStage(stage);
+    return out;
+  };
+  const std::string sentence = line(ProgressMode::kBar, LineStyle::kHuman);
+  EXPECT_TRUE(sentence.starts_with("light: 30 rounds, PSNR ")) << sentence;
+  EXPECT_TRUE(sentence.ends_with(" (all rounds were used), after 4 min 05 s\n")) << sentence;
+  EXPECT_EQ(Count(sentence, "nan"), 0);
+  const auto json = nlohmann::json::parse(line(ProgressMode::kJson, LineStyle::kJson));
+  EXPECT_EQ(json.at("end"), true);
+  EXPECT_EQ(json.at("psnr_srgb_fit_db"), stage.psnr_srgb_fit);
+  EXPECT_TRUE(json.at("iou_val").is_null());
 }
 
 TEST(Progress, NoneIsSilent) {
@@ -152,7 +177,7 @@ TEST(Log, HasLevelsStylesAndAFile) {
   Terminal terminal(Options(ProgressMode::kPlain, LineStyle::kStamped, out));
   Log log(terminal, LogLevel::kWarn);
   log.AddFile(folder.path() / "log.txt");
-  log.Debug("detail");
+  log.Write(LogLevel::kDebug, "detail");
   log.Info("quiet");
   log.Warn("careful \x1b[31m");
   log.Warn("careful \x1b[31m");
@@ -195,6 +220,16 @@ TEST(Terminal, ABarNeedsATerminal) {
   EXPECT_EQ(ResolveProgress(ProgressMode::kAuto, true, Variables({{"TERM", "dumb"}})),
             ProgressMode::kPlain);
   EXPECT_EQ(ResolveProgress(ProgressMode::kJson, true, Variables({})), ProgressMode::kJson);
+}
+
+TEST(Progress, DurationsAreForPeople) {
+  EXPECT_EQ(ClockText(229.1), "3:49");
+  EXPECT_EQ(ClockText(3725.0), "1:02:05");
+  EXPECT_EQ(ClockText(-1.0), "0:00");
+  EXPECT_EQ(ClockText(kNan), "?");
+  EXPECT_EQ(DurationText(12.34), "12.3 s");
+  EXPECT_EQ(DurationText(245.0), "4 min 05 s");
+  EXPECT_EQ(DurationText(7620.0), "2 h 07 min");
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/output/utc_time.h"
+#include "app/output/log.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "tests/app/output/synthetic_run.h"
@@ -70,16 +70,7 @@ TEST(RunDirectory, ViewFoldersAreDifferent) {
   }
 }
 
-TEST(UtcTime, FormatsDurations) {
-  EXPECT_EQ(UtcIso(kTime), "2026-11-22T03:30:00Z");
-  EXPECT_EQ(ClockText(229.1), "3:49");
-  EXPECT_EQ(ClockText(3725.0), "1:02:05");
-  EXPECT_EQ(ClockText(-1.0), "0:00");
-  EXPECT_EQ(ClockText(std::nan("")), "?");
-  EXPECT_EQ(DurationText(12.34), "12.3 s");
-  EXPECT_EQ(DurationText(245.0), "4 min 05 s");
-  EXPECT_EQ(DurationText(7620.0), "2 h 07 min");
-}
+TEST(UtcTime, IsWrittenAsIso8601) { EXPECT_EQ(UtcIso(kTime), "2026-11-22T03:30:00Z"); }
 
 }  // namespace
 }  // namespace pathfit::app

@@ -1,5 +1,8 @@
 #include "app/output/run_record.h"
 
+#include <cmath>
+#include <limits>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -41,7 +44,11 @@ TEST(RunRecord, SaysWhatAndWhereAndIsReadBack) {
   EXPECT_EQ(json.at("seed"), 0xfedcba9876543210U);
   EXPECT_FALSE(json.at("host").at("cpu").get<std::string>().empty());
 
-  file.SetStages({{"light", 3, 4.5, 20.0, 19.0, 0.9, 0.8, "done"}});
+  optim::StageReport stage;
+  stage.stage = "light";
+  stage.psnr_srgb_fit = 20.0;
+  stage.psnr_srgb_val = std::numeric_limits<double>::quiet_NaN();
+  file.SetStages({stage});
   file.SetWarnings({"a mask is black"});
   file.SetTimes(12.0, 300.0);
   file.Finish(RunStatus::kFinished, "all stages done", 0);
@@ -50,6 +57,8 @@ TEST(RunRecord, SaysWhatAndWhereAndIsReadBack) {
   EXPECT_EQ(read.exit_code, 0);
   EXPECT_EQ(read.seed, 0xfedcba9876543210U);
   EXPECT_EQ(read.stages.at(0).stage, "light");
+  EXPECT_EQ(read.stages.at(0).psnr_srgb_fit, 20.0);
+  EXPECT_TRUE(std::isnan(read.stages.at(0).psnr_srgb_val)) << "no view was held out";
   EXPECT_EQ(read.warnings, std::vector<std::string>{"a mask is black"});
   EXPECT_EQ(read.peak_rss_mb, 300.0);
   EXPECT_EQ(read.sessions.at(0).outcome, "finished");

@@ -1,4 +1,12 @@
-foreach(name sha256 run_directory metrics_csv fit_history run_record svg_plot progress report_images
-        report_html export_result fit_recorder signed_image)
+foreach(name sha256 run_directory fit_history run_record progress report_images report export_result fit_recorder
+        signed_image)
   pathfit_test(app/output/${name}_test LABEL unit LINK "pathfit_app;nlohmann_json::nlohmann_json")
 endforeach()
+
+# The script of the report's page, where there is something to run it with.
+find_program(NODE node)
+if(NODE)
+  add_test(NAME app/output/report_page
+    COMMAND ${NODE} ${CMAKE_CURRENT_LIST_DIR}/report_page_test.js ${PROJECT_SOURCE_DIR}/app/output/report/report.js)
+  set_tests_properties(app/output/report_page PROPERTIES LABELS unit)
+endif()

@@ -1,0 +1,151 @@
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "renderer/core/error.h"
+
+namespace pathfit::app {
+
+using Json = nlohmann::ordered_json;
+
+/// One figure of a report: its name in files, and how progress lines, tables and charts show it.
+struct Figure {
+  const char* key;         ///< in metrics.csv, history.json, run.json and JSON progress lines
+  const char* unit = "";   ///< s, MB, dB, IoU; empty for pure numbers and names
+  const char* label = "";  ///< for people, without its unit
+  const char* doc = "";
+  const char* chart = "";     ///< title of the report's chart it is drawn in; empty: in none
+  const char* by_stage = "";  ///< sum, max or last over a stage's rounds, in the table of times
+  const char* plain = "";     ///< fmt pattern of its part of a plain progress line; empty: none
+  const char* status = "";    ///< the same for the status line
+  double scale = 1.0;         ///< multiplies the number in both patterns
+};
+
+/// The fields of a struct, listed once for all that writes or reads it: specialisations have
+/// `Visit(value, visit)`, which calls visit(key, member) for each field. A key is a string, which a
+/// file must have, or a Figure, which files of older versions may lack.
+template <class T>
+struct Fields;
+
+inline const char* KeyOf(const char* key) { return key; }
+inline const char* KeyOf(const Figure& figure) { return figure.key; }
+
+template <class T>
+concept HasFields = requires {
+  sizeof(Fields<T>);
+};
+template <class T>
+struct IsVector : std::false_type {};
+template <class T>
+struct IsVector<std::vector<T>> : std::true_type {};
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+/// JSON has no infinities: they become the names "inf" and "-inf"; NaN becomes null.
+template <class T>
+Json ToJson(const T& value) {
+  if constexpr (std::is_same_v<T, double>) {
+    if (std::isnan(value)) return nullptr;
+    if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
+    return value;
+  } else if constexpr (HasFields<T>) {
+    Json json = Json::object();
+    Fields<T>::Visit(
+        value, [&json](const auto& key, const auto& member) { json[KeyOf(key)] = ToJson(member); });
+    return json;
+  } else if constexpr (IsVector<T>::value) {
+    Json json = Json::array();
+    for (const auto& element : value) json.push_back(ToJson(element));
+    return json;
+  } else if constexpr (IsOptional<T>::value) {
+    return value ? ToJson(*value) : Json(nullptr);
+  } else {
+    return value;
+  }
+}
+
+/// Throws Json::exception when a field is missing or of another type.
+template <class T>
+void FromJson(const Json& json, T& value) {
+  if constexpr (std::is_same_v<T, double>) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    value = json.is_number() ? json.get<double>()
+            : json == "inf"  ? kInfinity
+            : json == "-inf" ? -kInfinity
+                             : std::numeric_limits<double>::quiet_NaN();
+  } else if constexpr (HasFields<T>) {
+    Fields<T>::Visit(value, [&json]<class Key>(const Key& key, auto& member) {
+      if constexpr (std::is_same_v<Key, Figure>) {
+        if (json.is_object() && !json.contains(key.key)) return;
+      }
+      FromJson(json.at(KeyOf(key)), member);
+    });
+  } else if constexpr (IsVector<T>::value) {
+    value.clear();
+    for (const Json& element : json.get_ref<const Json::array_t&>()) {
+      FromJson(element, value.emplace_back());
+    }
+  } else if constexpr (IsOptional<T>::value) {
+    value.reset();
+    if (!json.is_null()) FromJson(json, value.emplace());
+  } else {
+    json.get_to(value);
+  }
+}
+
+/// As text with two spaces of indentation; bytes that are not UTF-8 become U+FFFD.
+inline std::string JsonText(const Json& json, int indent = 2) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+/// Quoted when it holds a comma or quote; line breaks become spaces, so that a row is a line.
+inline std::string CsvCell(std::string text) {
+  for (char& c : text) c = c == '\n' || c == '\r' ? ' ' : c;
+  if (text.find_first_of(",\"") == std::string::npos) return text;
+  std::string cell = "\"";
+  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + "\"";
+}
+/// Shortest decimal form that reads back to the same double; empty when not finite.
+inline std::string CsvCell(double value) {
+  std::array<char, 32> text{};
+  const std::to_chars_result end = std::to_chars(text.data(), text.data() + text.size(), value);
+  return std::isfinite(value) ? std::string(text.data(), end.ptr) : std::string();
+}
+inline std::string CsvCell(bool value) { return value ? "1" : "0"; }
+inline std::string CsvCell(const char* text) { return CsvCell(std::string(text)); }
+template <class T>
+requires std::is_integral_v<T> std::string CsvCell(T value) { return std::to_string(value); }
+
+/// A header of keys and one line for each row.
+template <class Row>
+std::string CsvTable(const std::vector<Row>& rows) {
+  std::string header;
+  const Row none;
+  Fields<Row>::Visit(none, [&header](const auto& key, const auto&) {
+    header += (header.empty() ? "" : ",") + std::string(KeyOf(key));
+  });
+  std::string csv = header + "\n";
+  for (const Row& row : rows) {
+    std::string line;
+    Fields<Row>::Visit(row,
+                       [&](const auto&, const auto& member) { line += CsvCell(member) + ","; });
+    line.back() = '\n';
+    csv += line;
+  }
+  return csv;
+}
+
+}  // namespace pathfit::app

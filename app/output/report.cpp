@@ -1,0 +1,250 @@
+#include "app/output/report.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "app/output/report_images.h"
+#include "app/output/report_page.h"
+#include "app/output/sha256.h"
+#include "renderer/io/atomic_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxListedInputs = 300;
+constexpr std::size_t kMaxConfigBytes = 200'000;
+// Limits of what deserves a warning.
+constexpr double kOverfitDb = 2.0;
+constexpr double kNoiseShare = 0.7;
+constexpr double kVisibleLossDb = 0.05;
+
+std::string StatusSentence(const ReportData& data) {
+  const std::string& reason = data.record.reason;
+  const std::string why = reason.empty() ? "" : ": " + reason;
+  if (data.status == "finished") return "The fit finished" + why + ".";
+  if (data.status == "stopped") {
+    return "The fit was stopped" + why +
+           ". What is shown is the last stage that ended. It can be continued with: pathfit "
+           "resume " +
+           data.run_path;
+  }
+  if (data.status == "failed") {
+    return "The fit failed" + why + ". What is shown is the last state that was kept.";
+  }
+  if (data.status == "killed") {
+    return "The process ended without a word (killed, or the machine stopped). It can be "
+           "continued with: pathfit resume " +
+           data.run_path;
+  }
+  return "The fit was running when this report was written; it shows the stages that are done.";
+}
+
+std::string ReadIfThere(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error) ? renderer::ReadWholeFile(path) : std::string();
+}
+
+const optim::StageReport* LastReport(const FitHistory& history) {
+  return history.stages.empty() ? nullptr : &history.stages.back().report;
+}
+
+bool HasValidation(const optim::StageReport& report) {
+  return std::any_of(report.views.begin(), report.views.end(), [](const optim::ViewReport& view) {
+    return view.validation;
+  });
+}
+
+Json PictureJson(const std::string& bytes, const char* mime) {
+  return bytes.empty() ? Json(nullptr) : Json(fmt::format("data:{};base64,", mime) + Base64(bytes));
+}
+
+std::string Shortened(const std::string& text) {
+  constexpr const char* kRest = "\n(The rest is in the file of the run directory.)";
+  return text.size() <= kMaxConfigBytes ? text : text.substr(0, kMaxConfigBytes) + kRest;
+}
+
+std::string MegabytesText(std::size_t bytes) {
+  return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes));
+}
+
+/// Held-out views first, each kind from the worst to the best; only the worst of the fitted ones.
+std::vector<std::size_t> ChosenViews(const std::vector<optim::ViewReport>& views, int max_fitted) {
+  std::vector<std::size_t> chosen(views.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = i;
+  std::stable_sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) {
+    if (views[a].validation != views[b].validation) return views[a].validation;
+    return views[a].psnr_srgb < views[b].psnr_srgb;
+  });
+  int num_fitted = 0;
+  std::erase_if(chosen,
+                [&](std::size_t i) { return !views[i].validation && ++num_fitted > max_fitted; });
+  return chosen;
+}
+
+/// Adds as many of the chosen views as fit into a file that has `used` bytes without them.
+void AddViews(const ReportData& data, const ReportOptions& options, std::size_t used, Json& json) {
+  Json& shown = json["views"] = Json::array();
+  json["views_note"] = "";
+  const optim::StageReport* last = LastReport(data.history);
+  if (last == nullptr) return;
+  const std::vector<std::size_t> chosen = ChosenViews(last->views, options.max_fitted_views);
+  constexpr std::size_t kNoteBytes = 1000;
+  std::size_t total = used + kNoteBytes;
+  std::size_t shown_held_out = 0;
+  for (const std::size_t i : chosen) {
+    Json pictures = Json::object();
+    if (i < data.view_pictures.size()) {
+      for (const auto& [kind, jpeg] : data.view_pictures[i]) {
+        pictures[kind] = PictureJson(jpeg, "image/jpeg");
+      }
+    }
+    const Json view = {{"index", i}, {"pictures", std::move(pictures)}};
+    total += JsonText(view, -1).size() + 1;
+    if (total > options.max_bytes) break;
+    shown.push_back(view);
+    shown_held_out += last->views[i].validation ? 1 : 0;
+  }
+  const auto num_held_out = static_cast<std::size_t>(
+      std::count_if(last->views.begin(), last->views.end(), [](const optim::ViewReport& view) {
+        return view.validation;
+      }));
+  std::string note = fmt::format(
+      "{} of {} held-out views and the {} worst of {} fitted ones, by PSNR of the sRGB values.",
+      shown_held_out,
+      num_held_out,
+      shown.size() - shown_held_out,
+      last->views.size() - num_held_out);
+  if (shown.size() < chosen.size()) {
+    note += fmt::format(" {} views were left out to keep this file below {}.",
+                        chosen.size() - shown.size(),
+                        MegabytesText(options.max_bytes));
+  }
+  json["views_note"] = note;
+}
+
+/// JSON that can stand inside a script element: no < can end it, whatever follows.
+std::string EmbeddedJson(const Json& json) {
+  std::string text;
+  for (const char c : JsonText(json, -1))
+    text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  return text;
+}
+
+}  // namespace
+
+fs::path ThumbnailPath(const RunDirectory& run,
+                       const std::string& view_folder,
+                       const std::string& kind) {
+  return run.Images() / view_folder / ("thumbnail_" + kind + ".jpg");
+}
+
+ReportData LoadReportData(const RunDirectory& run) {
+  ReportData data;
+  data.run_path = run.root().string();
+  data.record = ReadRunRecord(run.Record());
+  data.status = EffectiveStatus(data.record);
+  if (fs::exists(run.History())) data.history = ReadHistory(run.History());
+  data.config = ReadIfThere(run.Config());
+  data.resolved_config = ReadIfThere(run.ResolvedConfig());
+  if (const optim::StageReport* last = LastReport(data.history)) {
+    std::vector<std::string> names;
+    for (const optim::ViewReport& view : last->views) names.push_back(view.name);
+    for (const std::string& folder : ViewFolderNames(names)) {
+      auto& pictures = data.view_pictures.emplace_back();
+      for (const char* kind : kViewPictures) {
+        std::string jpeg = ReadIfThere(ThumbnailPath(run, folder, kind));
+        if (!jpeg.empty()) pictures[kind] = std::move(jpeg);
+      }
+    }
+  }
+  data.environment_initial = ReadIfThere(run.Images() / "environment_initial.png");
+  data.environment_final = ReadIfThere(run.Images() / "environment_final.png");
+  return data;
+}
+
+std::vector<std::string> DerivedWarnings(const FitHistory& history) {
+  std::vector<std::string> warnings;
+  const optim::StageReport* last = LastReport(history);
+  if (last != nullptr && HasValidation(*last)) {
+    if (last->psnr_srgb_val < last->psnr_srgb_fit - kOverfitDb) {
+      warnings.push_back(
+          fmt::format("Held-out views are {:.1f} dB worse than fitted ones: the result does not "
+                      "generalise to views it was not fitted to.",
+                      last->psnr_srgb_fit - last->psnr_srgb_val));
+    }
+    for (std::size_t i = 1; i < history.stages.size(); ++i) {
+      const double lost =
+          history.stages[i - 1].report.psnr_srgb_val - history.stages[i].report.psnr_srgb_val;
+      if (lost > kVisibleLossDb) {
+        warnings.push_back(fmt::format("Stage {} made the held-out views {:.2f} dB worse.",
+                                       history.stages[i].report.stage,
+                                       lost));
+      }
+    }
+  }
+  if (last != nullptr && !HasValidation(*last)) {
+    warnings.emplace_back("No view was held out, so nothing says how the result generalises.");
+  }
+  for (const ParameterSummary& parameter : history.parameters) {
+    if (parameter.num_at_bound > 0 && parameter.num_scalars == 1 && !parameter.held) {
+      warnings.push_back(parameter.name + " ended at its bound.");
+    }
+  }
+  if (!history.rounds.empty() && history.rounds.back().noise_relative > kNoiseShare) {
+    warnings.push_back(fmt::format("In the last round {:.0f} % of the residual was sampling noise.",
+                                   100.0 * history.rounds.back().noise_relative));
+  }
+  return warnings;
+}
+
+Json ReportJson(const ReportData& data, const ReportOptions& options) {
+  std::vector<std::string> warnings = data.record.warnings;
+  for (std::string& warning : DerivedWarnings(data.history)) warnings.push_back(std::move(warning));
+  Json run = ToJson(data.record);
+  Json::array_t& inputs = run["inputs"].get_ref<Json::array_t&>();
+  inputs.resize(std::min(inputs.size(), kMaxListedInputs));
+  Json json = {{"run_path", data.run_path},
+               {"status", data.status},
+               {"sentence", StatusSentence(data)},
+               {"warnings", std::move(warnings)},
+               {"run", std::move(run)},
+               {"num_inputs", data.record.inputs.size()},
+               {"seed", std::to_string(data.record.seed)},  // a number of a script has 53 bits
+               {"history", ToJson(data.history)},
+               {"figures",
+                {{"round", FiguresJson<optim::RoundReport>()},
+                 {"stage", FiguresJson<optim::StageReport>()}}},
+               {"difference_scale", kDifferenceScale},
+               {"environment",
+                {{"initial", PictureJson(data.environment_initial, "image/png")},
+                 {"final", PictureJson(data.environment_final, "image/png")}}},
+               {"config", Shortened(data.config)},
+               {"resolved_config", Shortened(data.resolved_config)}};
+  AddViews(data, options, ReportPage(json).size(), json);
+  return json;
+}
+
+std::string ReportPage(const Json& json) {
+  const std::map<std::string_view, std::string> parts = {{"style", std::string(kReportCss)},
+                                                         {"style-hash", CspHash(kReportCss)},
+                                                         {"script", std::string(kReportJs)},
+                                                         {"script-hash", CspHash(kReportJs)},
+                                                         {"data", EmbeddedJson(json)}};
+  std::string page;
+  std::string_view rest = kReportHtml;
+  for (std::size_t at = rest.find("{{"); at != std::string_view::npos; at = rest.find("{{")) {
+    const std::size_t end = rest.find("}}", at);
+    page.append(rest.substr(0, at)).append(parts.at(rest.substr(at + 2, end - at - 2)));
+    rest.remove_prefix(end + 2);
+  }
+  return page.append(rest);
+}
+
+void WriteReport(const RunDirectory& run, const ReportOptions& options) {
+  renderer::WriteFileAtomically(run.Report(), ReportPage(ReportJson(LoadReportData(run), options)));
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,235 @@
+"use strict";
+// Runs the script of the report's page on data that is good, missing or hostile, with as much of a document as it uses.
+//
+// Usage: node report_page_test.js report.js [report.html ...]: the pages given are drawn too.
+const assert = require("node:assert");
+const fs = require("node:fs");
+const vm = require("node:vm");
+
+class Element {
+  constructor(namespace, tag) {
+    Object.assign(this, { namespace, tag, attributes: {}, children: [], listeners: {}, parent: null, words: "" });
+    this.classList = { contains: (name) => (this.attributes.class ?? "").split(" ").includes(name) };
+  }
+  setAttribute(name, value) { this.attributes[name] = String(value); }
+  set src(value) { this.attributes.src = value; }
+  get src() { return this.attributes.src; }
+  set alt(value) { this.attributes.alt = value; }
+  get alt() { return this.attributes.alt; }
+  append(...nodes) {
+    for (const node of nodes) {
+      assert.ok(typeof node === "string" || node instanceof Element, `${this.tag} got ${node}`);
+      if (node instanceof Element) node.parent = this;
+      this.children.push(node);
+    }
+  }
+  before(node) {
+    node.parent = this.parent;
+    this.parent.children.splice(this.parent.children.indexOf(this), 0, node);
+  }
+  remove() { this.parent.children.splice(this.parent.children.indexOf(this), 1); }
+  get previousElementSibling() { return this.parent.children[this.parent.children.indexOf(this) - 1] ?? null; }
+  get firstChild() { return this.children[0]; }
+  set textContent(text) { this.children = [text]; }
+  get textContent() { return this.children.map((c) => (typeof c === "string" ? c : c.textContent)).join(""); }
+  addEventListener(name, action) { this.listeners[name] = action; }
+  getBoundingClientRect() { return { left: 0, width: 520 }; }
+  all(wanted = () => true) {
+    return this.children.filter((c) => c instanceof Element).flatMap((c) => [...(wanted(c) ? [c] : []), ...c.all(wanted)]);
+  }
+  tagged(tag) { return this.all((node) => node.tag === tag); }
+  classed(name) { return this.all((node) => node.classList.contains(name)); }
+}
+
+/** Draws and checks what must hold for any data; returns the page's <main> and the script's functions. */
+function draw(script, data) {
+  const main = new Element(null, "main");
+  const document = {
+    createElement: (tag) => new Element(null, tag),
+    createElementNS: (namespace, tag) => new Element(namespace, tag),
+    getElementById: () => ({ textContent: JSON.stringify(data) }),
+    querySelector: () => main,
+  };
+  const context = vm.createContext({ document, console });
+  vm.runInContext(script, context);
+  for (const node of main.all()) {
+    for (const [name, value] of Object.entries(node.attributes)) {
+      assert.ok(!name.startsWith("on") && name !== "style", `${node.tag} has ${name}`);
+      if (name === "src") assert.match(value, /^data:image\/(jpeg|png);base64,/);
+      if (name === "href") assert.match(value, /^#/);
+      if (!["class", "title", "alt", "aria-label", "src"].includes(name)) {
+        assert.doesNotMatch(value, /NaN|Infinity|undefined|null/, `${node.tag} ${name}`);
+      }
+    }
+    assert.ok(!["script", "style", "iframe", "object", "link"].includes(node.tag), node.tag);
+  }
+  for (const node of [...main.tagged("td"), ...main.tagged("text"), ...main.tagged("b")]) {
+    assert.doesNotMatch(node.textContent, /NaN|Infinity|undefined|\[object/);
+  }
+  const links = main.tagged("a").map((a) => a.attributes.href.slice(1));
+  assert.deepStrictEqual(links, main.tagged("section").map((one) => one.attributes.id).filter((id) => id));
+  return { main, links, context, title: document.title };
+}
+
+const figure = (key, more = {}) => ({ key, unit: "", label: key, doc: "", chart: "", by_stage: "", ...more });
+
+function someData(word = "axe") {
+  const view = (name, validation) => ({ name, validation, psnr_linear_db: 20, psnr_srgb_db: 21, iou: 0.9, gain: 1.1 });
+  const views = [view(word + "1", true), view(word + "2", false)];
+  const stage = (name, quality) => ({ after_step: 0, stage: name, rounds: name === "start" ? 0 : 3, cost_before: 2,
+    psnr_srgb_val_db: quality, psnr_srgb_fit_db: quality, iou_fit: 0.9, iou_val: 0.9, stop_reason: word, views });
+  const rounds = [1, 2, 3].map((step) => ({ step, stage: word, wall_s: 2 * step, cost_total: 1 / step, spp: 4,
+    render_s: 1, accepted: step !== 2, linear_solver: word }));
+  return {
+    run_path: word, status: "finished", sentence: word, warnings: [word], num_inputs: 400, seed: "18446744073709551615",
+    run: { name: word, started_utc: word, ended_utc: word, wall_s: 6, program_version: word, build: word, threads: 2,
+      libraries: { [word]: word }, host: { name: word, cpu: word, logical_cpus: 2 }, config_path: word,
+      sessions: [{ argv: [word, "a b"], from_step: 0, started_utc: word, outcome: "" }],
+      assumptions: [word], attributions: [word], inputs: [{ path: word, bytes: 3, sha256: word }] },
+    history: { environment_exposure: 0.5, rounds, stages: [stage("start", 17), stage(word, 23)],
+      parameters: [{ name: word, unit: word, num_scalars: 1, initial: 0.5, value: 0.1, minimum: 0.1, maximum: 0.1,
+        rms_change: 0.4, lower_bound: 0.1, upper_bound: "inf", num_at_bound: 1, held: false }] },
+    figures: {
+      round: [figure("cost_total", { chart: "Cost" }), figure("spp", { chart: "Samples per pixel", by_stage: "max" }),
+        figure("render_s", { unit: "s", label: "Images", by_stage: "sum" }), figure("linear_solver", { by_stage: "last" }),
+        figure("new_figure", { unit: "m", chart: "A chart the script does not know" })],
+      stage: ["stage", "rounds", "cost_before", "psnr_srgb_val_db", "iou_val", "stop_reason"].map((key) => figure(key)) },
+    difference_scale: 0.2, views_note: word, config: word, resolved_config: word,
+    views: [{ index: 0, pictures: { photo: "data:image/jpeg;base64,AA==", result: "data:image/jpeg;base64,BB==" } },
+      { index: 1, pictures: {} }],
+    environment: { initial: null, final: "data:image/png;base64,AA==" },
+  };
+}
+
+function testAllSections(script) {
+  const { main, links, title } = draw(script, someData());
+  assert.deepStrictEqual(links, ["stages", "views", "curves", "parameters", "exposure", "environment", "timing",
+    "assumptions", "attribution", "reproduction"]);
+  assert.strictEqual(title, "axe – pathfit report");
+  assert.strictEqual(main.tagged("article").length, 2);
+  assert.strictEqual(main.classed("none").length, 3 + 5, "pictures that are not there");
+  assert.strictEqual(main.classed("plot").length, 3 + 2, "three charts, gains and times");
+  assert.strictEqual(main.classed("cross").length, 1, "the rejected step");
+  const words = main.textContent;
+  for (const part of ["from 17.00 +6.00 dB", "20.00 → 20.00 dB", "[0.1, ∞]", "at bound", "18446744073709551615",
+    "axe 'a b'", "The others are in run.json", "A chart the script does not know"]) {
+    assert.ok(words.includes(part), part);
+  }
+  const curves = main.classed("line");
+  assert.strictEqual(curves.length, 2, "the figure that no round has is not drawn");
+  assert.match(curves[0].attributes.d, /^M[\d.]+ [\d.]+L[\d.]+ [\d.]+L[\d.]+ [\d.]+$/);
+}
+
+function testNothing(script) {
+  const data = someData();
+  Object.assign(data.history, { rounds: [], stages: [], parameters: [] });
+  Object.assign(data, { views: [], warnings: [], config: "", resolved_config: "", environment: { initial: null, final: null } });
+  Object.assign(data.run, { wall_s: null, assumptions: [], attributions: [], inputs: [] });
+  assert.deepStrictEqual(draw(script, data).links, ["reproduction"]);
+}
+
+function testHostileWords(script) {
+  const nasty = "</script><img src=x onerror=alert(1)>\u0001";
+  const { main } = draw(script, someData(nasty));
+  assert.ok(main.textContent.includes(nasty), "shown as it is");
+  assert.strictEqual(main.tagged("img").length, 3);
+}
+
+function testPicturesEnlargeInPlace(script) {
+  const { main } = draw(script, someData());
+  const [photo, result] = main.tagged("img");
+  photo.listeners.click();
+  result.listeners.keydown({ key: "Enter" });
+  const zoomed = main.classed("zoomed");
+  assert.strictEqual(zoomed.length, 1);
+  assert.strictEqual(zoomed[0].src, result.src);
+  zoomed[0].listeners.click();
+  assert.strictEqual(main.classed("zoomed").length, 0);
+}
+
+function testPlots(script) {
+  const { context } = draw(script, someData());
+  const plot = (x, y, log = false) => {
+    const node = new Element(null, "div");
+    node.append(context.linePlot({ title: "t", x: "x", y: "y", log, zero: false, series: [{ name: "s", x, y }],
+      marks: [{ x: 0.5, label: "a" }, { x: NaN, label: "b" }, { x: 1e9, label: "c" }],
+      crosses: [[1, 2], [NaN, 1], [1, -1]] }));
+    for (const one of node.all()) {
+      for (const [name, value] of Object.entries(one.attributes)) {
+        assert.doesNotMatch(value, /NaN|Infinity|undefined/, `${one.tag} ${name}`);
+        if (["x", "y", "cx", "cy"].includes(name)) assert.ok(Number(value) >= -1 && Number(value) <= 520, `${name} ${value}`);
+      }
+    }
+    return node;
+  };
+  const empty = (node) => node.classed("empty").length === 1;
+  const dots = (node) => node.classed("dot").length;
+  for (const log of [false, true]) {
+    assert.ok(empty(plot([], [], log)) && empty(plot([1, 2], [NaN, Infinity], log)));
+    assert.strictEqual(dots(plot([3], [2], log)), 1, "a single point is a dot");
+    assert.strictEqual(dots(plot([1, 2, 3], [NaN, 2, NaN], log)), 1);
+    plot([1, 2], [1e-140, 1e140], log); // stays inside the picture
+    plot([1, 1], [5, 5], log);
+    plot([1e12, 1e12 + 1], [1e300, 1], log);
+    plot([0, 1], [1, 1 + 1e-15], log);
+  }
+  assert.ok(empty(plot([1, 2], [0, -1], true)));
+  assert.strictEqual(dots(plot([1, 2, 3, 4, 5, 6], [1, 2, NaN, 4, 0, 6], true)), 2, "bad values interrupt the line");
+  assert.strictEqual(dots(plot([1, 2, 3, 4], [1, Infinity, 3, 4])), 1);
+  const many = Array.from({ length: 200000 }, (_, i) => i);
+  const long = plot(many, many.map((x) => Math.sin(0.001 * x))).classed("line")[0].attributes.d;
+  assert.ok(long.length < 60000, "long curves are thinned");
+  const drawing = plot([1, 2], [3, 4]).tagged("svg")[0];
+  drawing.listeners.pointermove({ clientX: 500 });
+  assert.strictEqual(drawing.parent.classed("readout")[0].textContent, "x 2: s 4");
+  drawing.listeners.pointerleave();
+}
+
+function testBars(script) {
+  const { context } = draw(script, someData());
+  const check = (node) => node.all().forEach((one) => Object.values(one.attributes).forEach((value) =>
+    assert.doesNotMatch(value, /NaN|Infinity|undefined/)));
+  check(context.bars({ title: "", x: "", y: "" }, [{ name: "a", value: NaN, color: 0 }, { name: "b", value: -3, color: 1 }]));
+  assert.strictEqual(context.stackedBars("", "s", [], []).classed("empty").length, 1);
+  assert.strictEqual(context.stackedBars("", "s", ["p"], [{ name: "x", values: [NaN, -1] }]).classed("empty").length, 1);
+  const stacked = context.stackedBars("", "s", ["p", "q"], [{ name: "x", values: [1, 2, 3] }]);
+  check(stacked);
+  assert.strictEqual(stacked.tagged("rect").length, 3);
+}
+
+function testTicks(script) {
+  const { context } = draw(script, someData());
+  const linear = (...range) => [...context.linearTicks(...range)];
+  const log = (...range) => [...context.logTicks(...range)];
+  assert.deepStrictEqual(linear(0, 10, 5), [0, 2, 4, 6, 8, 10]);
+  assert.strictEqual(linear(1, 1, 5).length, 1);
+  assert.deepStrictEqual(log(0.9e-3, 1.1e1), [1e-3, 1e-2, 1e-1, 1, 10]);
+  assert.ok(log(1.1, 1.3).length >= 2);
+  assert.ok(log(1e-100, 1e100).length <= 12);
+}
+
+function testNumbers(script) {
+  const { number, fixed, bytes, duration } = draw(script, someData()).context;
+  const expected = new Map([[0, "0"], [-1.5, "−1.5"], [1e-5, "10⁻⁵"], [3.214e-6, "3.214·10⁻⁶"], [123456, "1.235·10⁵"],
+    [12345, "12345"], [999.96, "1000"], [0.98765, "0.9877"], [NaN, "–"], [-Infinity, "−∞"]]);
+  for (const [value, text] of expected) assert.strictEqual(number(value), text);
+  assert.strictEqual(fixed(-0.001, 2, "dB"), "0.00 dB");
+  assert.strictEqual(fixed(27.314, 2, "dB"), "27.31 dB");
+  assert.strictEqual(bytes(812345), "813 kB");
+  assert.strictEqual(bytes(3.44e6), "3.4 MB");
+  assert.strictEqual(duration(12.34), "12.3 s");
+  assert.strictEqual(duration(245), "4 min 05 s");
+  assert.strictEqual(duration(7620), "2 h 07 min");
+}
+
+const script = fs.readFileSync(process.argv[2], "utf8");
+for (const test of [testAllSections, testNothing, testHostileWords, testPicturesEnlargeInPlace, testPlots, testBars,
+  testTicks, testNumbers]) {
+  test(script);
+}
+for (const path of process.argv.slice(3)) {
+  const page = fs.readFileSync(path, "utf8");
+  const part = (begin) => page.slice(page.indexOf(begin) + begin.length, page.indexOf("</script>", page.indexOf(begin)));
+  draw(part("<script>"), JSON.parse(part('<script type="application/json" id="data">')));
+}
+console.log("the page draws");
