@@ -19,7 +19,7 @@ struct RecorderOptions {
   bool report = true;  ///< whether report.html is written
   /// Name of the one stage after which the large pictures of held-out views are written; empty:
   /// after every stage. The report's small ones always follow the newest stage.
-  std::string only_pictures_of;
+  std::string only_pictures_of = {};
 };
 
 /// Writes down what a fit reports: progress, log, metrics.csv, history.json, run.json and images;

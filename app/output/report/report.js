@@ -15,7 +15,8 @@ function make(namespace, tag, attributes, children) {
 }
 const h = (tag, attributes = {}, ...children) => make(null, tag, attributes, children);
 const s = (tag, attributes = {}, ...children) => make(SVG, tag, attributes, children);
-const section = (id, title, ...children) => ({ id, title, node: h("section", { id }, h("h2", {}, title), ...children) });
+const section = (id, title, ...children) =>
+  ({ id, title, node: h("section", { id }, h("h2", {}, title), ...children) });
 const note = (...children) => h("p", { class: "note" }, ...children);
 
 /** Columns are [heading, cell of a row, class]. */
@@ -23,7 +24,8 @@ function table(columns, rows) {
   const attributes = (column) => (column[2] ? { class: column[2] } : {});
   return h("table", {},
     h("thead", {}, h("tr", {}, columns.map((column) => h("th", attributes(column), column[0])))),
-    h("tbody", {}, rows.map((row) => h("tr", {}, columns.map((column) => h("td", attributes(column), column[1](row)))))));
+    h("tbody", {}, rows.map((row) =>
+      h("tr", {}, columns.map((column) => h("td", attributes(column), column[1](row)))))));
 }
 
 // ---- numbers for people
@@ -303,7 +305,8 @@ function stackedBars(title, unit, parts, groups) {
     let x = left;
     return [label(left - 8, y + 16, "tick end", group.name), lengths[i].map((value, k) => {
       x += scale * value;
-      return bar(x - scale * value, y, scale * value, rowHeight - 8, k % 6, `${parts[k] ?? ""}: ${number(value)} ${unit}`);
+      const tooltip = `${parts[k] ?? ""}: ${number(value)} ${unit}`;
+      return bar(x - scale * value, y, scale * value, rowHeight - 8, k % 6, tooltip);
     })];
   });
   const height = rowHeight * groups.length + 4;
@@ -380,7 +383,8 @@ function showLarge(row, image) {
 }
 
 function picture(row, caption, alt, source) {
-  const image = source ? h("img", { alt, src: source, tabindex: 0, title: "Click to enlarge; click another one to compare" })
+  const title = "Click to enlarge; click another one to compare in place";
+  const image = source ? h("img", { alt, src: source, tabindex: 0, title })
     : h("div", { class: "none" }, "not available");
   if (source) {
     image.addEventListener("click", () => showLarge(row, image));
