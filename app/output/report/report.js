@@ -140,7 +140,8 @@ function axis(low, high, begin, end, log) {
 const FRAME = { width: 520, height: 250, left: 58, right: 508, top: 16, bottom: 212 };
 
 /** Spreading a long list into Math.min would overflow the stack. */
-const extent = (values) => values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
+const extent = (values) =>
+  values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
 
 function xAxis(values) {
   const [low, high] = extent(values);
@@ -365,8 +366,8 @@ function stagesSection(data) {
     (stage) => (num(stage.rounds) === 0 && figure.key.startsWith("cost") ? "–" : show(figure, stage[figure.key])),
     figure.key === "stop_reason" ? "left wrap" : ""]);
   return section("stages", "Stages", h("div", { class: "card scroll" }, table(columns, stages),
-    note("PSNR is measured inside the mask, after the sRGB curve or on linear values as named; means over views. Costs " +
-      "before and after a stage use the same samples.")));
+    note("PSNR is measured inside the mask, after the sRGB curve or on linear values as named; means over views. " +
+      "Costs before and after a stage use the same samples.")));
 }
 
 /** Pictures of one view appear large in the same place, so that going from one to the next shows what differs. */
@@ -418,7 +419,8 @@ function viewsSection(data) {
   const swatch = (kind, text) => [h("i", { class: "sw " + kind }), text];
   return section("views", "Views", h("div", { class: "card" },
     h("p", { class: "scale" }, h("span", {}, "Difference, rendered − photo, mean of the sRGB-encoded channels:"),
-      h("span", {}, "−" + data.difference_scale), h("span", { class: "ramp" }), h("span", {}, "+" + data.difference_scale),
+      h("span", {}, "−" + data.difference_scale), h("span", { class: "ramp" }),
+      h("span", {}, "+" + data.difference_scale),
       h("span", {}, "(range 0…1; blue: too dark, red: too bright, grey: not compared)")),
     h("p", { class: "scale" }, h("span", {}, "Silhouette:"), h("span", {}, swatch("both", "object in both"),
       swatch("fit", "only rendered"), swatch("mask", "only in the mask"))),
@@ -489,8 +491,8 @@ function exposureSection(data) {
   });
   return section("exposure", "Exposure",
     bars({ title: "Gain of each photo", x: "photos in order", y: "EV (log2 gain)" }, groups),
-    note(h("i", { class: "sw s0" }), "fitted ", h("i", { class: "sw s1" }), "held out. The gain multiplies the rendered " +
-      "radiance; numbers are in result/exposure.csv."));
+    note(h("i", { class: "sw s0" }), "fitted ", h("i", { class: "sw s1" }), "held out. The gain multiplies the " +
+      "rendered radiance; numbers are in result/exposure.csv."));
 }
 
 function environmentSection(data) {
@@ -501,8 +503,9 @@ function environmentSection(data) {
   return section("environment", "Environment light", h("div", { class: "card" },
     h("div", { class: "pair" }, shown.map(([caption, source]) =>
       h("figure", {}, h("img", { alt: "environment, " + caption, src: source }), h("figcaption", {}, caption)))),
-    note("Latitude and longitude in the light's own frame, top is +y, the left edge and the right edge look along −z; " +
-      `values times ${number(exposure)} (${fixed(Math.log2(exposure), 2, "EV")}), the same for both, then the sRGB curve.`)));
+    note("Latitude and longitude in the light's own frame, top is +y, the left edge and the right edge look along " +
+      `−z; values times ${number(exposure)} (${fixed(Math.log2(exposure), 2, "EV")}), the same for both, then the ` +
+      "sRGB curve.")));
 }
 
 /** Rounds of each stage put together as each figure's by_stage says: sum, largest or last. */
@@ -536,7 +539,8 @@ function timingSection(data) {
   });
   const columns = [["Stage", (times) => times.stage], ["Rounds", (times) => times.rounds],
     ["Wall", (times) => duration(times.wall_s)], ["Per round", (times) => duration(times.wall_s / times.rounds)],
-    ...figures.map((figure) => [h("span", { title: figure.doc }, figure.label), (times) => show(figure, times[figure.key])])];
+    ...figures.map((figure) =>
+      [h("span", { title: figure.doc }, figure.label), (times) => show(figure, times[figure.key])])];
   return section("timing", "Time and memory",
     stackedBars("Seconds by stage", "s", [...summed.map((figure) => figure.label), "other"], groups),
     h("div", { class: "card scroll" }, table(columns, stages)));
@@ -553,7 +557,8 @@ function reproductionSection(data) {
   const rows = [
     ["Program", `pathfit ${run.program_version}, ${run.build}`],
     ["Libraries", Object.entries(run.libraries).map(([name, version]) => `${name} ${version}`).join(", ")],
-    ["Machine", `${run.host.name}, ${run.host.cpu}, ${run.host.logical_cpus} logical CPUs, ${run.threads} threads used`],
+    ["Machine",
+      `${run.host.name}, ${run.host.cpu}, ${run.host.logical_cpus} logical CPUs, ${run.threads} threads used`],
     ["Seed", data.seed],
     ["Configuration", run.config_path],
     ...run.sessions.map((session) => [session.from_step === 0 ? "Command" : "From step " + session.from_step,
@@ -568,7 +573,8 @@ function reproductionSection(data) {
   return section("reproduction", "Reproduction", h("div", { class: "card" },
     h("div", { class: "scroll" }, h("table", {}, h("tbody", {}, rows.map(([name, value]) =>
       h("tr", {}, h("td", {}, name), h("td", { class: "left wrap" }, value)))))),
-    file("config.yaml, as given", data.config), file("config.resolved.yaml, every value", data.resolved_config), inputs));
+    file("config.yaml, as given", data.config), file("config.resolved.yaml, every value", data.resolved_config),
+    inputs));
 }
 
 function draw(data) {
