@@ -427,9 +427,10 @@ function viewsSection(data) {
     note(data.views_note)), data.views.map((view) => viewArticle(data, view)));
 }
 
-/** How charts of rounds differ from a plain one; a chart that is not here is drawn with the unit of its figures. */
+/** How charts of rounds differ from a plain one, in their order; others follow, with the unit of their figures. */
 const CHARTS = {
   "Cost": { y: "cost, log scale", log: true, crosses: true },
+  "PSNR inside the mask, linear values": {},
   "Mask IoU": { y: "IoU" },
   "Step length": { y: "norm, log scale", log: true },
   "Samples per pixel": { y: "spp", zero: true },
@@ -446,7 +447,9 @@ function curvesSection(data) {
   });
   const rejected = rounds.filter((round) => !round.accepted).map((round) => [num(round.step), num(round.cost_total)]);
   const drawn = data.figures.round.filter((figure) => figure.chart);
-  const charts = [...new Set(drawn.map((figure) => figure.chart))].map((title) => {
+  const titles = new Set(drawn.map((figure) => figure.chart));
+  const ordered = [...Object.keys(CHARTS).filter((title) => titles.has(title)), ...titles];
+  const charts = [...new Set(ordered)].map((title) => {
     const given = CHARTS[title] ?? {};
     const group = drawn.filter((figure) => figure.chart === title);
     const series = group.map((figure) => (
