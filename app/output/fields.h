@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -105,27 +103,14 @@ void FromJson(const Json& json, T& value) {
   }
 }
 
-/// As text with two spaces of indentation; bytes that are not UTF-8 become U+FFFD.
-inline std::string JsonText(const Json& json, int indent = 2) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
+/// Bytes that are not UTF-8 become U+FFFD. `indent` < 0: one line.
+std::string JsonText(const Json& json, int indent = 2);
 
 /// Quoted when it holds a comma or quote; line breaks become spaces, so that a row is a line.
-inline std::string CsvCell(std::string text) {
-  for (char& c : text) c = c == '\n' || c == '\r' ? ' ' : c;
-  if (text.find_first_of(",\"") == std::string::npos) return text;
-  std::string cell = "\"";
-  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return cell + "\"";
-}
+std::string CsvCell(std::string text);
 /// Shortest decimal form that reads back to the same double; empty when not finite.
-inline std::string CsvCell(double value) {
-  std::array<char, 32> text{};
-  const std::to_chars_result end = std::to_chars(text.data(), text.data() + text.size(), value);
-  return std::isfinite(value) ? std::string(text.data(), end.ptr) : std::string();
-}
+std::string CsvCell(double value);
 inline std::string CsvCell(bool value) { return value ? "1" : "0"; }
-inline std::string CsvCell(const char* text) { return CsvCell(std::string(text)); }
 template <class T>
 requires std::is_integral_v<T> std::string CsvCell(T value) { return std::to_string(value); }
 

@@ -103,6 +103,7 @@ TEST(MetricsCsv, HasOneCellPerColumnInEveryRow) {
   EXPECT_EQ(commas(0), commas(csv.find('\n') + 1));
   EXPECT_EQ(CsvTable<optim::RoundReport>({}), csv.substr(0, csv.find('\n') + 1));
   EXPECT_EQ(CsvCell(0.1), "0.1");
+  EXPECT_EQ(CsvCell(1e-4), "0.0001");
   EXPECT_EQ(CsvCell(true), "1");
   EXPECT_EQ(std::stod(CsvCell(1.0 / 3.0)), 1.0 / 3.0);
 }
