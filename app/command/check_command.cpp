@@ -8,7 +8,7 @@
 #include "app/command/program_info.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
-#include "optim/observation/mask_metrics.h"
+#include "optim/observation/observation.h"
 #include "renderer/core/parallel.h"
 #include "renderer/renderer.h"
 

@@ -18,9 +18,7 @@ using renderer::ParameterKind;
 optim::ObservationOptions MakeObservationOptions(const InputConfig& input) {
   optim::ObservationOptions options;
   options.cameras = input.cameras;
-  options.camera_format = input.cameras_format == "transforms" ? optim::CameraFormat::kTransforms
-                          : input.cameras_format == "colmap"   ? optim::CameraFormat::kColmap
-                                                               : optim::CameraFormat::kAuto;
+  options.camera_format = input.cameras_format;
   options.distortion =
       input.refuse_distortion ? optim::DistortionPolicy::kRefuse : optim::DistortionPolicy::kModel;
   options.images_dir = input.images;

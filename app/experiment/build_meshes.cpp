@@ -13,7 +13,6 @@
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/geometry/mesh_repair.h"
 #include "renderer/io/mesh_file.h"
-#include "renderer/io/obj_reader.h"
 
 namespace pathfit::app {
 namespace {
@@ -112,14 +111,10 @@ struct NamedPart {
 std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildContext& context) {
   const auto& path = std::get<FileGeometry>(geometry.geometry).path;
   context.files.push_back(path);
-  if (path.extension() == ".ply") {
-    throw SceneError("geometry '" + geometry.name + "': " + path.string() +
-                     " has no usemtl groups; materials needs an OBJ file");
-  }
-  const std::vector<renderer::ObjGroup> groups = renderer::ReadObjGroups(path);
+  const std::vector<renderer::MeshGroup> groups = renderer::ReadMeshGroups(path);
   std::vector<NamedPart> parts;
   std::string known;
-  for (const renderer::ObjGroup& group : groups) {
+  for (const renderer::MeshGroup& group : groups) {
     known += (known.empty() ? "" : ", ") + group.name;
   }
   for (const auto& [usemtl, material] : geometry.group_materials) {
@@ -132,7 +127,7 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
     parts.push_back({GroupMeshName(geometry.name, usemtl), material, group->mesh});
   }
   NamedPart rest{geometry.name, geometry.material, {}};
-  for (const renderer::ObjGroup& group : groups) {
+  for (const renderer::MeshGroup& group : groups) {
     const bool is_named = std::any_of(geometry.group_materials.begin(),
                                       geometry.group_materials.end(),
                                       [&](const auto& named) { return named.first == group.name; });

@@ -15,8 +15,7 @@
 #include "renderer/io/exr_file.h"
 #include "renderer/io/gltf_writer.h"
 #include "renderer/io/image_file.h"
-#include "renderer/io/ply_writer.h"
-#include "renderer/io/radiance_file.h"
+#include "renderer/io/ply_file.h"
 
 namespace pathfit::app {
 namespace {

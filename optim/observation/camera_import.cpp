@@ -1,6 +1,9 @@
 #include "optim/observation/camera_import.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <system_error>
 
 #include "renderer/core/check.h"
@@ -10,24 +13,27 @@ namespace pathfit::optim {
 namespace {
 
 namespace fs = std::filesystem;
+using renderer::Cross;
+using renderer::Dot;
 using renderer::IoError;
+using renderer::Mat3;
 
 bool IsFile(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
 }
 
-/// The file itself, or transforms.json in a folder; empty if neither is there.
-fs::path FindTransforms(const fs::path& path) {
+fs::path FindTransforms(const fs::path& path, bool is_named) {
   if (IsFile(path)) {
-    return path;
+    return is_named || path.extension() == ".json" ? path : fs::path();
   }
   return IsFile(path / "transforms.json") ? path / "transforms.json" : fs::path();
 }
 
 /// The folder of cameras.txt: the path, or where a COLMAP workspace keeps its model.
-fs::path FindColmap(const fs::path& path) {
-  for (const fs::path& folder : {path, path / "sparse" / "0", path / "sparse"}) {
+fs::path FindColmap(const fs::path& path, bool /*is_named*/) {
+  const fs::path top = IsFile(path) ? path.parent_path() : path;
+  for (const fs::path& folder : {top, top / "sparse" / "0", top / "sparse"}) {
     if (IsFile(folder / "cameras.txt")) {
       return folder;
     }
@@ -41,37 +47,44 @@ fs::path FindColmap(const fs::path& path) {
   return {};
 }
 
+constexpr std::array<CameraFormat, 2> kFormats = {{
+    {"transforms",
+     "transforms.json",
+     "transforms.json (or another .json file)",
+     FindTransforms,
+     ReadTransformsJson},
+    {"colmap",
+     "COLMAP text model",
+     "cameras.txt of a COLMAP text model (here, in sparse/0 or in sparse)",
+     FindColmap,
+     ReadColmapText},
+}};
+
+constexpr double kRotationTolerance = 1e-4;
+/// The error squares each time: 1e-4 is far below rounding after three.
+constexpr int kPolarIterations = 6;
+
 }  // namespace
 
-ImportedCameras ImportCameras(const fs::path& path, CameraFormat format) {
+std::span<const CameraFormat> CameraFormats() { return kFormats; }
+
+ImportedCameras ImportCameras(const fs::path& path, std::string_view word) {
   std::error_code ignored;
   if (path.empty() || !fs::exists(path, ignored)) {
     throw IoError(path.string() + ": no such camera file or folder");
   }
-  if (format != CameraFormat::kColmap) {
-    const fs::path file = FindTransforms(path);
-    if (!file.empty() && (format == CameraFormat::kTransforms || file.extension() == ".json")) {
-      return ReadTransformsJson(file);
+  std::string missing;
+  for (const CameraFormat& format : kFormats) {
+    if (word != "auto" && word != format.word) continue;
+    if (const fs::path found = format.find(path, word == format.word); !found.empty()) {
+      ImportedCameras cameras = format.read(found);
+      cameras.format = format.name;
+      return cameras;
     }
+    missing += (missing.empty() ? ": there is no " : ", and no ") + std::string(format.wanted);
   }
-  if (format != CameraFormat::kTransforms) {
-    const fs::path folder = FindColmap(IsFile(path) ? path.parent_path() : path);
-    if (!folder.empty()) {
-      return ReadColmapText(folder);
-    }
-  }
-  switch (format) {
-    case CameraFormat::kTransforms:
-      throw IoError(path.string() + ": there is no transforms.json");
-    case CameraFormat::kColmap:
-      throw IoError(path.string() +
-                    ": there is no cameras.txt (looked here, in sparse/0 and in sparse)");
-    case CameraFormat::kAuto:
-      break;
-  }
-  throw IoError(path.string() +
-                ": neither a .json camera file nor a COLMAP text model (cameras.txt here, in "
-                "sparse/0 or in sparse)");
+  PATHFIT_CHECK(!missing.empty());
+  throw IoError(path.string() + missing);
 }
 
 renderer::Camera CompleteCamera(const ImportedCamera& imported, int width, int height) {
@@ -90,6 +103,44 @@ renderer::Camera CompleteCamera(const ImportedCamera& imported, int width, int h
     camera.cy = 0.5 * camera.height;
   }
   return camera;
+}
+
+Mat3 ExactRotation(const Mat3& matrix, const std::string& place) {
+  const double error = std::max({std::abs(Dot(matrix.x, matrix.x) - 1.0),
+                                 std::abs(Dot(matrix.y, matrix.y) - 1.0),
+                                 std::abs(Dot(matrix.z, matrix.z) - 1.0),
+                                 std::abs(Dot(matrix.x, matrix.y)),
+                                 std::abs(Dot(matrix.y, matrix.z)),
+                                 std::abs(Dot(matrix.z, matrix.x))});
+  const double determinant = Determinant(matrix);
+  if (!(error <= kRotationTolerance) || determinant <= 0.0) {
+    char text[200];
+    std::snprintf(text,
+                  sizeof text,
+                  ": the rotation part is not a rotation (columns and their products are off by "
+                  "%.3g, determinant "
+                  "%.6g; allowed: 1e-4, +1)",
+                  error,
+                  determinant);
+    throw IoError(place + text);
+  }
+  Mat3 rotation = matrix;
+  for (int i = 0; i < kPolarIterations; ++i) {
+    // Newton's iteration for the polar factor: R <- (R + R^-T) / 2, the cofactors being the inverse
+    // transpose.
+    const double scale = 0.5 / Determinant(rotation);
+    rotation = {rotation.x * 0.5 + Cross(rotation.y, rotation.z) * scale,
+                rotation.y * 0.5 + Cross(rotation.z, rotation.x) * scale,
+                rotation.z * 0.5 + Cross(rotation.x, rotation.y) * scale};
+  }
+  return rotation;
+}
+
+renderer::Vec3 CheckedCentre(const renderer::Vec3& centre, const std::string& place) {
+  if (!renderer::IsWithinBounds(centre)) {
+    throw IoError(place + ": the camera's centre has a coordinate beyond 1e12");
+  }
+  return centre;
 }
 
 }  // namespace pathfit::optim

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,15 +22,13 @@ struct ImportedCamera {
   std::string place;                ///< where it stands, for messages: "transforms.json: frames[3]"
 };
 
-/// ImportedCameras::format of the two kinds.
-inline constexpr std::string_view kTransformsFormat = "transforms.json";
-inline constexpr std::string_view kColmapFormat = "COLMAP text model";
-
-enum class CameraFormat { kAuto, kTransforms, kColmap };
-
 struct ImportedCameras {
-  std::string_view format;                   ///< kTransformsFormat or kColmapFormat
-  std::filesystem::path folder;              ///< image names are relative to it
+  std::string_view format;       ///< CameraFormat::name
+  std::filesystem::path folder;  ///< masks are relative to it
+  /// Where photos are looked for unless the options name a folder.
+  std::vector<std::filesystem::path> image_folders;
+  /// The cameras were found on the photos in these folders: their sizes must agree.
+  bool has_own_photos = false;
   std::vector<std::filesystem::path> files;  ///< everything that was read
   std::vector<ImportedCamera> cameras;       ///< in file order
   double metres_per_unit = 0.0;  ///< 0 when the file does not say; poses are not multiplied by it
@@ -44,15 +43,36 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path);
 
 /// Reads cameras.txt and images.txt of a COLMAP model (world-to-camera, x right, y down, z forward;
 /// pixel origin at the image corner). Models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL,
-/// OPENCV. Throws IoError with file:line.
+/// OPENCV, and FULL_OPENCV with k4 = k5 = k6 = 0. Throws IoError with file:line.
 ImportedCameras ReadColmapText(const std::filesystem::path& folder);
 
-/// kAuto: a .json file or a folder with transforms.json is transforms; a folder with cameras.txt
-/// (itself, sparse/0 or sparse) is COLMAP. Throws IoError when nothing of this kind is there.
-ImportedCameras ImportCameras(const std::filesystem::path& path, CameraFormat format);
+/// A kind of camera file. A new one is a reader, its row in camera_import.cpp and its source in
+/// CMake.
+struct CameraFormat {
+  std::string_view word;    ///< in the config: "colmap"
+  std::string_view name;    ///< for people: "COLMAP text model"
+  std::string_view wanted;  ///< what must be there, for people
+  /// What `read` takes if `path` (file or folder) is of this kind, else empty. `is_named`: this
+  /// format was asked for, so that unusual file names are fine.
+  std::filesystem::path (*find)(const std::filesystem::path& path, bool is_named);
+  ImportedCameras (*read)(const std::filesystem::path& path);
+};
+std::span<const CameraFormat> CameraFormats();
+
+/// The first format that is there; only the one with this word, unless it is "auto". Throws IoError
+/// when nothing of this kind is there.
+ImportedCameras ImportCameras(const std::filesystem::path& path, std::string_view word);
 
 /// The camera with size and intrinsics filled in from a photo of this size, where the file left
 /// them open.
 renderer::Camera CompleteCamera(const ImportedCamera& imported, int width, int height);
+
+/// The rotation nearest to `matrix`. Throws IoError starting with `place` when the matrix differs
+/// from a rotation by more than 1e-4 (largest entry of M^T M - I, or a reflection).
+renderer::Mat3 ExactRotation(const renderer::Mat3& matrix, const std::string& place);
+
+/// `centre` if its coordinates are numbers up to renderer::kMaxCoordinate. Throws IoError starting
+/// with `place`.
+renderer::Vec3 CheckedCentre(const renderer::Vec3& centre, const std::string& place);
 
 }  // namespace pathfit::optim

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "optim/observation/camera_import.h"
 #include "optim/observation/observation.h"
 #include "renderer/core/error.h"
 
@@ -31,8 +30,8 @@ enum class Transfer { kAuto, kSrgb, kLinear };
 enum class DistortionPolicy { kModel, kRefuse };
 
 struct ObservationOptions {
-  std::filesystem::path cameras;  ///< file or folder
-  CameraFormat camera_format = CameraFormat::kAuto;
+  std::filesystem::path cameras;       ///< file or folder
+  std::string camera_format = "auto";  ///< a word of CameraFormats(); auto: what is there
   DistortionPolicy distortion = DistortionPolicy::kModel;
   /// Empty: relative to transforms.json; for COLMAP the folder `images` beside or up to two levels
   /// above the model.
@@ -63,7 +62,8 @@ class ObservationError : public renderer::IoError {
 
 /// Reads cameras, photos and masks into linear views, sorted by name; poses stay in the units of
 /// the camera file. A photo that is the camera's size times or divided by a whole number (to half a
-/// pixel) rescales the camera; other differences of size are problems. `files`, if given, receives
+/// pixel) rescales the camera, except photos of a COLMAP model in its own folder, which must have
+/// the size the model says; other differences of size are problems. `files`, if given, receives
 /// every file that was used, in a fixed order. Throws IoError for a malformed camera file,
 /// ObservationError for everything else, all problems at once.
 ObservationSet LoadObservations(const ObservationOptions& options,

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "renderer/core/error.h"
-#include "renderer/geometry/disjoint_sets.h"
-#include "renderer/geometry/mesh_fans.h"
+#include "renderer/geometry/mesh_topology.h"
 
 namespace pathfit::optim {
 namespace {

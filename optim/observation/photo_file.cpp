@@ -14,17 +14,6 @@ namespace fs = std::filesystem;
 using renderer::DecodedImage;
 using renderer::Image;
 
-void RequireFinite(const Image& image, const fs::path& path) {
-  const auto bad =
-      std::find_if(image.data.begin(), image.data.end(), [](float v) { return !std::isfinite(v); });
-  if (bad != image.data.end()) {
-    const auto pixel = (bad - image.data.begin()) / image.channels;
-    throw renderer::IoError(path.string() + ": the pixel in column " +
-                            std::to_string(pixel % image.width) + ", row " +
-                            std::to_string(pixel / image.width) + " is not a finite number");
-  }
-}
-
 /// 1 where any channel of the encoded image reaches the level.
 Image ClippedPixels(const Image& encoded, double clip_above) {
   Image clipped(encoded.width, encoded.height, 1);
@@ -75,21 +64,10 @@ void Try(const fs::path& candidate, FileSearch& search) {
   }
 }
 
-/// The folders that may hold photos of a camera file, if none was given.
-std::vector<fs::path> DefaultImageFolders(const ImportedCameras& cameras) {
-  const fs::path& folder = cameras.folder;
-  if (cameras.format == kTransformsFormat) {
-    return {folder};
-  }
-  return {folder / "images", folder / ".." / "images", folder / ".." / ".." / "images"};
-}
-
 }  // namespace
 
 PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options) {
   DecodedImage decoded = renderer::ReadImageFile(path, options.apply_exif_orientation);
-  RequireFinite(decoded.image, path);
-  RequireFinite(decoded.alpha, path);
   PhotoFile file;
   file.bits = decoded.bits;
   file.exif_orientation = decoded.exif_orientation;
@@ -109,7 +87,6 @@ PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options)
 
 Image ReadMaskFile(const fs::path& path, bool apply_exif_orientation) {
   const DecodedImage decoded = renderer::ReadImageFile(path, apply_exif_orientation);
-  RequireFinite(decoded.image, path);
   Image mask(decoded.image.width, decoded.image.height, 1);
   for (std::size_t i = 0; i < mask.data.size(); ++i) {
     const float* p = decoded.image.data.data() + 3 * i;
@@ -124,7 +101,7 @@ FileSearch FindPhoto(const std::string& image,
   const fs::path name(image);
   std::vector<fs::path> candidates;
   if (images_dir.empty()) {
-    for (const fs::path& folder : DefaultImageFolders(cameras)) {
+    for (const fs::path& folder : cameras.image_folders) {
       candidates.push_back(folder / name);
     }
   } else {

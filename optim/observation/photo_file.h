@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "optim/observation/camera_import.h"
 #include "optim/observation/load_observations.h"
 #include "renderer/image/image.h"
 

@@ -1,17 +1,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <initializer_list>
-#include <iterator>
 #include <numbers>
 #include <optional>
 
 #include <nlohmann/json.hpp>
 
 #include "optim/observation/camera_import.h"
-#include "optim/observation/rotation.h"
 #include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
 
 namespace pathfit::optim {
 namespace {
@@ -186,15 +184,11 @@ renderer::Transform ReadPose(const Entry& frame) {
   }
   const renderer::Mat3 linear{
       {m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}};
-  return {ExactRotation(linear, place), {m[0][3], m[1][3], m[2][3]}};
+  return {ExactRotation(linear, place), CheckedCentre({m[0][3], m[1][3], m[2][3]}, place)};
 }
 
 json ParseFile(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream) {
-    throw IoError(path.string() + ": cannot be read");
-  }
+  const std::string text = renderer::ReadWholeFile(path);
   try {
     return json::parse(text);
   } catch (const json::parse_error& error) {
@@ -217,11 +211,11 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path) {
     throw IoError(name + ": the file must hold a JSON object with \"frames\"");
   }
   const Entry file{document, name + ": (file)"};
-  ImportedCameras result{.format = kTransformsFormat,
-                         .folder = path.parent_path(),
-                         .files = {path},
-                         .cameras = {},
-                         .metres_per_unit = file.Number("metres_per_unit").value_or(0.0)};
+  ImportedCameras result;
+  result.folder = path.parent_path();
+  result.image_folders = {result.folder};
+  result.files = {path};
+  result.metres_per_unit = file.Number("metres_per_unit").value_or(0.0);
   if (document.contains("metres_per_unit") && result.metres_per_unit <= 0.0) {
     throw IoError(name + ": metres_per_unit must be positive");
   }

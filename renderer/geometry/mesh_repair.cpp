@@ -9,8 +9,8 @@
 
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_checks.h"
-#include "renderer/geometry/mesh_fans.h"
 #include "renderer/geometry/mesh_normals.h"
+#include "renderer/geometry/mesh_topology.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -29,9 +29,7 @@ void WeldCounted(Mesh& mesh, MeshRepairs& repairs) {
 
 bool IsDegenerate(const Mesh& mesh, const Triangle& t) {
   if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return true;
-  const double twice_area = Norm(TwiceArea(mesh, t));
-  // What is too large to compute is left for ValidateMesh to name.
-  return std::isfinite(twice_area) && twice_area <= kMinRelativeArea * SquaredLongestEdge(mesh, t);
+  return Norm(TwiceArea(mesh, t)) <= kMinRelativeArea * SquaredLongestEdge(mesh, t);
 }
 
 /// One side of a triangle on an undirected edge, and the corner where it starts.

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
@@ -28,6 +32,46 @@ struct MeshTopology {
   static MeshTopology Build(const Mesh& mesh);
   /// For new positions: only `solid` depends on them.
   void UpdateSolid(const Mesh& mesh);
+};
+
+/// Sheets of triangles around each vertex: corners of triangles that are neighbours across an edge
+/// belong to one fan. Across an edge with two triangles these are neighbours if their windings
+/// agree. Around an edge with more, those that bound the same wedge of the body (its inside is
+/// where the winding says) are neighbours if the edge is alternately entered and left by bodies;
+/// otherwise the pairs of opposite direction that continue each other most smoothly.
+struct CornerFans {
+  std::vector<std::size_t> fan;  ///< of corner k of triangle f, at 3 f + k: its smallest corner
+  /// Undirected edges (low, high) with more than two triangles, ascending.
+  std::vector<std::pair<std::int32_t, std::int32_t>> non_manifold_edges;
+  std::size_t num_irregular = 0;  ///< those of them that bodies do not enter and leave in turn
+  std::size_t num_unpaired = 0;   ///< sides of triangles without neighbour
+
+  /// Precondition: indices in range, no repeated vertex in a triangle.
+  static CornerFans Build(const Mesh& mesh);
+};
+
+/// Disjoint sets of integers.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t Find(std::size_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+  /// The smaller number stands for the union, so results do not depend on the order.
+  void Unite(std::size_t a, std::size_t b) {
+    a = Find(a);
+    b = Find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::size_t> parent_;
 };
 
 }  // namespace pathfit::renderer

@@ -1,10 +1,21 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "renderer/math/vector.h"
 
 namespace pathfit::renderer {
+
+/// Largest magnitude of a world coordinate, metres: the ray caster's floats reach 3e38, and hold
+/// products of three.
+inline constexpr double kMaxCoordinate = 1e12;
+
+/// Whether all coordinates are numbers up to kMaxCoordinate.
+inline bool IsWithinBounds(const Vec3& x) {
+  return std::abs(x.x) <= kMaxCoordinate && std::abs(x.y) <= kMaxCoordinate &&
+         std::abs(x.z) <= kMaxCoordinate;
+}
 
 struct Ray {
   Vec3 origin;

@@ -12,16 +12,15 @@
 #include <tiny_gltf.h>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_normals.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
-#include "renderer/io/split_vertices.h"
+#include "renderer/io/mesh_assembly.h"
 
 namespace pathfit::renderer {
 namespace {
-
-std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Collects vertex data in one buffer; all parts fill whole 4-byte words, so that every offset is
 /// aligned.
@@ -168,7 +167,7 @@ int AddTexture(const Texture& texture,
 tinygltf::Primitive AddPrimitive(const Mesh& mesh,
                                  const std::filesystem::path& path,
                                  BufferBuilder& buffer) {
-  const SplitMesh split = SplitVertices(mesh, {.normals = true, .uvs = true, .colors = true});
+  const SplitMesh split = SplitVertices(mesh);
   std::vector<float> positions;
   std::vector<float> normals;
   std::vector<float> uvs;

@@ -2,13 +2,125 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 
 #include "renderer/core/error.h"
+#include "renderer/io/text_scanner.h"
 
 namespace pathfit::renderer {
 namespace {
 
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
+
+// Signatures hold zero bytes, hence the lengths.
+constexpr std::string_view kTiffLittleEndian("II*\0", 4);
+constexpr std::string_view kTiffBigEndian("MM\0*", 4);
+constexpr std::string_view kExif("Exif\0\0", 6);
+
+constexpr std::uint16_t kTiffWidth = 0x0100;
+constexpr std::uint16_t kTiffHeight = 0x0101;
+constexpr std::uint16_t kTiffOrientation = 0x0112;
+
+/// Unsigned integers of a byte string at any offset; empty beyond its end.
+class ByteReader {
+ public:
+  ByteReader(std::string_view bytes, bool is_big_endian)
+      : bytes_(bytes), is_big_endian_(is_big_endian) {}
+
+  [[nodiscard]] std::optional<std::uint32_t> Uint(std::size_t offset, std::size_t size) const {
+    if (offset > bytes_.size() || size > bytes_.size() - offset) return std::nullopt;
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const std::size_t place = is_big_endian_ ? offset + i : offset + size - 1 - i;
+      value = value << 8 | static_cast<unsigned char>(bytes_[place]);
+    }
+    return value;
+  }
+
+ private:
+  std::string_view bytes_;
+  bool is_big_endian_;
+};
+
+/// Value of a SHORT or LONG tag with one entry in the first directory of a TIFF structure. Empty
+/// when absent or malformed.
+std::optional<std::uint32_t> FindTiffTag(std::string_view bytes, std::uint16_t tag) {
+  const bool is_big_endian = bytes.starts_with(kTiffBigEndian);
+  if (!is_big_endian && !bytes.starts_with(kTiffLittleEndian)) return std::nullopt;
+  const ByteReader reader(bytes, is_big_endian);
+  const std::optional<std::uint32_t> directory = reader.Uint(4, 4);
+  if (!directory) return std::nullopt;
+  const std::optional<std::uint32_t> num_entries = reader.Uint(*directory, 2);
+  for (std::uint32_t i = 0; i < num_entries.value_or(0); ++i) {
+    const std::size_t entry = std::size_t{*directory} + 2 + std::size_t{12} * i;
+    if (reader.Uint(entry, 2) != tag) continue;
+    const std::optional<std::uint32_t> type = reader.Uint(entry + 2, 2);
+    if (reader.Uint(entry + 4, 4) != 1U) return std::nullopt;
+    if (type == 3U) return reader.Uint(entry + 8, 2);
+    if (type == 4U) return reader.Uint(entry + 8, 4);
+    return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+/// A marker with its segment (without the length field), or one without: restart marks and the two
+/// ends.
+struct JpegSegment {
+  unsigned marker = 0;
+  std::string_view payload;
+};
+
+/// Walks the markers of a JPEG file, passing over entropy coded data.
+class JpegSegments {
+ public:
+  explicit JpegSegments(std::string_view bytes) : bytes_(bytes), offset_(2) {}
+
+  /// Empty when the file ends before another whole segment.
+  std::optional<JpegSegment> Next() {
+    while (offset_ + 1 < bytes_.size()) {
+      const std::size_t begin = bytes_.find('\xff', offset_);
+      if (begin == std::string_view::npos || begin + 1 >= bytes_.size()) return std::nullopt;
+      const unsigned marker = static_cast<unsigned char>(bytes_[begin + 1]);
+      offset_ = begin + 1;
+      if (marker == 0xff) continue;  // fill byte
+      ++offset_;
+      const bool is_data = marker == 0x00 || marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
+      if (is_data) continue;
+      if (marker == 0xd9) return JpegSegment{marker, {}};
+      const std::optional<std::uint32_t> length = ByteReader(bytes_, true).Uint(offset_, 2);
+      if (!length || *length < 2 || *length > bytes_.size() - offset_) return std::nullopt;
+      const std::string_view payload = bytes_.substr(offset_ + 2, *length - 2);
+      offset_ += *length;
+      return JpegSegment{marker, payload};
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::string_view bytes_;
+  std::size_t offset_;
+};
+
+bool IsFrameHeader(unsigned marker) {
+  return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+}
+
+void CheckJpeg(std::string_view bytes, const std::string& name) {
+  JpegSegments segments(bytes);
+  bool has_frame = false;
+  while (const std::optional<JpegSegment> segment = segments.Next()) {
+    if (IsFrameHeader(segment->marker)) {
+      const ByteReader reader(segment->payload, true);
+      CheckImageSize(reader.Uint(3, 2).value_or(0), reader.Uint(1, 2).value_or(0), name);
+      has_frame = true;
+    }
+    if (segment->marker != 0xd9) continue;
+    if (!has_frame) throw IoError(name + ": the JPEG file has no image");
+    return;
+  }
+  throw IoError(name + ": the JPEG file is cut off");
+}
 
 }  // namespace
 
@@ -42,6 +154,70 @@ void CheckWritable(const Image& image,
   if (const std::string place = FirstNonFinite(image); !place.empty()) {
     throw NumericalError(path.string() + ": " + place + " is not finite");
   }
+}
+
+ImageKind KindOfImage(std::string_view bytes) {
+  if (bytes.starts_with("\xff\xd8\xff")) return ImageKind::kJpeg;
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return ImageKind::kPng;
+  if (bytes.starts_with(kTiffLittleEndian) || bytes.starts_with(kTiffBigEndian))
+    return ImageKind::kTiff;
+  if (bytes.starts_with("\x76\x2f\x31\x01")) return ImageKind::kExr;
+  if (bytes.starts_with("#?")) return ImageKind::kHdr;
+  return ImageKind::kUnknown;
+}
+
+int ReadJpegOrientation(std::string_view bytes) {
+  if (KindOfImage(bytes) != ImageKind::kJpeg) return 1;
+  JpegSegments segments(bytes);
+  while (const std::optional<JpegSegment> segment = segments.Next()) {
+    // Metadata stands before the first scan.
+    if (segment->marker == 0xda || segment->marker == 0xd9) return 1;
+    if (segment->marker != 0xe1 || !segment->payload.starts_with(kExif)) continue;
+    const std::uint32_t value =
+        FindTiffTag(segment->payload.substr(kExif.size()), kTiffOrientation).value_or(1);
+    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+  }
+  return 1;
+}
+
+void CheckContainer(std::string_view bytes, ImageKind kind, const std::string& name) {
+  if (kind == ImageKind::kJpeg) CheckJpeg(bytes, name);
+  if (kind == ImageKind::kPng) {
+    const ByteReader reader(bytes, true);
+    CheckImageSize(reader.Uint(16, 4).value_or(0), reader.Uint(20, 4).value_or(0), name);
+  }
+  if (kind == ImageKind::kTiff) {
+    CheckImageSize(FindTiffTag(bytes, kTiffWidth).value_or(0),
+                   FindTiffTag(bytes, kTiffHeight).value_or(0),
+                   name);
+  }
+}
+
+double ReadHdrExposure(std::string_view bytes, const std::string& name) {
+  const auto require = [&name](bool condition, const char* what) {
+    if (!condition) throw IoError(name + ": not a readable HDR file: " + what);
+  };
+  LineReader lines(bytes);
+  std::string_view line;
+  double exposure = 1.0;
+  for (bool has_line = lines.Next(line); !line.empty(); has_line = lines.Next(line)) {
+    require(has_line, "the header has no end");
+    if (!line.starts_with("EXPOSURE=")) continue;
+    line.remove_prefix(9);
+    const std::optional<double> factor = ParseReal(NextToken(line));
+    require(factor && *factor > 0.0, "EXPOSURE must be positive");
+    exposure *= *factor;
+  }
+  require(lines.Next(line), "the size is missing");
+  const std::string_view rows = NextToken(line);
+  const std::optional<std::int64_t> height = ParseInteger(NextToken(line));
+  const std::string_view columns = NextToken(line);
+  const std::optional<std::int64_t> width = ParseInteger(NextToken(line));
+  require(
+      rows == "-Y" && columns == "+X" && height && width,
+      "the size must look like '-Y 512 +X 1024'; images stored turned or mirrored are not read");
+  CheckImageSize(*width, *height, name);
+  return exposure;
 }
 
 }  // namespace pathfit::renderer

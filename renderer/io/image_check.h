@@ -4,10 +4,13 @@
 #include <filesystem>
 #include <initializer_list>
 #include <string>
+#include <string_view>
 
 #include "renderer/image/image.h"
 
 namespace pathfit::renderer {
+
+// What is checked before a decoder allocates or an encoder writes.
 
 /// Fails: IoError naming `name` when a side is not positive or there are more than 2^28 pixels.
 void CheckImageSize(std::int64_t width, std::int64_t height, const std::string& name);
@@ -20,5 +23,22 @@ std::string FirstNonFinite(const Image& image);
 void CheckWritable(const Image& image,
                    std::initializer_list<int> allowed_channels,
                    const std::filesystem::path& path);
+
+enum class ImageKind { kUnknown, kJpeg, kPng, kTiff, kHdr, kExr };
+
+/// By the first bytes; the extension is not trusted.
+ImageKind KindOfImage(std::string_view bytes);
+
+/// EXIF orientation (tag 0x0112) of a JPEG file, 1 to 8; 1 when absent or malformed.
+int ReadJpegOrientation(std::string_view bytes);
+
+/// What OpenCV's decoders leave open: the declared size before they allocate, and for JPEG that the
+/// file is not cut off (they fill up with grey). Fails: IoError naming `name`.
+void CheckContainer(std::string_view bytes, ImageKind kind, const std::string& name);
+
+/// Checks the header of a Radiance HDR file and returns its EXPOSURE, 1 without one: the decoder
+/// does not divide by it. Fails: IoError naming `name`, also for rows that are not stored from the
+/// top and from the left.
+double ReadHdrExposure(std::string_view bytes, const std::string& name);
 
 }  // namespace pathfit::renderer

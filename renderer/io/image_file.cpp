@@ -1,9 +1,11 @@
 #include "renderer/io/image_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <opencv2/core.hpp>
@@ -13,7 +15,6 @@
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/image_check.h"
-#include "renderer/io/image_container.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -29,7 +30,6 @@ cv::Mat DecodeWithOpenCv(std::string& bytes, const std::filesystem::path& path) 
   } catch (const std::exception& error) {
     throw IoError(path.string() + ": cannot be decoded: " + error.what());
   }
-  if (pixels.empty()) throw IoError(path.string() + ": the image is malformed or cut off");
   return pixels;
 }
 
@@ -60,9 +60,23 @@ void CopyChannel(const cv::Mat& pixels, int from, int to, Image& image) {
   }
 }
 
-DecodedImage DecodeInteger(std::string& bytes, ImageKind kind, const std::filesystem::path& path) {
-  CheckContainer(bytes, kind, path);
-  const cv::Mat pixels = DecodeWithOpenCv(bytes, path);
+/// Radiance HDR is decoded from files only.
+cv::Mat DecodeHdr(std::string_view bytes, const std::filesystem::path& path) {
+  const double exposure = ReadHdrExposure(bytes, path.string());
+  cv::Mat pixels;
+  try {
+    pixels = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
+  } catch (const std::exception& error) {
+    throw IoError(path.string() + ": cannot be decoded: " + error.what());
+  }
+  return exposure == 1.0 || pixels.empty() ? pixels : cv::Mat(pixels / exposure);
+}
+
+DecodedImage Decode(std::string& bytes, ImageKind kind, const std::filesystem::path& path) {
+  CheckContainer(bytes, kind, path.string());
+  const cv::Mat pixels =
+      kind == ImageKind::kHdr ? DecodeHdr(bytes, path) : DecodeWithOpenCv(bytes, path);
+  if (pixels.empty()) throw IoError(path.string() + ": the image is malformed or cut off");
   const int channels = pixels.channels();
   const int depth = pixels.depth();
   if (channels > 4) throw IoError(path.string() + ": has more than 4 channels");
@@ -84,6 +98,31 @@ DecodedImage DecodeInteger(std::string& bytes, ImageKind kind, const std::filesy
   return decoded;
 }
 
+std::vector<unsigned char> Encode(const Image& image,
+                                  const char* extension,
+                                  const std::vector<int>& options,
+                                  const std::filesystem::path& name) {
+  CheckWritable(image, {1, 3}, name);
+  cv::Mat pixels(image.height, image.width, image.channels == 1 ? CV_8UC1 : CV_8UC3);
+  for (int y = 0; y < image.height; ++y) {
+    unsigned char* row = pixels.ptr<unsigned char>(y);
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < image.channels; ++c) {
+        // The library stores blue first.
+        const float value = std::clamp(image.At(x, y, image.channels - 1 - c), 0.0F, 1.0F);
+        *row++ = static_cast<unsigned char>(std::lround(value * 255.0F));
+      }
+    }
+  }
+  std::vector<unsigned char> bytes;
+  try {
+    if (cv::imencode(extension, pixels, bytes, options)) return bytes;
+  } catch (const cv::Exception& error) {
+    throw IoError(name.string() + ": cannot be encoded: " + error.what());
+  }
+  throw IoError(name.string() + ": cannot be encoded");
+}
+
 }  // namespace
 
 DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_orientation) {
@@ -98,15 +137,8 @@ DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_or
       decoded.linear = true;
       decoded.bits = 32;
       break;
-    case ImageKind::kHdr:
-      decoded.image = DecodeHdr(bytes, path);
-      decoded.linear = true;
-      decoded.bits = 32;
-      break;
-    case ImageKind::kJpeg:
-    case ImageKind::kPng:
-    case ImageKind::kTiff:
-      decoded = DecodeInteger(bytes, kind, path);
+    default:
+      decoded = Decode(bytes, kind, path);
       break;
   }
   for (const Image* image : {&decoded.image, &decoded.alpha}) {
@@ -124,28 +156,65 @@ DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_or
 }
 
 Image ApplyOrientation(const Image& image, int exif_orientation) {
-  // Where the stored rows and columns begin and whether they change roles, for 1 to 8 as the
-  // standard lists them.
-  const bool is_transposed = exif_orientation >= 5 && exif_orientation <= 8;
-  const bool flip_x = exif_orientation == 2 || exif_orientation == 3 || exif_orientation == 7 ||
-                      exif_orientation == 8;
-  const bool flip_y = exif_orientation == 3 || exif_orientation == 4 || exif_orientation == 6 ||
-                      exif_orientation == 7;
-  Image upright(is_transposed ? image.height : image.width,
-                is_transposed ? image.width : image.height,
-                image.channels);
-  for (int y = 0; y < upright.height; ++y) {
-    for (int x = 0; x < upright.width; ++x) {
-      int stored_x = is_transposed ? y : x;
-      int stored_y = is_transposed ? x : y;
-      if (flip_x) stored_x = image.width - 1 - stored_x;
-      if (flip_y) stored_y = image.height - 1 - stored_y;
-      for (int c = 0; c < image.channels; ++c) {
-        upright.At(x, y, c) = image.At(stored_x, stored_y, c);
+  const auto is_one_of = [exif_orientation](std::string_view digits) {
+    return digits.find(static_cast<char>('0' + exif_orientation)) != std::string_view::npos;
+  };
+  // As the standard lists them: stored rows and columns are reversed, then change roles.
+  const int type = CV_32FC(image.channels);
+  cv::Mat pixels(image.height, image.width, type);
+  std::copy(image.data.begin(), image.data.end(), pixels.ptr<float>());
+  if (is_one_of("2378")) cv::flip(pixels, pixels, 1);
+  if (is_one_of("3467")) cv::flip(pixels, pixels, 0);
+  if (is_one_of("5678")) cv::transpose(pixels, pixels);
+  Image upright(pixels.cols, pixels.rows, image.channels);
+  std::copy_n(pixels.ptr<float>(), upright.data.size(), upright.data.begin());
+  return upright;
+}
+
+std::vector<unsigned char> EncodePng(const Image& image) {
+  return Encode(image, ".png", {cv::IMWRITE_PNG_COMPRESSION, 6}, "PNG image");
+}
+
+std::vector<unsigned char> EncodeJpeg(const Image& image, int quality) {
+  return Encode(
+      image, ".jpg", {cv::IMWRITE_JPEG_QUALITY, std::clamp(quality, 1, 100)}, "JPEG image");
+}
+
+void WritePng8(const std::filesystem::path& path, const Image& image) {
+  const std::vector<unsigned char> bytes =
+      Encode(image, ".png", {cv::IMWRITE_PNG_COMPRESSION, 6}, path);
+  WriteFileAtomically(path,
+                      std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+void WriteHdr(const std::filesystem::path& path, const Image& image) {
+  CheckWritable(image, {3}, path);
+  cv::Mat pixels(image.height, image.width, CV_32FC3);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const Rgb color = image.ColorAt(x, y);
+      if (std::min({color.r, color.g, color.b}) < 0.0) {
+        throw IoError(path.string() + ": an HDR file cannot hold negative values");
+      }
+      // The encoder cuts to steps of 2^(exponent - 8): half a step more makes that rounding, which
+      // could carry the largest channel to the next exponent.
+      int exponent = 0;
+      if (std::frexp(MaxChannel(color), &exponent) * 256.0 >= 255.5) ++exponent;
+      if (exponent > 127) throw IoError(path.string() + ": a value is too large for an HDR file");
+      const double half_step = IsBlack(color) ? 0.0 : std::ldexp(0.5, exponent - 8);
+      for (int c = 0; c < 3; ++c) {
+        pixels.at<cv::Vec3f>(y, x)[2 - c] = static_cast<float>(color[c] + half_step);
       }
     }
   }
-  return upright;
+  WriteThroughTemporary(path, [&](const std::filesystem::path& temporary) {
+    try {
+      if (cv::imwrite(temporary.string(), pixels)) return;
+    } catch (const std::exception& error) {
+      throw IoError(path.string() + ": cannot be encoded: " + error.what());
+    }
+    throw IoError(path.string() + ": cannot be written");
+  });
 }
 
 }  // namespace pathfit::renderer

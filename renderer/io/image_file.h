@@ -5,7 +5,6 @@
 
 #include "renderer/image/image.h"
 #include "renderer/io/image_filter.h"
-#include "renderer/io/radiance_file.h"
 
 namespace pathfit::renderer {
 
@@ -31,6 +30,11 @@ Image ApplyOrientation(const Image& image, int exif_orientation);
 /// finite).
 std::vector<unsigned char> EncodePng(const Image& image);
 std::vector<unsigned char> EncodeJpeg(const Image& image, int quality);
+
+/// Radiance HDR: 3 channels, not negative; shared 8-bit exponent, so to about 1 % of the largest
+/// channel. Written through a temporary file. Fails: IoError (not writable, negative or too large
+/// values), NumericalError (not finite).
+void WriteHdr(const std::filesystem::path& path, const Image& image);
 
 /// EncodePng into a file, through a temporary one.
 void WritePng8(const std::filesystem::path& path, const Image& image);

@@ -12,49 +12,24 @@
 #include <vector>
 
 #include "renderer/core/error.h"
-#include "renderer/geometry/mesh_normals.h"
+#include "renderer/geometry/mesh_checks.h"
+#include "renderer/geometry/ray.h"
 #include "renderer/io/atomic_file.h"
-#include "renderer/io/polygon_fan.h"
+#include "renderer/io/mesh_assembly.h"
 #include "renderer/io/text_scanner.h"
-#include "renderer/io/vertex_colors.h"
 
 namespace pathfit::renderer {
 namespace {
 
 constexpr std::int32_t kAbsent = -1;
 
-constexpr std::array<std::string_view, 17> kIgnoredStatements = {"o",
-                                                                 "g",
-                                                                 "s",
-                                                                 "usemtl",
-                                                                 "mtllib",
-                                                                 "usemap",
-                                                                 "maplib",
-                                                                 "l",
-                                                                 "p",
-                                                                 "mg",
-                                                                 "bevel",
-                                                                 "c_interp",
-                                                                 "d_interp",
-                                                                 "shadow_obj",
-                                                                 "trace_obj",
-                                                                 "lod",
-                                                                 "call"};
+/// A list as text: an array of these would take a line each.
+constexpr std::string_view kIgnoredStatements =
+    " o g s usemtl mtllib usemap maplib l p mg bevel c_interp d_interp shadow_obj trace_obj lod "
+    "call ";
 
 /// Position, uv and normal of a face corner, from 0 or kAbsent.
 using Corner = std::array<std::int32_t, 3>;
-
-std::string_view KeywordOf(ObjGrouping grouping) {
-  switch (grouping) {
-    case ObjGrouping::kObject:
-      return "o";
-    case ObjGrouping::kGroup:
-      return "g";
-    case ObjGrouping::kMaterial:
-      return "usemtl";
-  }
-  return {};
-}
 
 /// Text without the blanks around it.
 std::string Trimmed(std::string_view text) {
@@ -85,13 +60,10 @@ std::vector<T> TakeUsed(const std::vector<T>& values, std::vector<Triangle>& tri
 
 class ObjParser {
  public:
-  /// Statements `group_keyword` begin a part; none if it is empty.
-  ObjParser(const std::filesystem::path& path,
-            std::string_view text,
-            std::string_view group_keyword)
-      : path_(path), reader_(text), group_keyword_(group_keyword) {}
+  ObjParser(const std::filesystem::path& path, std::string_view text, bool by_material)
+      : path_(path), reader_(text), by_material_(by_material) {}
 
-  std::vector<ObjGroup> Parse() {
+  std::vector<MeshGroup> Parse() {
     std::string_view line;
     while (reader_.Next(line)) {
       line_ = reader_.LineNumber();
@@ -120,7 +92,7 @@ class ObjParser {
     statement = statement.substr(0, statement.find('#'));
     const std::string_view keyword = NextToken(statement);
     if (keyword.empty()) return;
-    if (keyword == group_keyword_) {
+    if (by_material_ && keyword == "usemtl") {
       BeginGroup(statement);
     } else if (keyword == "v") {
       ParseVertex(statement);
@@ -132,8 +104,8 @@ class ObjParser {
       mesh_.normals.push_back({numbers[0], numbers[1], numbers[2]});
     } else if (keyword == "f") {
       ParseFace(statement);
-    } else if (std::find(kIgnoredStatements.begin(), kIgnoredStatements.end(), keyword) ==
-               kIgnoredStatements.end()) {
+    } else if (kIgnoredStatements.find(" " + std::string(keyword) + " ") ==
+               std::string_view::npos) {
       Fail("unknown statement '" + std::string(keyword.substr(0, 32)) +
                "'; read are v vt vn f, ignored are o g s usemtl mtllib l p",
            line_);
@@ -174,6 +146,7 @@ class ObjParser {
       Fail("either all vertices have a colour or none", line_);
     }
     mesh_.positions.push_back({numbers[0], numbers[1], numbers[2]});
+    if (!IsWithinBounds(mesh_.positions.back())) Fail("a coordinate is beyond 1e12", line_);
     if (has_color) mesh_.colors.push_back({numbers[3], numbers[4], numbers[5]});
   }
 
@@ -229,13 +202,13 @@ class ObjParser {
     return static_cast<std::int32_t>(*index > 0 ? *index - 1 : num_defined + *index);
   }
 
-  std::vector<ObjGroup> Finish() {
+  std::vector<MeshGroup> Finish() {
     if (faces_.empty()) throw IoError(path_.string() + ": has no face");
     // Groups in the order of their first faces.
     std::sort(groups_.begin(), groups_.end(), [](const Part& a, const Part& b) {
       return !a.faces.empty() && (b.faces.empty() || a.faces.front() < b.faces.front());
     });
-    std::vector<ObjGroup> result;
+    std::vector<MeshGroup> result;
     for (Part& part : groups_) {
       if (!part.faces.empty()) result.push_back({std::move(part.name), BuildMesh(part.faces)});
     }
@@ -272,9 +245,7 @@ class ObjParser {
     mesh.positions = TakeUsed(mesh_.positions, mesh.triangles);
     mesh.uvs = TakeUsed(mesh_.uvs, mesh.uv_triangles);
     mesh.normals = TakeUsed(mesh_.normals, mesh.normal_triangles);
-    WeldPositions(mesh);
-    WeldColors(mesh);
-    NormalizeVertexNormals(mesh);
+    FinishMesh(mesh);
     return mesh;
   }
 
@@ -307,7 +278,7 @@ class ObjParser {
 
   const std::filesystem::path& path_;
   LineReader reader_;
-  std::string_view group_keyword_;
+  bool by_material_;
   std::int64_t line_ = 0;  ///< where the current statement begins
   Mesh mesh_;              ///< values only
   std::vector<Corner> corners_;
@@ -321,12 +292,12 @@ class ObjParser {
 
 Mesh ReadObj(const std::filesystem::path& path) {
   const std::string text = ReadWholeFile(path);
-  return std::move(ObjParser(path, text, {}).Parse().front().mesh);
+  return std::move(ObjParser(path, text, false).Parse().front().mesh);
 }
 
-std::vector<ObjGroup> ReadObjGroups(const std::filesystem::path& path, ObjGrouping grouping) {
+std::vector<MeshGroup> ReadObjGroups(const std::filesystem::path& path) {
   const std::string text = ReadWholeFile(path);
-  return ObjParser(path, text, KeywordOf(grouping)).Parse();
+  return ObjParser(path, text, true).Parse();
 }
 
 }  // namespace pathfit::renderer

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
+#include "renderer/io/mesh_file.h"
 
 namespace pathfit::renderer {
 
@@ -16,19 +16,8 @@ namespace pathfit::renderer {
 /// finite, indices out of range.
 Mesh ReadObj(const std::filesystem::path& path);
 
-/// The statement that names the parts of a file: o, g or usemtl.
-enum class ObjGrouping { kObject, kGroup, kMaterial };
-
-struct ObjGroup {
-  std::string name;  ///< as in the file; empty for faces before the first such statement
-  Mesh mesh;         ///< with its own positions
-};
-
-/// Like ReadObj, but one mesh for each name, in the order of their first faces; faces of one name
-/// belong together wherever they stand. A surface that is cut by this is open there: both parts get
-/// borders at the same place. Where such a cut lies on a silhouette, both would count it, so parts
-/// should end at creases or gaps, or the file be read as a whole.
-std::vector<ObjGroup> ReadObjGroups(const std::filesystem::path& path,
-                                    ObjGrouping grouping = ObjGrouping::kMaterial);
+/// Like ReadObj, but one mesh for each `usemtl` name, in the order of their first faces; faces of
+/// one name belong together wherever they stand.
+std::vector<MeshGroup> ReadObjGroups(const std::filesystem::path& path);
 
 }  // namespace pathfit::renderer

@@ -41,12 +41,18 @@ void ValidateCamera(const Camera& c) {
           c,
           "intrinsics must be finite");
   Require(c.fx > 0.0 && c.fy > 0.0, c, "focal lengths must be positive");
+  // Tangents of pixels, or metres for parallel rays.
+  Require(IsWithinBounds({std::max(std::abs(c.cx), 1.0 * c.width) / c.fx,
+                          std::max(std::abs(c.cy), 1.0 * c.height) / c.fy,
+                          0.0}),
+          c,
+          "focal lengths must be above 1e-12 of the image's size and of its principal point");
   Require(std::isfinite(c.gain) && c.gain > 0.0, c, "exposure gain must be positive");
   const Mat3& m = c.world_from_camera.linear;
-  Require(
-      IsFinite(m.x) && IsFinite(m.y) && IsFinite(m.z) && IsFinite(c.world_from_camera.translation),
-      c,
-      "pose must be finite");
+  Require(IsFinite(m.x) && IsFinite(m.y) && IsFinite(m.z), c, "pose must be finite");
+  Require(IsWithinBounds(c.world_from_camera.translation),
+          c,
+          "its place must be finite, no coordinate beyond 1e12 metres");
   const Mat3 product = Transposed(m) * m;
   const double error = std::max({Norm(product.x - Vec3{1, 0, 0}),
                                  Norm(product.y - Vec3{0, 1, 0}),

@@ -15,8 +15,8 @@
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
+#include "renderer/io/image_file.h"
 #include "renderer/io/mesh_file.h"
-#include "renderer/io/radiance_file.h"
 #include "renderer/io/texture_file.h"
 #include "tests/app/output/html_check.h"
 #include "tests/app/output/synthetic_run.h"
@@ -94,9 +94,9 @@ TEST(ExportCameras, ImportersReadBackWhatWasWritten) {
   WriteCameras(folder.path(), cameras, names, names);
   ExpectSame(cameras, optim::ReadColmapText(folder.path()));
   ExpectSame(cameras, optim::ReadTransformsJson(folder.path() / "transforms.json"));
-  // k3 is in no COLMAP model the importer reads; transforms.json keeps it.
   cameras[5].distortion.k3 = 0.05;
-  renderer::WriteFileAtomically(folder.path() / "transforms.json", TransformsJson(cameras, names));
+  WriteCameras(folder.path(), cameras, names, names);
+  ExpectSame(cameras, optim::ReadColmapText(folder.path()));
   ExpectSame(cameras, optim::ReadTransformsJson(folder.path() / "transforms.json"));
   EXPECT_EQ(Count(ColmapModel(cameras, names).cameras, "FULL_OPENCV"), 1);
 }
@@ -134,8 +134,7 @@ TEST(ExportResult, WritesMeshesLightsAndTables) {
   const renderer::Image exr = renderer::ReadExr(result / "environment.exr");
   EXPECT_EQ(exr.width, 16);
   EXPECT_NEAR(exr.ColorAt(3, 2).g, (sky.intensity * sky.texels[2 * 16 + 3]).g, 1e-6);
-  EXPECT_EQ(renderer::DecodeHdr(renderer::ReadWholeFile(result / "environment.hdr"), "hdr").height,
-            8);
+  EXPECT_EQ(renderer::ReadImageFile(result / "environment.hdr", false).image.height, 8);
 
   const auto lights = nlohmann::json::parse(renderer::ReadWholeFile(result / "lights.json"));
   ASSERT_EQ(lights.at("lights").size(), 3U);

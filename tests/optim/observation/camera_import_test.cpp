@@ -107,11 +107,29 @@ TEST_F(ColmapText, KeepsImagesApartByTheirPointLines) {
   EXPECT_EQ(cameras.cameras[1].camera.world_from_camera.linear.y, (renderer::Vec3{0.0, -1.0, 0.0}));
 }
 
+TEST_F(ColmapText, FullOpencvWithoutDenominatorLandsOnTheKnownPixel) {
+  // As OPENCV, with 0.01 more of the radial factor.
+  ExpectModel("FULL_OPENCV 200 120 200 400 100.5 60.25 0.128 1.6384 0.16 0.32 20.97152 0 0 0",
+              167.0,
+              126.75);
+}
+
 TEST_F(ColmapText, RefusesOtherLensModelsWithTheWaysOut) {
   ExpectError(
-      "3 FULL_OPENCV 200 120 200 200 100 60 0 0 0 0 0 0 0 0\n",
+      "3 OPENCV_FISHEYE 200 120 200 200 100 60 0 0 0 0\n",
       good_images_,
-      {"cameras.txt:1", "camera 3", "FULL_OPENCV", "OPENCV", "image_undistorter", "leave out"});
+      {"cameras.txt:1", "camera 3", "OPENCV_FISHEYE", "OPENCV", "image_undistorter", "leave out"});
+  ExpectError("3 FULL_OPENCV 200 120 200 200 100 60 0 0 0 0 0 0 0.1 0\n",
+              good_images_,
+              {"cameras.txt:1", "camera 3", "k5", "FULL_OPENCV", "image_undistorter"});
+}
+
+TEST_F(ColmapText, RefusesPlacesBeyondTheRayCastersReach) {
+  for (const char* far : {"1e30", "1e300"}) {
+    ExpectError(good_cameras_,
+                std::string("1 1 0 0 0 ") + far + " 0 0 7 a.jpg\n\n",
+                {"images.txt:1", "beyond 1e12"});
+  }
 }
 
 TEST_F(ColmapText, NamesFileAndLineOfWhatIsMalformed) {
@@ -233,6 +251,11 @@ TEST_F(TransformsJson, NamesTheKeyOfWhatIsMalformed) {
   ExpectError(pinhole_,
               "\"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,2]]",
               {"last row 0 0 0 1"});
+  for (const std::string far : {"1e30", "-1e300"}) {
+    ExpectError(pinhole_,
+                "\"transform_matrix\": [[1,0,0,0],[0,1,0," + far + "],[0,0,1,0],[0,0,0,1]]",
+                {"frames[0].transform_matrix", "beyond 1e12"});
+  }
   ExpectError(size_, pose_, {"frames[0]", "no focal length", "fl_x", "camera_angle_x"});
   ExpectError("\"fl_x\": -1, ", pose_, {"fl_x", "positive"});
   ExpectError("\"fl_x\": \"wide\", ", pose_, {"(file).fl_x", "\"wide\"", "finite number"});
@@ -265,26 +288,24 @@ TEST(ImportCameras, FindsTheFormatByWhatIsThere) {
       "json/transforms.json",
       std::string("{\"fl_x\": 9, \"frames\": [{\"file_path\": \"a\", \"transform_matrix\": ") +
           kMatrix + "}]}");
-  EXPECT_EQ(ImportCameras(folder.path() / "workspace", CameraFormat::kAuto).format, kColmapFormat);
-  EXPECT_EQ(
-      ImportCameras(folder.path() / "workspace/sparse/0/images.txt", CameraFormat::kAuto).format,
-      kColmapFormat);
-  EXPECT_EQ(ImportCameras(folder.path() / "json", CameraFormat::kAuto).format, kTransformsFormat);
-  EXPECT_EQ(ImportCameras(folder.path() / "json", CameraFormat::kTransforms).format,
-            kTransformsFormat);
+  EXPECT_EQ(ImportCameras(folder.path() / "workspace", "auto").format, "COLMAP text model");
+  EXPECT_EQ(ImportCameras(folder.path() / "workspace/sparse/0/images.txt", "auto").format,
+            "COLMAP text model");
+  EXPECT_EQ(ImportCameras(folder.path() / "json", "auto").format, "transforms.json");
+  EXPECT_EQ(ImportCameras(folder.path() / "json", "transforms").format, "transforms.json");
 }
 
 TEST(ImportCameras, SaysWhatItLookedFor) {
   TempFolder folder;
   folder.WriteText("binary/cameras.bin", "x");
-  const auto message = [&](const char* name, CameraFormat format) {
+  const auto message = [&](const char* name, const char* format) {
     return MessageOf([&] { ImportCameras(folder.path() / name, format); });
   };
-  ExpectContains(message("nothing", CameraFormat::kAuto), {"nothing", "no such"});
-  ExpectContains(message("", CameraFormat::kAuto), {".json", "cameras.txt", "sparse/0"});
-  ExpectContains(message("", CameraFormat::kTransforms), {"no transforms.json"});
-  ExpectContains(message("", CameraFormat::kColmap), {"no cameras.txt"});
-  ExpectContains(message("binary", CameraFormat::kAuto), {"cameras.bin", "model_converter", "TXT"});
+  ExpectContains(message("nothing", "auto"), {"nothing", "no such"});
+  ExpectContains(message("", "auto"), {".json", "cameras.txt", "sparse/0"});
+  ExpectContains(message("", "transforms"), {"no transforms.json"});
+  ExpectContains(message("", "colmap"), {"no cameras.txt"});
+  ExpectContains(message("binary", "auto"), {"cameras.bin", "model_converter", "TXT"});
 }
 
 }  // namespace

@@ -347,6 +347,11 @@ TEST_F(LoadObservationsTest, ColmapModelFindsItsImagesFolder) {
   EXPECT_EQ(LoadObservations(options_, &files).views[0].name, "a.png");
   ASSERT_EQ(files.size(), 3U);
   EXPECT_EQ(files[2].path, folder_.path() / "ws/images/sub/a.png");
+  // A model's own photos have its size; reduced copies are in a folder of their own.
+  WritePhoto("ws/images/sub/a.png", 4, 2);
+  ExpectOneProblem({"images/sub/a.png: 4x2 pixels", "8x4", "their folder is named"});
+  options_.images_dir = folder_.path() / "ws/images";
+  EXPECT_EQ(LoadObservations(options_).views[0].camera.fx, 5.0);
   options_.images_dir = folder_.path() / "elsewhere";
   ExpectOneProblem(
       {"images.txt:1", "sub/a.png is missing", "elsewhere/sub/a.png", "elsewhere/a.png"});

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include "optim/observation/mask_metrics.h"
 #include "optim/observation/observation.h"
 #include "tests/optim/observation/observation_files.h"
 

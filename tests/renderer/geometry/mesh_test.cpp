@@ -84,7 +84,7 @@ TEST(Mesh, ValidateNamesTheFirstOffendingElement) {
        [](Mesh& m) {
          m.positions[2] = {2, 0, 0};
        }},
-      {"triangle 0 is too large",
+      {"position 1 is beyond 1e12 metres",
        [](Mesh& m) {
          m.positions[1] = {1e200, 0, 0};
        }},

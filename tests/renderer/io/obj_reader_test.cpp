@@ -76,13 +76,13 @@ constexpr const char* kParts =
     "o box\ng left a\nusemtl unused\nusemtl  dark wood \t\nf 1/1 2/2 3/3\n"
     "usemtl steel\nf 2 5 6 3\ng right\no lid\nusemtl dark wood # again\nf -6/1 -4/3 -3/2\n";
 
-std::vector<ObjGroup> ParseGroups(const std::string& text, ObjGrouping grouping) {
+std::vector<MeshGroup> ParseGroups(const std::string& text) {
   const TemporaryFolder folder;
-  return ReadObjGroups(folder.Write("shape.obj", text), grouping);
+  return ReadMeshGroups(folder.Write("shape.obj", text));
 }
 
 TEST(ObjGroups, SplitsByMaterialInOrderOfFirstFaces) {
-  const std::vector<ObjGroup> groups = ParseGroups(kParts, ObjGrouping::kMaterial);
+  const std::vector<MeshGroup> groups = ParseGroups(kParts);
   ASSERT_EQ(groups.size(), 2U);
   EXPECT_EQ(groups[0].name, "dark wood");
   EXPECT_EQ(groups[0].mesh.positions,
@@ -94,17 +94,12 @@ TEST(ObjGroups, SplitsByMaterialInOrderOfFirstFaces) {
   EXPECT_TRUE(groups[1].mesh.uvs.empty());
   EXPECT_EQ(groups[1].mesh.positions.size(), 4U);
   EXPECT_EQ(groups[1].mesh.triangles.size(), 2U);
-  for (const ObjGroup& group : groups) EXPECT_NO_THROW(ValidateMesh(group.mesh, group.name));
+  for (const MeshGroup& group : groups) EXPECT_NO_THROW(ValidateMesh(group.mesh, group.name));
 }
 
-TEST(ObjGroups, SplitsByObjectOrGroup) {
-  const std::vector<ObjGroup> objects = ParseGroups(kParts, ObjGrouping::kObject);
-  ASSERT_EQ(objects.size(), 2U);
-  EXPECT_EQ(objects[0].name, "box");
-  EXPECT_EQ(objects[0].mesh.triangles.size(), 3U);
-  EXPECT_EQ(objects[1].name, "lid");
-  const std::vector<ObjGroup> groups = ParseGroups(
-      std::string(kSquare) + "f 1 2 3\ng\nf 1 3 4\ng x\nf 4 3 1\n", ObjGrouping::kGroup);
+TEST(ObjGroups, FacesBeforeTheFirstNameHaveNone) {
+  const std::vector<MeshGroup> groups =
+      ParseGroups(std::string(kSquare) + "f 1 2 3\nusemtl\nf 1 3 4\nusemtl x\nf 4 3 1\n");
   ASSERT_EQ(groups.size(), 2U);
   EXPECT_EQ(groups[0].name, "");
   EXPECT_EQ(groups[0].mesh.triangles.size(), 2U);
@@ -112,11 +107,15 @@ TEST(ObjGroups, SplitsByObjectOrGroup) {
 }
 
 TEST(ObjGroups, RefusesWhatReadObjRefuses) {
-  const std::string got = IoErrorOf([] {
-    ParseGroups("usemtl a\nf 1 2 3\nusemtl b\nv 0 0 0\nv 1 0 0\n", ObjGrouping::kMaterial);
-  });
+  const std::string got =
+      IoErrorOf([] { ParseGroups("usemtl a\nf 1 2 3\nusemtl b\nv 0 0 0\nv 1 0 0\n"); });
   EXPECT_NE(got.find("shape.obj:2: vertex index 3 is out of range"), std::string::npos) << got;
-  EXPECT_THROW(ParseGroups("usemtl a\n", ObjGrouping::kMaterial), IoError);
+  EXPECT_THROW(ParseGroups("usemtl a\n"), IoError);
+}
+
+TEST(ObjReader, RefusesPlacesBeyondTheRayCastersReach) {
+  const std::string got = IoErrorOf([] { Parse("v 0 0 0\nv 1 0 0\nv 0 -2e12 0\nf 1 2 3\n"); });
+  EXPECT_NE(got.find("shape.obj:3: a coordinate is beyond 1e12"), std::string::npos) << got;
 }
 
 TEST(ObjReader, AllowsFacesBeforeTheirVertices) {
@@ -196,7 +195,9 @@ TEST(ObjReader, SurvivesCutAndDamagedFiles) {
 TEST(MeshFile, ChoosesByExtension) {
   const TemporaryFolder folder;
   EXPECT_EQ(ReadMesh(folder.Write("A.OBJ", std::string(kSquare) + "f 1 2 3")).triangles.size(), 1U);
-  EXPECT_NE(IoErrorOf([&] { ReadMesh(folder.Write("a.stl", "")); }).find(".obj and .ply"),
+  EXPECT_NE(IoErrorOf([&] { ReadMesh(folder.Write("a.stl", "")); }).find(".obj, .ply"),
+            std::string::npos);
+  EXPECT_NE(IoErrorOf([&] { ReadMeshGroups(folder.Write("a.ply", "")); }).find("have no groups"),
             std::string::npos);
   EXPECT_THROW(ReadMesh(folder.Path() / "none.ply"), IoError);
 }

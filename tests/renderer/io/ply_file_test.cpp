@@ -1,3 +1,5 @@
+#include "renderer/io/ply_file.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,8 +11,6 @@
 
 #include "renderer/core/error.h"
 #include "renderer/image/color.h"
-#include "renderer/io/ply_reader.h"
-#include "renderer/io/ply_writer.h"
 #include "tests/renderer/io/temporary_folder.h"
 
 namespace pathfit::renderer {

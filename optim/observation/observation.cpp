@@ -1,9 +1,11 @@
+#include "optim/observation/observation.h"
+
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
-#include "optim/observation/observation.h"
 #include "renderer/core/check.h"
-#include "renderer/io/image_file.h"
+#include "renderer/io/image_filter.h"
 
 namespace pathfit::optim {
 namespace {
@@ -41,6 +43,20 @@ ViewLevel MakeViewLevel(const View& view, const ObservationSet& observations, do
   level.clipped = Resized(view.clipped, width, height);
   level.color_weight = Resized(ColorWeight(view, observations), width, height);
   return level;
+}
+
+double MaskIou(const Image& coverage, const Image& mask) {
+  PATHFIT_CHECK(coverage.width == mask.width && coverage.height == mask.height);
+  PATHFIT_CHECK(coverage.channels == 1 && mask.channels == 1);
+  std::int64_t both = 0;
+  std::int64_t either = 0;
+  for (std::size_t i = 0; i < mask.data.size(); ++i) {
+    const bool rendered = coverage.data[i] > 0.5F;
+    const bool masked = mask.data[i] > 0.5F;
+    both += rendered && masked ? 1 : 0;
+    either += rendered || masked ? 1 : 0;
+  }
+  return either == 0 ? 1.0 : static_cast<double>(both) / static_cast<double>(either);
 }
 
 }  // namespace pathfit::optim

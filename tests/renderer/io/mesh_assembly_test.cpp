@@ -1,4 +1,4 @@
-#include "renderer/io/polygon_fan.h"
+#include "renderer/io/mesh_assembly.h"
 
 #include <cmath>
 #include <limits>

@@ -1,11 +1,13 @@
-#include "renderer/io/ply_reader.h"
+#include "renderer/io/ply_file.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
@@ -14,16 +16,188 @@
 #include <vector>
 
 #include "renderer/core/error.h"
-#include "renderer/geometry/mesh_normals.h"
+#include "renderer/geometry/mesh_checks.h"
+#include "renderer/geometry/ray.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
-#include "renderer/io/ply_header.h"
-#include "renderer/io/polygon_fan.h"
+#include "renderer/io/mesh_assembly.h"
 #include "renderer/io/text_scanner.h"
-#include "renderer/io/vertex_colors.h"
 
 namespace pathfit::renderer {
 namespace {
+
+enum class PlyFormat { kAscii, kBinaryLittleEndian, kBinaryBigEndian };
+
+enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
+
+struct PlyProperty {
+  std::string name;
+  PlyType type = PlyType::kFloat32;  ///< of the value, or of a list's entries
+  bool is_list = false;
+  PlyType count_type = PlyType::kUint8;  ///< of a list's length
+};
+
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+struct PlyHeader {
+  PlyFormat format = PlyFormat::kAscii;
+  std::vector<PlyElement> elements;
+  std::size_t num_bytes = 0;  ///< the body follows
+  std::int64_t num_lines = 0;
+};
+
+bool IsFloatType(PlyType type) { return type == PlyType::kFloat32 || type == PlyType::kFloat64; }
+
+std::size_t SizeOf(PlyType type) {
+  switch (type) {
+    case PlyType::kInt8:
+    case PlyType::kUint8:
+      return 1;
+    case PlyType::kInt16:
+    case PlyType::kUint16:
+      return 2;
+    case PlyType::kInt32:
+    case PlyType::kUint32:
+    case PlyType::kFloat32:
+      return 4;
+    case PlyType::kFloat64:
+      return 8;
+  }
+  return 0;
+}
+
+constexpr std::array<std::pair<std::string_view, PlyType>, 16> kTypeNames = {{
+    {"char", PlyType::kInt8},
+    {"int8", PlyType::kInt8},
+    {"uchar", PlyType::kUint8},
+    {"uint8", PlyType::kUint8},
+    {"short", PlyType::kInt16},
+    {"int16", PlyType::kInt16},
+    {"ushort", PlyType::kUint16},
+    {"uint16", PlyType::kUint16},
+    {"int", PlyType::kInt32},
+    {"int32", PlyType::kInt32},
+    {"uint", PlyType::kUint32},
+    {"uint32", PlyType::kUint32},
+    {"float", PlyType::kFloat32},
+    {"float32", PlyType::kFloat32},
+    {"double", PlyType::kFloat64},
+    {"float64", PlyType::kFloat64},
+}};
+
+/// Elements of a file and properties of an element; bounds the time of hostile headers.
+constexpr std::size_t kMaxDeclarations = 1000;
+
+class HeaderParser {
+ public:
+  HeaderParser(const std::filesystem::path& path, std::string_view bytes)
+      : path_(path), bytes_(bytes), reader_(bytes) {}
+
+  PlyHeader Parse() {
+    std::string_view line;
+    if (!reader_.Next(line) || line != "ply") Fail("a PLY file begins with the line 'ply'");
+    bool has_format = false;
+    while (reader_.Next(line)) {
+      const std::string_view keyword = NextToken(line);
+      if (keyword == "end_header") {
+        if (!has_format) Fail("the header has no 'format'");
+        header_.num_bytes = bytes_.size() - reader_.Rest().size();
+        header_.num_lines = reader_.LineNumber();
+        return std::move(header_);
+      }
+      if (keyword == "format") {
+        ParseFormat(line);
+        has_format = true;
+      } else if (keyword == "element") {
+        ParseElement(line);
+      } else if (keyword == "property") {
+        ParseProperty(line);
+      } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
+        Fail("unknown header statement '" + Quoted(keyword) +
+             "', allowed are format comment obj_info element property end_header");
+      }
+    }
+    Fail("the header ends without 'end_header'");
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& what) const {
+    throw IoError(path_.string() + ":" +
+                  std::to_string(std::max<std::int64_t>(1, reader_.LineNumber())) + ": " + what);
+  }
+
+  static std::string Quoted(std::string_view token) { return std::string(token.substr(0, 32)); }
+
+  void ParseFormat(std::string_view line) {
+    const std::string_view name = NextToken(line);
+    if (name == "ascii") {
+      header_.format = PlyFormat::kAscii;
+    } else if (name == "binary_little_endian") {
+      header_.format = PlyFormat::kBinaryLittleEndian;
+    } else if (name == "binary_big_endian") {
+      header_.format = PlyFormat::kBinaryBigEndian;
+    } else {
+      Fail("format '" + Quoted(name) +
+           "' is unknown, allowed are ascii binary_little_endian binary_big_endian");
+    }
+    if (NextToken(line) != "1.0") Fail("only version 1.0 is known");
+  }
+
+  void ParseElement(std::string_view line) {
+    PlyElement element;
+    element.name = NextToken(line);
+    const std::optional<std::int64_t> count = ParseInteger(NextToken(line));
+    if (element.name.empty() || !count || *count < 0) {
+      Fail("an element needs a name and a count of 0 or more");
+    }
+    const bool is_repeated =
+        std::any_of(header_.elements.begin(), header_.elements.end(), [&](const PlyElement& e) {
+          return e.name == element.name;
+        });
+    if (is_repeated) Fail("element '" + Quoted(element.name) + "' is declared twice");
+    element.count = static_cast<std::uint64_t>(*count);
+    if (header_.elements.size() >= kMaxDeclarations) Fail("too many elements");
+    header_.elements.push_back(std::move(element));
+  }
+
+  void ParseProperty(std::string_view line) {
+    if (header_.elements.empty()) Fail("a property needs an element before it");
+    PlyProperty property;
+    std::string_view type = NextToken(line);
+    if (type == "list") {
+      property.is_list = true;
+      property.count_type = ParseType(NextToken(line));
+      if (IsFloatType(property.count_type)) Fail("the length of a list must be of an integer type");
+      type = NextToken(line);
+    }
+    property.type = ParseType(type);
+    property.name = NextToken(line);
+    if (property.name.empty()) Fail("a property needs a name");
+    std::vector<PlyProperty>& known = header_.elements.back().properties;
+    const bool is_repeated = std::any_of(
+        known.begin(), known.end(), [&](const PlyProperty& p) { return p.name == property.name; });
+    if (is_repeated) Fail("property '" + Quoted(property.name) + "' is declared twice");
+    if (known.size() >= kMaxDeclarations) Fail("too many properties");
+    known.push_back(std::move(property));
+  }
+
+  PlyType ParseType(std::string_view name) const {
+    for (const auto& [known, type] : kTypeNames) {
+      if (name == known) return type;
+    }
+    Fail("type '" + Quoted(name) +
+         "' is unknown, allowed are char uchar short ushort int uint float double");
+  }
+
+  const std::filesystem::path& path_;
+  std::string_view bytes_;
+  LineReader reader_;
+  PlyHeader header_;
+};
 
 template <class T>
 double ReadBinary(const char* bytes, bool is_swapped) {
@@ -182,7 +356,7 @@ Slot SlotOf(const std::string& name) {
 class PlyParser {
  public:
   PlyParser(const std::filesystem::path& path, std::string_view bytes)
-      : path_(path), header_(ParsePlyHeader(path, bytes)), body_(path, header_, bytes) {}
+      : path_(path), header_(HeaderParser(path, bytes).Parse()), body_(path, header_, bytes) {}
 
   Mesh Parse() {
     for (const PlyElement& element : header_.elements) {
@@ -201,9 +375,7 @@ class PlyParser {
     }
     if (face_begins_.empty()) Fail("has no face");
     Triangulate();
-    WeldPositions(mesh_);
-    WeldColors(mesh_);
-    NormalizeVertexNormals(mesh_);
+    FinishMesh(mesh_);
     return std::move(mesh_);
   }
 
@@ -264,6 +436,7 @@ class PlyParser {
 
   void AppendVertex(const std::array<double, kNumSlots>& row) {
     mesh_.positions.push_back({row[kX], row[kY], row[kZ]});
+    if (!IsWithinBounds(mesh_.positions.back())) body_.Fail("a coordinate is beyond 1e12");
     if (has_normals_) mesh_.normals.push_back({row[kNx], row[kNy], row[kNz]});
     if (has_uvs_) mesh_.uvs.push_back({row[kU], row[kV]});
     if (!has_colors_) return;
@@ -357,11 +530,69 @@ class PlyParser {
   std::vector<std::size_t> face_begins_;
 };
 
+void AppendUint32(std::uint32_t value, std::string& bytes) {
+  for (int shift = 0; shift < 32; shift += 8) {
+    bytes.push_back(static_cast<char>((value >> shift) & 0xffU));
+  }
+}
+
+void AppendFloat(double value, const std::filesystem::path& path, std::string& bytes) {
+  AppendUint32(std::bit_cast<std::uint32_t>(StoredFloat(value, path)), bytes);
+}
+
+char EncodedByte(double linear) {
+  const double encoded = SrgbFromLinear(std::clamp(linear, 0.0, 1.0));
+  return static_cast<char>(static_cast<unsigned char>(std::lround(encoded * 255.0)));
+}
+
 }  // namespace
 
 Mesh ReadPly(const std::filesystem::path& path) {
   const std::string bytes = ReadWholeFile(path);
   return PlyParser(path, bytes).Parse();
+}
+
+void WritePly(const std::filesystem::path& path,
+              const Mesh& mesh,
+              const std::string& texture_file) {
+  const SplitMesh split = SplitVertices(mesh);
+  const bool has_normals = !mesh.normal_triangles.empty();
+  const bool has_uvs = !mesh.uv_triangles.empty();
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\ncomment linear colours are sRGB encoded\n";
+  if (!texture_file.empty()) bytes += "comment TextureFile " + texture_file + "\n";
+  bytes += "element vertex " + std::to_string(split.vertices.size()) + "\n";
+  bytes += "property float x\nproperty float y\nproperty float z\n";
+  if (has_normals) bytes += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (has_uvs) bytes += "property float s\nproperty float t\n";
+  if (mesh.HasColors()) bytes += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  bytes += "element face " + std::to_string(split.triangles.size()) + "\n";
+  bytes += "property list uchar int vertex_indices\nend_header\n";
+  for (const SplitVertex& vertex : split.vertices) {
+    const Vec3& position = mesh.positions[Index(vertex.position)];
+    for (int c = 0; c < 3; ++c) AppendFloat(position[c], path, bytes);
+    if (has_normals) {
+      const Vec3& normal = mesh.normals[Index(vertex.normal)];
+      for (int c = 0; c < 3; ++c) AppendFloat(normal[c], path, bytes);
+    }
+    if (has_uvs) {
+      AppendFloat(mesh.uvs[Index(vertex.uv)].x, path, bytes);
+      AppendFloat(mesh.uvs[Index(vertex.uv)].y, path, bytes);
+    }
+    if (mesh.HasColors()) {
+      const Rgb& color = mesh.colors[Index(vertex.color)];
+      for (int c = 0; c < 3; ++c) {
+        // Checked like the others: a colour that is not a number must not become a byte.
+        StoredFloat(color[c], path);
+        bytes.push_back(EncodedByte(color[c]));
+      }
+    }
+  }
+  for (const Triangle& triangle : split.triangles) {
+    bytes.push_back(3);
+    for (const std::int32_t i : triangle) AppendUint32(static_cast<std::uint32_t>(i), bytes);
+  }
+  WriteFileAtomically(path, bytes);
 }
 
 }  // namespace pathfit::renderer
