@@ -101,17 +101,6 @@ std::string TextOf(const Vec3& p) {
   return text.str();
 }
 
-struct TriangleHash {
-  std::size_t operator()(const Triangle& t) const {
-    std::uint64_t hash = 0;
-    for (const std::int32_t i : t) {
-      hash = (hash ^ static_cast<std::uint64_t>(i)) * 0x9e3779b97f4a7c15ULL;
-      hash ^= hash >> 32;
-    }
-    return hash;
-  }
-};
-
 /// Checks of one mesh; each Check function throws at its first offending element.
 class Validator {
  public:
@@ -205,15 +194,26 @@ class Validator {
   }
 
   void CheckDuplicates() const {
-    std::unordered_map<Triangle, std::size_t, TriangleHash> first;
-    first.reserve(mesh_.triangles.size());
+    std::vector<std::pair<Triangle, std::size_t>> sorted;
+    sorted.reserve(mesh_.triangles.size());
     for (std::size_t f = 0; f < mesh_.triangles.size(); ++f) {
-      const auto [entry, is_new] = first.try_emplace(SortedCorners(mesh_.triangles[f]), f);
-      if (is_new) continue;
-      Fail("triangle " + std::to_string(f) + " has the corners of triangle " +
-           std::to_string(entry->second) + ": " + TextOf(mesh_.triangles[f]) + ", at " +
-           TextOf(mesh_.positions[Index(mesh_.triangles[f][0])]));
+      sorted.emplace_back(SortedCorners(mesh_.triangles[f]), f);
     }
+    std::sort(sorted.begin(), sorted.end());
+    std::size_t copy = mesh_.triangles.size();
+    std::size_t original = 0;
+    for (std::size_t i = 1, first = 0; i < sorted.size(); ++i) {
+      if (sorted[i].first != sorted[first].first) {
+        first = i;
+      } else if (sorted[i].second < copy) {
+        copy = sorted[i].second;
+        original = sorted[first].second;
+      }
+    }
+    if (copy == mesh_.triangles.size()) return;
+    Fail("triangle " + std::to_string(copy) + " has the corners of triangle " +
+         std::to_string(original) + ": " + TextOf(mesh_.triangles[copy]) + ", at " +
+         TextOf(mesh_.positions[Index(mesh_.triangles[copy][0])]));
   }
 
   void CheckShapes() const {
@@ -236,29 +236,27 @@ class Validator {
   }
 
   void CheckEdges() const {
-    struct EdgeUse {
-      std::int32_t from = 0;  ///< first vertex in the winding of the first triangle
-      int count = 0;
-    };
-    std::unordered_map<std::uint64_t, EdgeUse> uses;
-    uses.reserve(mesh_.triangles.size() * 2);
-    for (std::size_t f = 0; f < mesh_.triangles.size(); ++f) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::int32_t from = mesh_.triangles[f][k];
-        const std::int32_t to = mesh_.triangles[f][(k + 1) % 3];
-        EdgeUse& use = uses[EdgeKey(from, to)];
-        if (++use.count == 1) {
-          use.from = from;
-          continue;
-        }
-        const std::string edge = "edge (" + std::to_string(from) + ", " + std::to_string(to) +
-                                 ") of triangle " + std::to_string(f) + ", from " +
-                                 TextOf(mesh_.positions[Index(from)]) + " to " +
-                                 TextOf(mesh_.positions[Index(to)]);
-        if (use.count > 2) Fail(edge + ", has more than two triangles");
-        if (use.from == from) Fail(edge + ", has two triangles of inconsistent winding");
+    const std::vector<MeshSide> sides = SortedSides(mesh_);
+    const MeshSide* bad = nullptr;
+    bool is_third = false;
+    ForEachEdge(sides, [&](auto first, auto last) {
+      for (auto side = first + 1; side < last; ++side) {
+        const bool beyond_two = side - first > 1;
+        if (!beyond_two && side->From(mesh_) != first->From(mesh_)) continue;
+        if (bad != nullptr && bad->side < side->side) return;
+        bad = &*side;
+        is_third = beyond_two;
+        return;
       }
-    }
+    });
+    if (bad == nullptr) return;
+    const std::int32_t from = bad->From(mesh_);
+    const std::int32_t to = bad->To(mesh_);
+    Fail("edge (" + std::to_string(from) + ", " + std::to_string(to) + ") of triangle " +
+         std::to_string(bad->Face()) + ", from " + TextOf(mesh_.positions[Index(from)]) + " to " +
+         TextOf(mesh_.positions[Index(to)]) +
+         (is_third ? ", has more than two triangles"
+                   : ", has two triangles of inconsistent winding"));
   }
 
   const Mesh& mesh_;

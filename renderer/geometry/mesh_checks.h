@@ -21,6 +21,34 @@ inline std::uint64_t EdgeKey(std::int32_t a, std::int32_t b) {
   return (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint64_t>(high);
 }
 
+/// Side `side % 3` of triangle `side / 3`, from that corner to the next, and its EdgeKey.
+struct MeshSide {
+  std::uint64_t edge = 0;
+  std::size_t side = 0;
+
+  [[nodiscard]] std::size_t Face() const { return side / 3; }
+  [[nodiscard]] std::int32_t From(const Mesh& mesh) const {
+    return mesh.triangles[Face()][side % 3];
+  }
+  [[nodiscard]] std::int32_t To(const Mesh& mesh) const {
+    return mesh.triangles[Face()][(side + 1) % 3];
+  }
+};
+
+/// Sides of all triangles: those of one edge together, in the order of the triangles.
+std::vector<MeshSide> SortedSides(const Mesh& mesh);
+
+/// Calls `visit(first, last)` with the iterators of each edge's sides.
+template <class Visitor>
+void ForEachEdge(const std::vector<MeshSide>& sides, Visitor&& visit) {
+  for (auto first = sides.begin(); first != sides.end();) {
+    auto last = first + 1;
+    while (last != sides.end() && last->edge == first->edge) ++last;
+    visit(first, last);
+    first = last;
+  }
+}
+
 inline bool IsInRange(const Triangle& triangle, std::size_t count) {
   return std::all_of(triangle.begin(), triangle.end(), [count](std::int32_t i) {
     return i >= 0 && Index(i) < count;

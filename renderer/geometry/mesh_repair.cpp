@@ -32,25 +32,6 @@ bool IsDegenerate(const Mesh& mesh, const Triangle& t) {
   return Norm(TwiceArea(mesh, t)) <= kMinRelativeArea * SquaredLongestEdge(mesh, t);
 }
 
-/// One side of a triangle on an undirected edge, and the corner where it starts.
-struct EdgeUse {
-  std::size_t face;
-  std::int32_t from;
-};
-using EdgeUses = std::unordered_map<std::uint64_t, std::vector<EdgeUse>>;
-
-EdgeUses CollectEdgeUses(const Mesh& mesh) {
-  EdgeUses uses;
-  uses.reserve(mesh.triangles.size() * 2);
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t from = mesh.triangles[f][k];
-      uses[EdgeKey(from, mesh.triangles[f][(k + 1) % 3])].push_back({f, from});
-    }
-  }
-  return uses;
-}
-
 void KeepTriangles(const std::vector<bool>& keep, Mesh& mesh) {
   ForEachTriangleList(mesh, [&keep](std::vector<Triangle>& list) {
     std::size_t kept = 0;
@@ -75,23 +56,29 @@ void DropDegenerate(Mesh& mesh, MeshRepairs& repairs) {
 class FoldFinder {
  public:
   FoldFinder(const Mesh& mesh, const std::vector<bool>& is_single)
-      : mesh_(mesh), is_single_(is_single), uses_(CollectEdgeUses(mesh)) {}
+      : mesh_(mesh), is_single_(is_single), sides_(SortedSides(mesh)) {}
 
   [[nodiscard]] bool IsFold(std::size_t a, std::size_t b) const {
     bool hangs = false;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::int32_t from = mesh_.triangles[a][k];
-      const std::int32_t to = mesh_.triangles[a][(k + 1) % 3];
-      std::vector<EdgeUse> others;
-      for (const EdgeUse& use : uses_.at(EdgeKey(from, to))) {
+      const std::uint64_t edge = EdgeKey(from, mesh_.triangles[a][(k + 1) % 3]);
+      std::vector<MeshSide> others;
+      for (auto side = std::lower_bound(
+               sides_.begin(),
+               sides_.end(),
+               edge,
+               [](const MeshSide&s, std::uint64_t wanted) { return s.edge < wanted; });
+           side != sides_.end() && side->edge == edge;
+           ++side) {
         // A pair of equal winding is a copy, not a fold.
-        if (use.face == b && use.from == from) return false;
-        if (use.face != a && use.face != b) others.push_back(use);
+        if (side->Face() == b && side->From(mesh_) == from) return false;
+        if (side->Face() != a && side->Face() != b) others.push_back(*side);
         if (others.size() > 2) return false;
       }
       if (others.empty()) continue;
-      if (others.size() != 2 || others[0].from == others[1].from || !is_single_[others[0].face] ||
-          !is_single_[others[1].face]) {
+      if (others.size() != 2 || others[0].From(mesh_) == others[1].From(mesh_) ||
+          !is_single_[others[0].Face()] || !is_single_[others[1].Face()]) {
         return false;
       }
       hangs = true;
@@ -102,7 +89,7 @@ class FoldFinder {
  private:
   const Mesh& mesh_;
   const std::vector<bool>& is_single_;
-  EdgeUses uses_;
+  std::vector<MeshSide> sides_;
 };
 
 void DropDuplicates(Mesh& mesh, MeshRepairs& repairs) {
@@ -134,12 +121,14 @@ struct Neighbor {
 
 std::vector<std::vector<Neighbor>> ManifoldNeighbors(const Mesh& mesh) {
   std::vector<std::vector<Neighbor>> neighbors(mesh.triangles.size());
-  for (const auto& [key, sides] : CollectEdgeUses(mesh)) {
-    if (sides.size() != 2) continue;
-    const bool is_opposed = sides[0].from == sides[1].from;
-    neighbors[sides[0].face].push_back({sides[1].face, is_opposed});
-    neighbors[sides[1].face].push_back({sides[0].face, is_opposed});
-  }
+  const std::vector<MeshSide> sides = SortedSides(mesh);
+  ForEachEdge(sides, [&](auto first, auto last) {
+    if (last - first != 2) return;
+    const auto second = first + 1;
+    const bool is_opposed = first->From(mesh) == second->From(mesh);
+    neighbors[first->Face()].push_back({second->Face(), is_opposed});
+    neighbors[second->Face()].push_back({first->Face(), is_opposed});
+  });
   return neighbors;
 }
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <unordered_map>
 
 #include "renderer/core/check.h"
 #include "renderer/geometry/mesh_checks.h"
@@ -32,45 +31,29 @@ bool IsWoundOutwards(const Mesh& mesh) {
 /// Around edges with more sides no neighbours are sought: it would take long, and mean nothing.
 constexpr std::ptrdiff_t kMaxSides = 64;
 
-/// One side of a triangle: from its corner k to corner k + 1.
+/// A side of an edge with more than two triangles.
 struct Side {
-  std::int32_t low, high;  ///< vertices, ascending
-  std::size_t face;
-  std::size_t corner;
-  bool ascending;      ///< runs from low to high
-  double angle = 0.0;  ///< of the face around the edge, only where there are more than two
+  MeshSide side;
+  bool ascending = false;  ///< runs from the smaller vertex to the larger
+  double angle = 0.0;      ///< of the face around the edge
 };
 using SideIterator = std::vector<Side>::iterator;
 
-std::size_t Corner(std::size_t face, std::size_t corner) { return 3 * face + corner % 3; }
-
-/// Sides of all triangles, those of one edge together.
-std::vector<Side> SortedSides(const Mesh& mesh) {
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t a = mesh.triangles[f][k];
-      const std::int32_t b = mesh.triangles[f][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), f, k, a < b});
-    }
-  }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::pair(std::pair(a.low, a.high), a.face) <
-           std::pair(std::pair(b.low, b.high), b.face);
-  });
-  return sides;
+std::size_t Corner(const MeshSide& side, std::size_t k) {
+  return 3 * side.Face() + (side.side + k) % 3;
 }
 
 /// By the angle about the direction from low to high, beginning with a face that runs downwards if
 /// there is one: turning positively, body follows such a face.
 void SortAroundEdge(const Mesh& mesh, SideIterator first, SideIterator last) {
-  const Vec3& low = mesh.positions[Index(first->low)];
-  const Vec3 axis = Normalized(mesh.positions[Index(first->high)] - low);
+  const std::int32_t from = first->side.From(mesh);
+  const std::int32_t to = first->side.To(mesh);
+  const Vec3& low = mesh.positions[Index(std::min(from, to))];
+  const Vec3 axis = Normalized(mesh.positions[Index(std::max(from, to))] - low);
   Vec3 reference;
   for (auto side = first; side != last; ++side) {
-    const Vec3 to_apex =
-        mesh.positions[Index(mesh.triangles[side->face][(side->corner + 2) % 3])] - low;
+    const Triangle& face = mesh.triangles[side->side.Face()];
+    const Vec3 to_apex = mesh.positions[Index(face[(side->side.side + 2) % 3])] - low;
     const Vec3 across = to_apex - axis * Dot(axis, to_apex);
     if (side == first) reference = across;
     side->angle = std::atan2(Dot(axis, Cross(reference, across)), Dot(reference, across));
@@ -78,7 +61,7 @@ void SortAroundEdge(const Mesh& mesh, SideIterator first, SideIterator last) {
     if (!std::isfinite(side->angle)) side->angle = 0.0;
   }
   std::sort(first, last, [](const Side& a, const Side& b) {
-    return std::pair(a.angle, a.face) < std::pair(b.angle, b.face);
+    return std::pair(a.angle, a.side.side) < std::pair(b.angle, b.side.side);
   });
   const auto downwards = std::find_if(first, last, [](const Side& s) { return !s.ascending; });
   if (downwards != last) std::rotate(first, downwards, last);
@@ -89,30 +72,29 @@ class FanBuilder {
   explicit FanBuilder(const Mesh& mesh) : mesh_(mesh), corners_(3 * mesh.triangles.size()) {}
 
   CornerFans Build() {
-    std::vector<Side> sides = SortedSides(mesh_);
-    for (auto first = sides.begin(); first != sides.end();) {
-      const auto last = std::find_if(first, sides.end(), [&](const Side& s) {
-        return s.low != first->low || s.high != first->high;
-      });
+    const std::vector<MeshSide> sides = SortedSides(mesh_);
+    ForEachEdge(sides, [this](auto first, auto last) {
       const auto count = last - first;
       fans_.num_unpaired += static_cast<std::size_t>(count);
-      if (count == 2 && first->ascending != (first + 1)->ascending) Pair(*first, *(first + 1));
-      if (count > 2) {
-        fans_.non_manifold_edges.emplace_back(first->low, first->high);
-        SortAroundEdge(mesh_, first, last);
-        PairAroundEdge(first, last);
+      if (count == 2 && first->From(mesh_) == (first + 1)->To(mesh_)) Pair(*first, *(first + 1));
+      if (count <= 2) return;
+      fans_.non_manifold_edges.emplace_back(std::minmax(first->From(mesh_), first->To(mesh_)));
+      std::vector<Side> around;
+      for (auto side = first; side != last; ++side) {
+        around.push_back({*side, side->From(mesh_) < side->To(mesh_), 0.0});
       }
-      first = last;
-    }
+      SortAroundEdge(mesh_, around.begin(), around.end());
+      PairAroundEdge(around.begin(), around.end());
+    });
     fans_.fan.resize(3 * mesh_.triangles.size());
     for (std::size_t c = 0; c < fans_.fan.size(); ++c) fans_.fan[c] = corners_.Find(c);
     return std::move(fans_);
   }
 
  private:
-  void Pair(const Side& a, const Side& b) {
-    corners_.Unite(Corner(a.face, a.corner), Corner(b.face, b.corner + 1));
-    corners_.Unite(Corner(a.face, a.corner + 1), Corner(b.face, b.corner));
+  void Pair(const MeshSide& a, const MeshSide& b) {
+    corners_.Unite(Corner(a, 0), Corner(b, 1));
+    corners_.Unite(Corner(a, 1), Corner(b, 0));
     fans_.num_unpaired -= 2;
   }
 
@@ -122,7 +104,7 @@ class FanBuilder {
       alternates = alternates && side->ascending == ((side - first) % 2 == 1);
     }
     if (alternates) {
-      for (auto side = first; side != last; side += 2) Pair(*side, *(side + 1));
+      for (auto side = first; side != last; side += 2) Pair(side->side, (side + 1)->side);
       return;
     }
     ++fans_.num_irregular;
@@ -142,7 +124,7 @@ class FanBuilder {
         }
       }
       if (best_b == 0) return;
-      Pair(open[best_a], open[best_b]);
+      Pair(open[best_a].side, open[best_b].side);
       open.erase(open.begin() + static_cast<std::ptrdiff_t>(best_b));
       open.erase(open.begin() + static_cast<std::ptrdiff_t>(best_a));
     }
@@ -155,28 +137,46 @@ class FanBuilder {
 
 }  // namespace
 
+std::vector<MeshSide> SortedSides(const Mesh& mesh) {
+  std::vector<MeshSide> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      sides.push_back({EdgeKey(t[k], t[(k + 1) % 3]), sides.size()});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const MeshSide& a, const MeshSide& b) {
+    return std::pair(a.edge, a.side) < std::pair(b.edge, b.side);
+  });
+  return sides;
+}
+
 MeshTopology MeshTopology::Build(const Mesh& mesh) {
   MeshTopology topology;
-  std::unordered_map<std::uint64_t, std::size_t> edge_of;
-  edge_of.reserve(mesh.triangles.size() * 2);
+  const std::vector<MeshSide> sides = SortedSides(mesh);
+  // The other side of an edge's first side, itself at a border; of its second side kNobody.
+  constexpr std::size_t kNobody = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> partner(3 * mesh.triangles.size(), kNobody);
+  ForEachEdge(sides, [&](auto first, auto last) {
+    PATHFIT_CHECK(last - first <= 2);
+    partner[first->side] = (last - 1)->side;
+  });
+  const auto corner = [&mesh](std::size_t side, std::size_t k) {
+    return mesh.triangles[side / 3][(side + k) % 3];
+  };
   // Edges stand in the order in which the triangles first mention them.
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    const Triangle& triangle = mesh.triangles[f];
-    const auto face = static_cast<std::int32_t>(f);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t from = triangle[k];
-      const std::int32_t to = triangle[(k + 1) % 3];
-      const std::int32_t apex = triangle[(k + 2) % 3];
-      const auto [entry, is_new] = edge_of.try_emplace(EdgeKey(from, to), topology.edges.size());
-      if (is_new) {
-        topology.edges.push_back({{from, to}, {face, -1}, {apex, -1}});
-        continue;
-      }
-      MeshEdge& edge = topology.edges[entry->second];
-      PATHFIT_CHECK(edge.faces[1] == -1 && edge.vertices[0] == to);
-      edge.faces[1] = face;
-      edge.apex[1] = apex;
+  for (std::size_t side = 0; side < partner.size(); ++side) {
+    const std::size_t other = partner[side];
+    if (other == kNobody) continue;
+    MeshEdge edge{{corner(side, 0), corner(side, 1)},
+                  {static_cast<std::int32_t>(side / 3), -1},
+                  {corner(side, 2), -1}};
+    if (other != side) {
+      PATHFIT_CHECK(corner(other, 0) == edge.vertices[1]);
+      edge.faces[1] = static_cast<std::int32_t>(other / 3);
+      edge.apex[1] = corner(other, 2);
     }
+    topology.edges.push_back(edge);
   }
   topology.neighbors.resize(mesh.positions.size());
   for (const MeshEdge& edge : topology.edges) {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -53,8 +52,9 @@ struct CornerFans {
 /// Disjoint sets of integers.
 class DisjointSets {
  public:
-  explicit DisjointSets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  explicit DisjointSets(std::size_t count) {
+    parent_.reserve(count);
+    while (parent_.size() < count) parent_.push_back(parent_.size());
   }
   std::size_t Find(std::size_t i) {
     while (parent_[i] != i) {
