@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <functional>
 #include <string_view>
 #include <type_traits>
@@ -379,14 +380,21 @@ bool SameShapes(const Scene& a, const Scene& b) {
 void WriteCheckpoint(const fs::path& folder, const FitOrigin& origin, const FitState& state) {
   Bytes payload = Codec(origin).Encode(state);
   const std::uint32_t checksum = ChecksumOf(payload);
-  const std::vector<std::uint8_t> file = Json::to_cbor(Json{
-      {"format", kFormat}, {"crc32c", checksum}, {"payload", Json::binary(std::move(payload))}});
+  const Json json{
+      {"format", kFormat}, {"crc32c", checksum}, {"payload", Json::binary(std::move(payload))}};
   std::array<char, 32> name{};
   std::snprintf(name.data(), name.size(), "state_%06d.cbor", state.sequence);
   try {
     fs::create_directories(folder);
-    renderer::WriteFileAtomically(folder / name.data(),
-                                  {reinterpret_cast<const char*>(file.data()), file.size()});
+    const fs::path path = folder / name.data();
+    renderer::WriteThroughTemporary(path, [&](const fs::path& temporary) {
+      std::ofstream stream(temporary, std::ios::binary);
+      Json::to_cbor(json, stream);
+      stream.close();
+      if (!stream) {
+        throw renderer::IoError(path.string() + ": cannot be written (disk full?)");
+      }
+    });
     const std::vector<fs::path> states = StatePaths(folder);
     for (std::size_t i = kKeptStates; i < states.size(); ++i) {
       fs::remove_all(states[i]);

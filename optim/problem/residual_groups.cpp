@@ -78,7 +78,6 @@ struct ResidualGroups::Builder {
       joined.swap(with_unit);
       nonzeros += unit_rows * columns;
       num_rows += unit_rows;
-      out.nonzero_cells_ += unit_rows * columns;
     }
     if (first < order.size()) {
       Close(first, order.size());
@@ -103,7 +102,6 @@ struct ResidualGroups::Builder {
       columns += Columns(block);
     }
     out.blocks_.insert(out.blocks_.end(), joined.begin(), joined.end());
-    out.stored_cells_ += static_cast<std::size_t>(group.num_rows) * columns;
     num_cells += static_cast<std::size_t>(group.num_rows + 1) * columns;
     out.groups_.push_back(group);
     group_ends.push_back(end);

@@ -31,9 +31,6 @@ class ResidualGroups {
   [[nodiscard]] const std::vector<float>& cells() const { return cells_; }
   /// pixel * 4 + channel of each row.
   [[nodiscard]] const std::vector<std::int64_t>& row_sources() const { return row_sources_; }
-  /// Cells of rows proper and the nonzeros among them (block granularity).
-  [[nodiscard]] std::size_t stored_cells() const { return stored_cells_; }
-  [[nodiscard]] std::size_t nonzero_cells() const { return nonzero_cells_; }
 
   /// Mean and half difference of the halves' residuals, one per row.
   std::vector<double> u, v;
@@ -49,8 +46,6 @@ class ResidualGroups {
   std::vector<std::int32_t> blocks_;
   std::vector<float> cells_;
   std::vector<std::int64_t> row_sources_;
-  std::size_t stored_cells_ = 0;
-  std::size_t nonzero_cells_ = 0;
 };
 
 }  // namespace pathfit::optim

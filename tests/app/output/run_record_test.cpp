@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "tests/app/output/synthetic_run.h"
@@ -68,7 +69,11 @@ TEST(RunRecord, SaysWhatAndWhereAndIsReadBack) {
 TEST(RunRecord, AnExceptionDoesNotLeaveItRunning) {
   const TemporaryFolder folder("record_failed");
   const fs::path path = folder.path() / "run.json";
-  { const RunRecordFile file(path, SomeRecord(folder.path())); }
+  const auto our_mistake = [&] {
+    const RunRecordFile file(path, SomeRecord(folder.path()));
+    PATHFIT_CHECK(file.record().sessions.empty());
+  };
+  EXPECT_THROW(our_mistake(), renderer::InternalError);
   const RunRecord read = ReadRunRecord(path);
   EXPECT_EQ(read.status, RunStatus::kFailed);
   EXPECT_EQ(read.exit_code, 1);

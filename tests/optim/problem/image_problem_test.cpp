@@ -26,7 +26,7 @@ class ImageProblemTest : public testing::Test {
   static ImageProblemOptions Options(LinearSolverChoice choice, std::uint64_t seed) {
     ImageProblemOptions options;
     options.linear_solver = choice;
-    options.samples = {{2 * seed + 1, 1, 1.0}, {2 * seed + 2, 1, 1.0}};
+    options.samples = {{{.spp = 1}, 2 * seed + 1}, {{.spp = 1}, 2 * seed + 2}};
     return options;
   }
 

@@ -67,7 +67,7 @@ class TrustRegionSolverTest : public testing::Test {
     LinearImageSource source(48, 32, 42, 4, noise);
     optim::ImageProblemOptions options;
     options.linear_solver = choice;
-    options.samples = {{1, 1, 1.0}, {2, 1, 1.0}};
+    options.samples = {{{.spp = 1}, 1}, {{.spp = 1}, 2}};
     ImageProblem problem(source, fit_.views, set_, options);
     problem.Linearize(start_);
     SolveOptions solve;
