@@ -78,6 +78,8 @@ struct Fields<optim::RoundReport> {
           r.peak_rss_mb);
     visit(Figure{.key = "linear_solver", .label = "Linear solver", .by_stage = "last"},
           r.linear_solver);
+    visit(Figure{.key = "solver_failure", .doc = "The solver's own words when it gave up."},
+          r.solver_failure);
   }
 };
 
