@@ -81,7 +81,7 @@ class Program(unittest.TestCase):
         page = (run_folder / "report.html").read_text()
         self.assertNotRegex(page, r'(src|href)="|url\(|@import|fetch\(|XMLHttp')
         data = json.loads(re.search(r'<script type="application/json" id="data">([^<]*)</script>', page)[1])
-        rows = list(csv.DictReader((run_folder / "metrics.csv").open()))
+        rows = list(csv.DictReader((run_folder / "metrics.csv").read_text().splitlines()))
         self.assertEqual([r["step"] for r in data["history"]["rounds"]], [int(row["step"]) for row in rows])
         for figure in data["figures"]["round"]:
             self.assertIn(figure["key"], rows[0])
