@@ -4,4 +4,8 @@ if(NOT PATHFIT_QUICK_TESTS)
       COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/${test}_test.py $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR})
     set_tests_properties(e2e/${test} PROPERTIES LABELS e2e TIMEOUT 1200)
   endforeach()
+  add_test(NAME e2e/install
+    COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/install_test.py
+      ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR} ${CMAKE_CXX_COMPILER})
+  set_tests_properties(e2e/install PROPERTIES LABELS e2e TIMEOUT 600)
 endif()

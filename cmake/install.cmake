@@ -1,0 +1,27 @@
+# cmake --install: headers under include/pathfit, static libraries, the program, and what find_package(pathfit) reads.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+include(${CMAKE_CURRENT_LIST_DIR}/public_headers.cmake)
+
+# Sources include each other from the root of the repository; installed headers from include/.
+install(CODE "
+  foreach(header ${PATHFIT_PUBLIC_HEADERS})
+    file(READ \"${PROJECT_SOURCE_DIR}/\${header}\" text)
+    string(REGEX REPLACE \"#include \\\"(renderer|optim)/\" \"#include \\\"pathfit/\\\\1/\" text \"\${text}\")
+    set(target \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/pathfit/\${header}\")
+    message(STATUS \"Installing: \${target}\")
+    file(WRITE \"\$ENV{DESTDIR}\${target}\" \"\${text}\")
+  endforeach()")
+
+set_target_properties(pathfit_renderer PROPERTIES EXPORT_NAME renderer)
+set_target_properties(pathfit_optim PROPERTIES EXPORT_NAME optim)
+set_target_properties(pathfit_flags PROPERTIES EXPORT_NAME flags)
+set_target_properties(pathfit_opencv PROPERTIES EXPORT_NAME opencv)
+install(TARGETS pathfit_renderer pathfit_optim pathfit_flags pathfit_opencv EXPORT pathfitTargets
+  INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS pathfit)
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/pathfit)
+install(EXPORT pathfitTargets NAMESPACE pathfit:: DESTINATION ${package_folder})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/pathfitConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_LIST_DIR}/pathfitConfig.cmake ${PROJECT_BINARY_DIR}/pathfitConfigVersion.cmake
+  DESTINATION ${package_folder})
