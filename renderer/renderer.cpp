@@ -93,18 +93,16 @@ Film Renderer::RenderDerivative(const Camera& camera,
                                  ? PixelBounds{0, 0, camera.width, camera.height}
                                  : BoundsOfMeshes(*world_, model, active.touches);
   ForEachRow(interior ? camera.height : 0, services, sum, [&](int y, RenderStats& row_stats) {
-    PathRecorder recorder = all_paths ? PathRecorder() : PathRecorder(active.touches);
-    DerivativeAccumulator entries;
+    PixelDerivative interior_of(adjoint, options, all_paths ? nullptr : &active.touches);
+    DerivativeAccumulator& entries = interior_of.sum();
     for (int x = 0; x < camera.width; ++x) {
       if (!bounds.Contains(x, y)) {
         continue;
       }
       const std::int64_t pixel = static_cast<std::int64_t>(y) * camera.width + x;
-      entries.Clear();
-      const Rgba value =
-          options.terms.interior
-              ? EstimatePixelWithDerivative(adjoint, options, x, y, recorder, entries, row_stats)
-              : EstimatePixel(context, model, options, x, y, row_stats);
+      const Rgba value = options.terms.interior
+                             ? interior_of.Estimate(x, y, row_stats)
+                             : EstimatePixel(context, model, options, x, y, row_stats);
       for (ParameterDerivative& entry : entries.Entries()) {
         for (Rgba& d : entry.d) {
           d *= camera.gain / options.spp;

@@ -30,14 +30,15 @@ double TouchDistance(const BoundaryContext& context) {
 
 using RowMotion = MotionAdjoint<Vec3, MotionRow>;
 
-/// Gradient of the segment's normal velocity. `image_ray`: the sensor's ray to x_D if x_D is kept
-/// at its place in the image, else null.
+/// How the sensor sees a point.
 struct ImageView {
   Ray ray;
   double distance = 0.0;
   double u = 0.0, v = 0.0;
 };
 
+/// Gradient of the segment's normal velocity. `view`: of x_D if x_D is kept at its place in the
+/// image, else null.
 void FillRow(const BoundaryContext& context,
              const BoundarySegment& s,
              const ImageView* view,
@@ -50,7 +51,7 @@ void FillRow(const BoundaryContext& context,
     motion.Vertex(s.edge->mesh, edge.vertices[0], s.edge->a, s.n_b * (1.0 - s.t));
     motion.Vertex(s.edge->mesh, edge.vertices[1], s.edge->b, s.n_b * s.t);
   }
-  const double lambda = s.source.infinite ? 0.0 : s.d.distance / (s.d.distance + s.t2);
+  const double lambda = s.d.distance / (s.d.distance + s.t2);  // 0 at infinity
   const Vec3 d_detector = s.n_b * (lambda - 1.0);
   if (view != nullptr) {
     motion.ImagePoint(s.d.id,
@@ -65,15 +66,20 @@ void FillRow(const BoundaryContext& context,
   } else {
     motion.MaterialPoint(s.d.id, s.d.b1, s.d.b2, d_detector);
   }
-  if (s.source.id.IsValid()) {
-    motion.MaterialPoint(s.source.id, s.source.b1, s.source.b2, s.n_b * -lambda);
-  } else if (motion.LightMoves(s.source.emitter)) {
-    if (s.source.infinite) {  // lambda v_S -> t1 (spin x w)
-      motion.LightSpin(s.source.emitter, Cross(s.w, s.n_b * -s.d.distance));
-    } else {
-      motion.LightPosition(s.source.emitter, s.source.position, s.n_b * -lambda);
-    }
-  }
+  std::visit(Visitor{[&](const MaterialPoint& x_s) {
+                       motion.MaterialPoint(x_s.id, x_s.b1, x_s.b2, s.n_b * -lambda);
+                     },
+                     [&](const LightSet::PointLight* light) {
+                       if (motion.LightMoves(light->emitter)) {
+                         motion.LightPosition(light->emitter, light->position, s.n_b * -lambda);
+                       }
+                     },
+                     [&](const auto* direction) {  // lambda v_S -> t1 (spin x w)
+                       if (motion.LightMoves(direction->emitter)) {
+                         motion.LightSpin(direction->emitter, Cross(s.w, s.n_b * -s.d.distance));
+                       }
+                     }},
+             s.source);
 }
 
 /// One vertex of the detector subpath: what arrives at it comes from `wi`.
@@ -154,12 +160,10 @@ bool Advance(const BoundaryContext& context,
   }
   const BsdfCosines cosines = p.Cosines(detector.wi);
   if (IsDelta(bsdf)) {
-    // Refraction spreads the beam that is followed backwards by eta^2.
-    const bool transmit = cosines.cos_i < 0.0;
-    const double eta = transmit ? RelativeEta(bsdf, p.inputs) : 1.0;
-    throughput *= EvalDelta(bsdf, p.inputs, cosines.cos_o, transmit).value *
-                  (ShadingCorrection(p, detector.wi) /
-                   (ShadingCorrection(p, sample->wi) * eta * eta * sample->pdf));
+    throughput *=
+        EvalDelta(bsdf, p.inputs, cosines.cos_o, cosines.cos_i < 0.0, TransportMode::kImportance)
+            .value *
+        (ShadingCorrection(p, detector.wi) / (ShadingCorrection(p, sample->wi) * sample->pdf));
   } else {
     throughput *=
         EvalBsdf(bsdf, p.inputs, cosines) *
@@ -257,9 +261,10 @@ bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment) 
   std::array<TriangleId, kMaxTouching> ignored{faces[0], faces[1]};
   std::size_t count = faces.size();
   auto hit = TraceIgnoring(context, segment, -segment.w, {ignored.data(), count});
-  if (segment.source.id.IsValid() && TouchesEdge(context, segment.t2)) {
+  const auto* x_s = std::get_if<MaterialPoint>(&segment.source);
+  if (x_s != nullptr && TouchesEdge(context, segment.t2)) {
     // The ray starts behind the source's plane, which may be made of several triangles here.
-    const Vec3& n = caster.Geometry(segment.source.id).n;
+    const Vec3& n = caster.Geometry(x_s->id).n;
     while (hit && TouchesEdge(context, hit->distance) && count < ignored.size() &&
            std::abs(Dot(n, caster.Geometry(hit->id).n)) > 1.0 - kCoplanar) {
       ignored[count++] = hit->id;

@@ -4,15 +4,6 @@
 
 namespace pathfit::renderer {
 
-/// The far end of a boundary segment on the source side: how it moves.
-struct SegmentSource {
-  TriangleId id;  ///< a surface point, moving with its material; invalid: a light
-  double b1 = 0.0, b2 = 0.0;
-  int emitter = -1;       ///< if not a surface point
-  bool infinite = false;  ///< environment or directional light: turns with the light
-  Vec3 position;          ///< of a point light
-};
-
 /// A segment x_D x_S that grazes an edge at x_B: path_space 1.6, 1.7.
 struct BoundarySegment {
   const BoundaryEdge* edge = nullptr;
@@ -24,7 +15,7 @@ struct BoundarySegment {
   Hit d;                 ///< detector end; distance is t1 = |x_B - x_D|
   Vec3 x_d;
   double t2 = 0.0;  ///< |x_S - x_B|; infinity for lights at infinity
-  SegmentSource source;
+  LightEnd source;  ///< x_S, or what shines from the direction w
 };
 
 /// Fills edge point and frame of a segment for direction w; false if the edge is no silhouette for

@@ -6,12 +6,10 @@
 #include <numbers>
 
 #include "renderer/geometry/tangent_wedge.h"
-#include "renderer/math/warp.h"
 
 namespace pathfit::renderer {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A ray that should reach a light may fall short of it by this share.
 constexpr double kReachTolerance = 1e-4;
 // The wedge way takes over where drawing by the light is this much rarer: close to the light. It
@@ -29,27 +27,28 @@ DirectBoundary::DirectBoundary(const BoundaryContext& context) : context_(contex
     return;
   }
   if (!lights.areas.empty()) {
-    ways_.push_back({Way::Kind::kArea});
+    ways_.emplace_back(AreaWay{});
   }
   if (lights.environment) {
-    ways_.push_back({Way::Kind::kEnvironment});
+    ways_.emplace_back(&*lights.environment);
   }
   if (context.path.HasExtendedLights() && total > 0.0) {
-    ways_.push_back({Way::Kind::kWedge});
+    ways_.emplace_back(WedgeWay{});
   }
-  for (std::size_t i = 0; i < lights.points.size(); ++i) {
-    ways_.push_back({Way::Kind::kPoint, static_cast<int>(i)});
+  for (const auto& light : lights.points) {
+    ways_.emplace_back(&light);
   }
-  for (std::size_t i = 0; i < lights.directionals.size(); ++i) {
-    ways_.push_back({Way::Kind::kDirectional, static_cast<int>(i)});
+  for (const auto& light : lights.directionals) {
+    ways_.emplace_back(&light);
   }
 }
 
 std::vector<BoundaryWay> DirectBoundary::Ways() const {
   std::vector<BoundaryWay> ways;
   for (const Way& way : ways_) {
-    const bool has_extent = way.kind != Way::Kind::kPoint && way.kind != Way::Kind::kDirectional;
-    ways.push_back({has_extent ? 3 : 1});
+    const bool edge_only = std::holds_alternative<const LightSet::PointLight*>(way) ||
+                           std::holds_alternative<const LightSet::Directional*>(way);
+    ways.push_back({edge_only ? 1 : 3});
   }
   return ways;
 }
@@ -59,25 +58,48 @@ std::int64_t DirectBoundary::NumSamples() const {
 }
 
 void DirectBoundary::Sample(std::size_t way, const BoundaryDraw& draw, SplatBuffer& splats) const {
-  const Way& w = ways_[way];
-  const std::array<double, 3>& u = draw.u;
-  const double weight = draw.weight;
-  IndependentSampler sampler = draw.Independent();
   const LightSet& lights = context_.path.lights;
-  switch (w.kind) {
-    case Way::Kind::kArea:
-      return SampleArea(u, weight, sampler, splats);
-    case Way::Kind::kEnvironment:
-      return SampleEnvironment(u, weight, sampler, splats);
-    case Way::Kind::kWedge:
-      return SampleWedgeDirection(u, weight, sampler, splats);
-    case Way::Kind::kPoint:
-      return SamplePoint(
-          lights.points[static_cast<std::size_t>(w.index)], u[0], weight, sampler, splats);
-    case Way::Kind::kDirectional:
-      return SampleDirectional(
-          lights.directionals[static_cast<std::size_t>(w.index)], u[0], weight, sampler, splats);
-  }
+  const EdgeTree& edges = context_.edges;
+  const auto& [u0, u1, u2] = draw.u;
+  std::visit(Visitor{[&](AreaWay) {
+                       const World& world = *context_.path.world;
+                       const AreaSample y = lights.area_sampler->Sample(u1, u2);
+                       const Vec3 position = world.caster().Geometry(y.id).Point(y.b1, y.b2);
+                       SampleLightFirst(
+                           draw,
+                           edges.SampleFromPoint(position, true, u0),
+                           [&](const Vec3& x_b) {
+                             return SeeAreaPoint(world, lights, {y.id, y.b1, y.b2}, y.pdf, x_b);
+                           },
+                           splats);
+                     },
+                     [&](WedgeWay) { SampleWedgeFirst(draw, splats); },
+                     [&](const LightSet::Environment* environment) {
+                       const auto light = SeeEnvironment(
+                           *environment, SampleWithoutReceiver(*environment, u1, u2));
+                       if (light) {
+                         SampleLightFirst(
+                             draw,
+                             edges.SampleAlongDirection(light->w, u0),
+                             [&](const Vec3&) { return light; },
+                             splats);
+                       }
+                     },
+                     [&](const LightSet::PointLight* point) {
+                       SampleLightFirst(
+                           draw,
+                           edges.SampleFromPoint(point->position, true, u0),
+                           [&](const Vec3& x_b) { return SeePointLight(*point, x_b); },
+                           splats);
+                     },
+                     [&](const LightSet::Directional* directional) {
+                       SampleLightFirst(
+                           draw,
+                           edges.SampleAlongDirection(directional->to_light, u0),
+                           [&](const Vec3&) { return SeeDirectional(*directional); },
+                           splats);
+                     }},
+             ways_[way]);
 }
 
 double DirectBoundary::LightShare(double pdf) const {
@@ -86,100 +108,52 @@ double DirectBoundary::LightShare(double pdf) const {
   return by_light * by_light / (by_light * by_light + by_wedge * by_wedge);
 }
 
-void DirectBoundary::Connect(const BoundarySegment& segment,
-                             const Rgb& radiance,
-                             double weight,
-                             IndependentSampler& sampler,
-                             SplatBuffer& splats) const {
-  ConnectDetectors(context_, segment, {radiance}, weight, sampler, splats);
+bool DirectBoundary::IsHidden(const BoundarySegment& segment) const {
+  const auto hit = TraceFromEdge(context_, segment, segment.w);
+  const auto* x_s = std::get_if<MaterialPoint>(&segment.source);
+  return hit && !(x_s != nullptr && hit->id == x_s->id) &&
+         hit->distance < segment.t2 * (1.0 - kReachTolerance);
 }
 
-void DirectBoundary::SampleArea(const std::array<double, 3>& u,
-                                double weight,
-                                IndependentSampler& sampler,
-                                SplatBuffer& splats) const {
-  const LightSet& lights = context_.path.lights;
-  const AreaSample y = lights.area_sampler->Sample(u[1], u[2]);
-  const TriangleGeometry& triangle = context_.path.world->caster().Geometry(y.id);
-  const Vec3 position = triangle.Point(y.b1, y.b2);
-  const EdgeTree::Pick pick = context_.edges.SampleFromPoint(position, true, u[0]);
+template <class See>
+void DirectBoundary::SampleLightFirst(const BoundaryDraw& draw,
+                                      const EdgeTree::Pick& pick,
+                                      See see,
+                                      SplatBuffer& splats) const {
   if (pick.edge < 0) {
     return;
   }
   const BoundaryEdge& edge = context_.edges.edges()[static_cast<std::size_t>(pick.edge)];
-  const Vec3 x_b = edge.a + (edge.b - edge.a) * pick.remainder;
+  const std::optional<SeenLight> light = see(edge.a + (edge.b - edge.a) * pick.remainder);
   BoundarySegment segment;
-  segment.t2 = Norm(position - x_b);
-  const Vec3 w = (position - x_b) * (1.0 / segment.t2);
-  const double cos_light = -Dot(triangle.n, w);
-  const LightSet::AreaLight& light = *lights.AreaLightOf(y.id.mesh);
-  const Rgb radiance = AreaRadiance(light, y.id.triangle, y.b1, y.b2, cos_light > 0.0 ? 1.0 : -1.0);
-  if (!(segment.t2 > 0.0) || cos_light == 0.0 || IsBlack(radiance) ||
-      !StartSegment(context_, edge, pick.remainder, w, segment)) {
+  if (!light || IsBlack(light->radiance) ||
+      !StartSegment(context_, edge, pick.remainder, light->w, segment)) {
     return;
   }
-  const auto hit = TraceFromEdge(context_, segment, w);
-  if (hit && !(hit->id == y.id) && hit->distance < segment.t2 * (1.0 - kReachTolerance)) {
+  segment.t2 = light->distance;
+  segment.source = light->end;
+  if (IsHidden(segment) || !TraceDetectorEnd(context_, segment)) {
     return;
   }
-  segment.source = {y.id, y.b1, y.b2, -1, false, {}};
-  if (!TraceDetectorEnd(context_, segment)) {
-    return;
-  }
-  const double pdf_w = y.pdf * segment.t2 * segment.t2 / std::abs(cos_light);
-  const double pdf = pick.probability / edge.Length() * pdf_w;
-  Connect(segment, radiance, weight * LightShare(pdf_w) / pdf, sampler, splats);
+  const double pdf = pick.probability / edge.Length() * light->pdf;
+  const double share = light->has_extent ? LightShare(light->pdf) : 1.0;
+  IndependentSampler sampler = draw.Independent();
+  ConnectDetectors(
+      context_, segment, {light->radiance}, draw.weight * share / pdf, sampler, splats);
 }
 
-void DirectBoundary::SampleEnvironment(const std::array<double, 3>& u,
-                                       double weight,
-                                       IndependentSampler& sampler,
-                                       SplatBuffer& splats) const {
-  const LightSet::Environment& environment = *context_.path.lights.environment;
-  DirectionSample sample;
-  if (environment.light->texels.size() == 1) {  // the same from everywhere
-    sample.direction = SampleUniformSphere(u[1], u[2]);
-    sample.pdf = 0.25 * std::numbers::inv_pi;
-  } else {
-    sample = environment.sampler->Sample({}, u[1], u[2]);
-  }
-  const Vec3 w = environment.world_from_light * sample.direction;
-  const EdgeTree::Pick pick = context_.edges.SampleAlongDirection(w, u[0]);
-  if (pick.edge < 0 || !(sample.pdf > 0.0)) {
-    return;
-  }
-  const BoundaryEdge& edge = context_.edges.edges()[static_cast<std::size_t>(pick.edge)];
-  BoundarySegment segment;
-  segment.t2 = kInfinity;
-  if (!StartSegment(context_, edge, pick.remainder, w, segment) ||
-      TraceFromEdge(context_, segment, w) || !TraceDetectorEnd(context_, segment)) {
-    return;
-  }
-  segment.source = {{}, 0.0, 0.0, environment.emitter, true, {}};
-  const double pdf = pick.probability / edge.Length() * sample.pdf;
-  Connect(segment,
-          EnvironmentRadianceInWorld(environment, w),
-          weight * LightShare(sample.pdf) / pdf,
-          sampler,
-          splats);
-}
-
-void DirectBoundary::SampleWedgeDirection(const std::array<double, 3>& u,
-                                          double weight,
-                                          IndependentSampler& sampler,
-                                          SplatBuffer& splats) const {
-  const EdgeTree::Pick pick = context_.edges.SampleByWedge(u[0]);
+void DirectBoundary::SampleWedgeFirst(const BoundaryDraw& draw, SplatBuffer& splats) const {
+  const EdgeTree::Pick pick = context_.edges.SampleByWedge(draw.u[0]);
   if (pick.edge < 0) {
     return;
   }
   const BoundaryEdge& edge = context_.edges.edges()[static_cast<std::size_t>(pick.edge)];
-  const Vec3 w = SampleWedge(edge, u[1], u[2]);
+  const Vec3 w = SampleWedge(edge, draw.u[1], draw.u[2]);
   BoundarySegment segment;
   if (!StartSegment(context_, edge, pick.remainder, w, segment)) {
     return;
   }
   const LightSet& lights = context_.path.lights;
-  const double pdf = pick.probability / (edge.Length() * 4.0 * WedgeAngle(edge));
   Rgb radiance;
   double light_pdf = 0.0;
   if (const auto hit = TraceFromEdge(context_, segment, w)) {
@@ -193,70 +167,24 @@ void DirectBoundary::SampleWedgeDirection(const std::array<double, 3>& u,
     light_pdf =
         lights.area_sampler->Pdf(hit->id) * hit->distance * hit->distance / std::abs(cos_light);
     segment.t2 = std::max(0.0, hit->distance);
-    segment.source = {hit->id, hit->b1, hit->b2, -1, false, {}};
+    segment.source = MaterialPoint{hit->id, hit->b1, hit->b2};
   } else if (lights.environment) {
-    const auto& environment = *lights.environment;
-    radiance = EnvironmentRadianceInWorld(environment, w);
-    light_pdf =
-        environment.light->texels.size() == 1
-            ? 0.25 * std::numbers::inv_pi
-            : environment.sampler->Pdf(EnvironmentUv(environment.light_from_world * w), true);
-    segment.t2 = kInfinity;
-    segment.source = {{}, 0.0, 0.0, environment.emitter, true, {}};
+    radiance = EnvironmentRadianceInWorld(*lights.environment, w);
+    light_pdf = PdfWithoutReceiver(*lights.environment, w);
+    segment.t2 = std::numeric_limits<double>::infinity();
+    segment.source = &*lights.environment;
   }
   if (IsBlack(radiance) || !TraceDetectorEnd(context_, segment)) {
     return;
   }
-  Connect(segment, radiance, weight * (1.0 - LightShare(light_pdf)) / pdf, sampler, splats);
-}
-
-void DirectBoundary::SamplePoint(const LightSet::PointLight& light,
-                                 double u,
-                                 double weight,
-                                 IndependentSampler& sampler,
-                                 SplatBuffer& splats) const {
-  const EdgeTree::Pick pick = context_.edges.SampleFromPoint(light.position, true, u);
-  if (pick.edge < 0) {
-    return;
-  }
-  const BoundaryEdge& edge = context_.edges.edges()[static_cast<std::size_t>(pick.edge)];
-  const Vec3 x_b = edge.a + (edge.b - edge.a) * pick.remainder;
-  BoundarySegment segment;
-  segment.t2 = Norm(light.position - x_b);
-  const Vec3 w = (light.position - x_b) * (1.0 / segment.t2);
-  const Rgb intensity = IntensityTowards(light, -w);
-  if (!(segment.t2 > 0.0) || IsBlack(intensity) ||
-      !StartSegment(context_, edge, pick.remainder, w, segment)) {
-    return;
-  }
-  const auto hit = TraceFromEdge(context_, segment, w);
-  if ((hit && hit->distance < segment.t2 * (1.0 - kReachTolerance)) ||
-      !TraceDetectorEnd(context_, segment)) {
-    return;
-  }
-  segment.source = {{}, 0.0, 0.0, light.emitter, false, light.position};
-  const double pdf = pick.probability / edge.Length();
-  Connect(segment, intensity, weight / (pdf * segment.t2 * segment.t2), sampler, splats);
-}
-
-void DirectBoundary::SampleDirectional(const LightSet::Directional& light,
-                                       double u,
-                                       double weight,
-                                       IndependentSampler& sampler,
-                                       SplatBuffer& splats) const {
-  const EdgeTree::Pick pick = context_.edges.SampleAlongDirection(light.to_light, u);
-  if (pick.edge < 0) {
-    return;
-  }
-  const BoundaryEdge& edge = context_.edges.edges()[static_cast<std::size_t>(pick.edge)];
-  BoundarySegment segment;
-  segment.t2 = kInfinity;
-  if (!StartSegment(context_, edge, pick.remainder, light.to_light, segment) ||
-      TraceFromEdge(context_, segment, light.to_light) || !TraceDetectorEnd(context_, segment)) {
-    return;
-  }
-  segment.source = {{}, 0.0, 0.0, light.emitter, true, {}};
-  Connect(segment, light.irradiance, weight * edge.Length() / pick.probability, sampler, splats);
+  const double pdf = pick.probability / (edge.Length() * 4.0 * WedgeAngle(edge));
+  IndependentSampler sampler = draw.Independent();
+  ConnectDetectors(context_,
+                   segment,
+                   {radiance},
+                   draw.weight * (1.0 - LightShare(light_pdf)) / pdf,
+                   sampler,
+                   splats);
 }
 
 }  // namespace pathfit::renderer

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <variant>
 #include <vector>
 
 #include "renderer/boundary/boundary_segment.h"
@@ -25,38 +25,24 @@ class DirectBoundary : public BoundaryTechnique {
   void Sample(std::size_t way, const BoundaryDraw& draw, SplatBuffer& splats) const override;
 
  private:
-  struct Way {
-    enum class Kind { kArea, kEnvironment, kWedge, kPoint, kDirectional } kind;
-    int index = 0;  ///< of the point or directional light
-  };
+  struct AreaWay {};   ///< a point on an area light first, then an edge
+  struct WedgeWay {};  ///< an edge first, then one of its tangent directions
+  /// Or one light first, then an edge.
+  using Way = std::variant<AreaWay,
+                           WedgeWay,
+                           const LightSet::Environment*,
+                           const LightSet::PointLight*,
+                           const LightSet::Directional*>;
 
-  void SampleArea(const std::array<double, 3>& u,
-                  double weight,
-                  IndependentSampler& sampler,
-                  SplatBuffer& splats) const;
-  void SampleEnvironment(const std::array<double, 3>& u,
-                         double weight,
-                         IndependentSampler& sampler,
-                         SplatBuffer& splats) const;
-  void SampleWedgeDirection(const std::array<double, 3>& u,
-                            double weight,
-                            IndependentSampler& sampler,
-                            SplatBuffer& splats) const;
-  void SamplePoint(const LightSet::PointLight& light,
-                   double u,
-                   double weight,
-                   IndependentSampler& sampler,
-                   SplatBuffer& splats) const;
-  void SampleDirectional(const LightSet::Directional& light,
-                         double u,
-                         double weight,
-                         IndependentSampler& sampler,
-                         SplatBuffer& splats) const;
-  void Connect(const BoundarySegment& segment,
-               const Rgb& radiance,
-               double weight,
-               IndependentSampler& sampler,
-               SplatBuffer& splats) const;
+  /// `see(x_b)`: the light as seen from an edge point.
+  template <class See>
+  void SampleLightFirst(const BoundaryDraw& draw,
+                        const EdgeTree::Pick& pick,
+                        See see,
+                        SplatBuffer& splats) const;
+  void SampleWedgeFirst(const BoundaryDraw& draw, SplatBuffer& splats) const;
+  /// Whether something lies between x_B and the segment's source.
+  [[nodiscard]] bool IsHidden(const BoundarySegment& segment) const;
   /// Share of the light-first way in a segment whose light density per steradian is `pdf`.
   [[nodiscard]] double LightShare(double pdf) const;
 

@@ -8,7 +8,7 @@ namespace pathfit::renderer {
 namespace {
 
 /// Sorts a path's radiance by the number of reflections.
-class RadianceByBounce : public NullPathRecorder {
+class RadianceByBounce : public NullListener {
  public:
   explicit RadianceByBounce(CumulativeRadiance& radiance) : radiance_(radiance) {}
   void OnRadiance(int bounces, const Rgb& radiance) {
@@ -50,7 +50,7 @@ void IndirectBoundary::Sample(std::size_t /*way*/,
     return;
   }
   segment.t2 = std::max(0.0, hit->distance);
-  segment.source = {hit->id, hit->b1, hit->b2, -1, false, {}};
+  segment.source = MaterialPoint{hit->id, hit->b1, hit->b2};
   if (!TraceDetectorEnd(context_, segment)) {
     return;
   }
@@ -66,8 +66,8 @@ void IndirectBoundary::Sample(std::size_t /*way*/,
   }
   IndependentSampler sampler = draw.Independent();
   CumulativeRadiance radiance(static_cast<std::size_t>(path.max_bounces));
-  RadianceByBounce recorder(radiance);
-  TraceRadiance(path, source, sampler, recorder, {path.max_bounces - 1, false, false});
+  RadianceByBounce listener(radiance);
+  TraceRadiance(path, source, sampler, listener, {path.max_bounces - 1, false, false});
   for (std::size_t i = 1; i < radiance.size(); ++i) {
     radiance[i] += radiance[i - 1];
   }

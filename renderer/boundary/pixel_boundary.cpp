@@ -100,9 +100,9 @@ void PixelBoundary::SamplePoint(bool is_column,
   }
   Rgb radiance;
   if (hit) {
-    NullPathRecorder recorder;
+    NullListener listener;
     radiance = TraceRadiance(
-        path, MakeSurfacePoint(*path.world, *hit, ray), sampler, recorder, {path.max_bounces});
+        path, MakeSurfacePoint(*path.world, *hit, ray), sampler, listener, {path.max_bounces});
   } else {
     radiance = EnvironmentRadianceInWorld(*path.lights.environment, ray.direction);
   }

@@ -161,8 +161,8 @@ Rgb PrimaryBoundary::ShadeFace(const EdgePoint& point, TriangleId face) const {
   const SurfacePoint p = MakeSurfacePoint(
       *context_.path.world, face, b1, b2, geometry.Point(b1, b2), -point.ray.direction);
   LatticeSampler sampler = point.sampler;
-  NullPathRecorder recorder;
-  return TraceRadiance(context_.path, p, sampler, recorder, {context_.path.max_bounces});
+  NullListener listener;
+  return TraceRadiance(context_.path, p, sampler, listener, {context_.path.max_bounces});
 }
 
 Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
@@ -194,8 +194,8 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
                                           geometry.Point(b.x, b.y),
                                           usable ? -ray.direction : -point.ray.direction);
   LatticeSampler sampler = point.sampler;
-  NullPathRecorder recorder;
-  return TraceRadiance(context_.path, p, sampler, recorder, {context_.path.max_bounces});
+  NullListener listener;
+  return TraceRadiance(context_.path, p, sampler, listener, {context_.path.max_bounces});
 }
 
 void PrimaryBoundary::Sample(std::size_t /*way*/,

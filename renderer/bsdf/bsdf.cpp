@@ -176,11 +176,13 @@ double MirroredPairPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCos
   return 0.5 * (Pdf(bsdf, inputs, cosines, false) + Pdf(bsdf, inputs, cosines, true));
 }
 
-DeltaPartials EvalDelta(const Bsdf& bsdf, const BsdfInputs& inputs, double cos_o, bool transmit) {
+DeltaPartials EvalDelta(
+    const Bsdf& bsdf, const BsdfInputs& inputs, double cos_o, bool transmit, TransportMode mode) {
   return std::visit(
       [&]<class Model>(const Model& model) -> DeltaPartials {
         if constexpr (Delta<Model>) {
-          return cos_o > 0.0 ? EvalDeltaModel(model, inputs, cos_o, transmit) : DeltaPartials{};
+          return cos_o > 0.0 ? EvalDeltaModel(model, inputs, cos_o, transmit, mode)
+                             : DeltaPartials{};
         } else {
           return {};
         }

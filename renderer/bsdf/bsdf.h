@@ -132,15 +132,23 @@ double BsdfPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& co
 /// BsdfPdf in every weight. Zero for delta models.
 double MirroredPairPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
 
-/// Weight of a delta lobe: radiance leaving along wo per radiance arriving along the mirrored
-/// (`transmit` false) or refracted direction, the squared index ratio included. Zero for rough
-/// models, for cos_o <= 0, and for transmission through a mirror or in total reflection.
+/// What travels along a path against the light: radiance, which refraction scales by the squared
+/// index ratio, or with it importance (sensor responsivity, or photons), which it does not.
+enum class TransportMode { kRadiance, kImportance };
+
+/// Weight of a delta lobe: what leaves along wo per what arrives along the mirrored (`transmit`
+/// false) or refracted direction, radiance or importance. Zero for rough models, for cos_o <= 0,
+/// and for transmission through a mirror or in total reflection.
 struct DeltaPartials {
   Rgb value;
   Rgb d_cos_o;
   Rgb d_base_color, d_eta, d_k;
 };
-DeltaPartials EvalDelta(const Bsdf& bsdf, const BsdfInputs& inputs, double cos_o, bool transmit);
+DeltaPartials EvalDelta(const Bsdf& bsdf,
+                        const BsdfInputs& inputs,
+                        double cos_o,
+                        bool transmit,
+                        TransportMode mode = TransportMode::kRadiance);
 
 /// Index of refraction ratio along the flow for refracting wo: outside over inside, or the inverse
 /// when wo is inside.

@@ -7,8 +7,10 @@
 
 namespace pathfit::renderer {
 
-/// What each model implements, one overload per alternative of Bsdf; bsdf.cpp dispatches. Cosines
-/// and directions come with cos_o >= kMinCosO, directions in the frame of the normal (+z).
+// What each model implements, one overload per alternative of Bsdf that is not Lambert; bsdf.cpp
+// dispatches. Cosines and directions come with cos_o >= kMinCosO.
+
+/// A direction in the frame of the normal (+z).
 struct LocalSample {
   Vec3 wi;
   double pdf = 0.0;
@@ -64,11 +66,13 @@ std::optional<LocalSample> SampleModel(const RoughDielectricBsdf& model,
 DeltaPartials EvalDeltaModel(const MirrorBsdf& model,
                              const BsdfInputs& inputs,
                              double cos_o,
-                             bool transmit);
+                             bool transmit,
+                             TransportMode mode);
 DeltaPartials EvalDeltaModel(const SmoothDielectricBsdf& model,
                              const BsdfInputs& inputs,
                              double cos_o,
-                             bool transmit);
+                             bool transmit,
+                             TransportMode mode);
 
 /// Index on the far side of a dielectric over the one on the side of wo, and its derivative by eta.
 inline double BeyondOverHere(double eta, const BsdfInputs& inputs) {

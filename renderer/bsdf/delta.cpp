@@ -9,7 +9,8 @@ namespace pathfit::renderer {
 DeltaPartials EvalDeltaModel(const MirrorBsdf& model,
                              const BsdfInputs& in,
                              double cos_o,
-                             bool transmit) {
+                             bool transmit,
+                             TransportMode /*mode*/) {
   using D3 = Dual<3>;
   DeltaPartials p;
   if (transmit) {
@@ -32,11 +33,15 @@ DeltaPartials EvalDeltaModel(const MirrorBsdf& model,
 DeltaPartials EvalDeltaModel(const SmoothDielectricBsdf& model,
                              const BsdfInputs& in,
                              double cos_o,
-                             bool transmit) {
+                             bool transmit,
+                             TransportMode mode) {
   using D2 = Dual<2>;
   const D2 e = D2::Variable(BeyondOverHere(model.eta, in), 1);
   const D2 reflected = FresnelDielectric(D2::Variable(std::min(cos_o, 1.0), 0), e);
-  const D2 weight = transmit ? (D2(1.0) - reflected) / (e * e) : reflected;
+  D2 weight = transmit ? D2(1.0) - reflected : reflected;
+  if (transmit && mode == TransportMode::kRadiance) {
+    weight = weight / (e * e);
+  }
   DeltaPartials p;
   p.value = in.base_color * weight.v;
   p.d_cos_o = in.base_color * weight.d[0];

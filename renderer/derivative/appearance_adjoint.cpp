@@ -3,8 +3,6 @@
 namespace pathfit::renderer {
 namespace {
 
-using Vertex = PathRecorder::Vertex;
-
 /// A block whose component c acts on channel c.
 void AddDiagonal(std::array<Rgba, 3>& entry, const Rgb& d) {
   entry[0].r += d.r;
@@ -55,76 +53,73 @@ void AppearanceAdjoint::Uv(TriangleId id, double b1, double b2, const Rgb& d_u, 
   }
 }
 
-void AppearanceAdjoint::TextureRole(const Vertex& v, int texture, const Rgb& d_value) {
+void AppearanceAdjoint::TextureRole(const SurfacePoint& p, int texture, const Rgb& d_value) {
   const TextureLookup lookup =
       LookUpTexture(context_.world->scene().textures[static_cast<std::size_t>(texture)],
-                    UvAt(context_.world->mesh(v.p.id.mesh), v.p.id, v.p.b1, v.p.b2));
-  const bool is_color = texture == v.p.material->base_color_texture;
+                    UvAt(context_.world->mesh(p.id.mesh), p.id, p.b1, p.b2));
+  const bool is_color = texture == p.material->base_color_texture;
   Texels(texture, lookup, d_value, !is_color);
   const auto slope = [&](const Rgb& s) { return is_color ? s : Rgb::Constant(s.r); };
-  Uv(v.p.id, v.p.b1, v.p.b2, d_value * slope(lookup.du), d_value * slope(lookup.dv));
+  Uv(p.id, p.b1, p.b2, d_value * slope(lookup.du), d_value * slope(lookup.dv));
 }
 
-void AppearanceAdjoint::Material(const Vertex& v) {
-  const SceneMesh& mesh = context_.world->scene().meshes[static_cast<std::size_t>(v.p.id.mesh)];
+void AppearanceAdjoint::Material(const SurfacePoint& p, const VertexAdjoint& d) {
+  const SceneMesh& mesh = context_.world->scene().meshes[static_cast<std::size_t>(p.id.mesh)];
   const auto& blocks = active_.materials[static_cast<std::size_t>(mesh.material)];
   if (!blocks.any) {
     return;
   }
-  const renderer::Material& material = *v.p.material;
+  const renderer::Material& material = *p.material;
   if (material.base_color_texture >= 0) {
-    TextureRole(v, material.base_color_texture, v.d_base_color);
+    TextureRole(p, material.base_color_texture, d.d_base_color);
   } else if (material.vertex_colors) {
-    if (const std::int32_t first = active_.meshes[static_cast<std::size_t>(v.p.id.mesh)].colors;
+    if (const std::int32_t first = active_.meshes[static_cast<std::size_t>(p.id.mesh)].colors;
         first >= 0) {
-      const Triangle& t = CornersOf(mesh.mesh.color_triangles, v.p.id);
-      AddDiagonal(sum_.Entry(first + t[0]), v.d_base_color * (1.0 - v.p.b1 - v.p.b2));
-      AddDiagonal(sum_.Entry(first + t[1]), v.d_base_color * v.p.b1);
-      AddDiagonal(sum_.Entry(first + t[2]), v.d_base_color * v.p.b2);
+      const Triangle& t = CornersOf(mesh.mesh.color_triangles, p.id);
+      AddDiagonal(sum_.Entry(first + t[0]), d.d_base_color * (1.0 - p.b1 - p.b2));
+      AddDiagonal(sum_.Entry(first + t[1]), d.d_base_color * p.b1);
+      AddDiagonal(sum_.Entry(first + t[2]), d.d_base_color * p.b2);
     }
   } else if (blocks.base_color >= 0) {
-    AddDiagonal(sum_.Entry(blocks.base_color), v.d_base_color);
+    AddDiagonal(sum_.Entry(blocks.base_color), d.d_base_color);
   }
   if (material.roughness_texture >= 0) {
-    TextureRole(v, material.roughness_texture, v.d_roughness);
+    TextureRole(p, material.roughness_texture, d.d_roughness);
   } else if (blocks.roughness >= 0) {
-    AddComponent(sum_.Entry(blocks.roughness), 0, v.d_roughness);
+    AddComponent(sum_.Entry(blocks.roughness), 0, d.d_roughness);
   }
   if (material.metallic_texture >= 0) {
-    TextureRole(v, material.metallic_texture, v.d_metallic);
+    TextureRole(p, material.metallic_texture, d.d_metallic);
   } else if (blocks.metallic >= 0) {
-    AddComponent(sum_.Entry(blocks.metallic), 0, v.d_metallic);
+    AddComponent(sum_.Entry(blocks.metallic), 0, d.d_metallic);
   }
   if (blocks.eta >= 0) {
     if (blocks.scalar_eta) {
-      AddComponent(sum_.Entry(blocks.eta), 0, v.d_eta);
+      AddComponent(sum_.Entry(blocks.eta), 0, d.d_eta);
     } else {
-      AddDiagonal(sum_.Entry(blocks.eta), v.d_eta);
+      AddDiagonal(sum_.Entry(blocks.eta), d.d_eta);
     }
   }
   if (blocks.k >= 0) {
-    AddDiagonal(sum_.Entry(blocks.k), v.d_k);
+    AddDiagonal(sum_.Entry(blocks.k), d.d_k);
   }
 }
 
-void AppearanceAdjoint::AreaEmission(const LightSet::AreaLight& light,
-                                     TriangleId id,
-                                     double b1,
-                                     double b2,
-                                     double side,
-                                     const Rgb& weight) {
+void AppearanceAdjoint::AreaEmission(const MaterialPoint& y, double side, const Rgb& weight) {
+  const LightSet::AreaLight& light = *context_.lights.AreaLightOf(y.id.mesh);
   const std::int32_t intensity = active_.lights[static_cast<std::size_t>(light.emitter)].intensity;
   if (intensity < 0 && light.texture == nullptr) {
     return;
   }
-  const AreaRadiancePartials partials = AreaRadianceDerivative(light, id.triangle, b1, b2, side);
+  const AreaRadiancePartials partials =
+      AreaRadianceDerivative(light, y.id.triangle, y.b1, y.b2, side);
   if (intensity >= 0) {
     AddDiagonal(sum_.Entry(intensity), weight * partials.factor);
   }
   if (light.texture != nullptr) {
     const Rgb d_value = weight * light.light->intensity;
     Texels(light.light->texture, partials.lookup, d_value, false);
-    Uv(id, b1, b2, d_value * partials.lookup.du, d_value * partials.lookup.dv);
+    Uv(y.id, y.b1, y.b2, d_value * partials.lookup.du, d_value * partials.lookup.dv);
   }
 }
 
@@ -182,7 +177,8 @@ void AppearanceAdjoint::Irradiance(const LightSet::Directional& light, const Rgb
   }
 }
 
-ColorGradient AppearanceAdjoint::LabelGradient(const Vertex& v) const {
+ColorGradient AppearanceAdjoint::LabelGradient(const PathRecord::Vertex& v,
+                                               const VertexAdjoint& d) const {
   const Mesh& mesh = context_.world->mesh(v.p.id.mesh);
   const renderer::Material& material = *v.p.material;
   std::array<Rgb, 3> d_bary;  // by the weight of each corner
@@ -199,23 +195,23 @@ ColorGradient AppearanceAdjoint::LabelGradient(const Vertex& v) const {
     }
   };
   if (material.base_color_texture >= 0) {
-    add_texture(material.base_color_texture, v.d_base_color, true);
+    add_texture(material.base_color_texture, d.d_base_color, true);
   } else if (material.vertex_colors) {
     const Triangle& corners = CornersOf(mesh.color_triangles, v.p.id);
     for (std::size_t i = 0; i < 3; ++i) {
-      d_bary[i] += v.d_base_color * mesh.colors[static_cast<std::size_t>(corners[i])];
+      d_bary[i] += d.d_base_color * mesh.colors[static_cast<std::size_t>(corners[i])];
     }
   }
   if (material.roughness_texture >= 0) {
-    add_texture(material.roughness_texture, v.d_roughness, false);
+    add_texture(material.roughness_texture, d.d_roughness, false);
   }
   if (material.metallic_texture >= 0) {
-    add_texture(material.metallic_texture, v.d_metallic, false);
+    add_texture(material.metallic_texture, d.d_metallic, false);
   }
   if (v.emission_weight > 0.0) {
     const LightSet::AreaLight& light = *context_.lights.AreaLightOf(v.p.id.mesh);
     if (light.texture != nullptr && (v.p.side > 0.0 || light.light->two_sided)) {
-      add_texture(light.light->texture, v.emission * light.light->intensity, true);
+      add_texture(light.light->texture, d.emission * light.light->intensity, true);
     }
   }
   if (!mesh.normal_triangles.empty()) {
@@ -226,7 +222,7 @@ ColorGradient AppearanceAdjoint::LabelGradient(const Vertex& v) const {
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3& m = mesh.normals[static_cast<std::size_t>(corners[i])];
       const Vec3 change = (m - n * Dot(n, m)) * (v.p.side / norm);
-      d_bary[i] += Dot(v.d_n, change);
+      d_bary[i] += Dot(d.d_n, change);
     }
   }
   const std::array<Vec3, 3> gradients =

@@ -16,14 +16,9 @@ class AppearanceAdjoint {
       : context_(context), active_(active), sum_(sum) {}
 
   /// Material at a vertex from its d_base_color, d_roughness, ...
-  void Material(const PathRecorder::Vertex& v);
+  void Material(const SurfacePoint& p, const VertexAdjoint& d);
   /// Radiance of an area light at a point, times weight.
-  void AreaEmission(const LightSet::AreaLight& light,
-                    TriangleId id,
-                    double b1,
-                    double b2,
-                    double side,
-                    const Rgb& weight);
+  void AreaEmission(const MaterialPoint& y, double side, const Rgb& weight);
   /// Radiance of the environment in a world direction, times weight.
   void Environment(const LightSet::Environment& environment,
                    const Vec3& direction,
@@ -37,12 +32,13 @@ class AppearanceAdjoint {
 
   /// In-plane gradient of a vertex' radiance by moving over the material: colours, textures and the
   /// shading normal change with the barycentrics.
-  [[nodiscard]] ColorGradient LabelGradient(const PathRecorder::Vertex& v) const;
+  [[nodiscard]] ColorGradient LabelGradient(const PathRecord::Vertex& v,
+                                            const VertexAdjoint& d) const;
 
  private:
   void Texels(int texture, const TextureLookup& lookup, const Rgb& d_value, bool scalar_only);
   void Uv(TriangleId id, double b1, double b2, const Rgb& d_u, const Rgb& d_v);
-  void TextureRole(const PathRecorder::Vertex& v, int texture, const Rgb& d_value);
+  void TextureRole(const SurfacePoint& p, int texture, const Rgb& d_value);
 
   const PathContext& context_;
   const ActiveParameters& active_;

@@ -102,9 +102,8 @@ class MotionAdjoint {
   }
 
   /// A point that stays at its place in the image: it slides along the ray of the sensor that sees
-  /// it at pixel coordinates (u, v). `n` is the normal of its triangle, `d_label` the part of the
-  /// adjoint that comes from moving over the material (in the plane), see path_space 1.5. Adds the
-  /// material's and the ray's share; d_w is an extra adjoint of the ray's direction.
+  /// it at pixel coordinates (u, v), metres `distance` from the ray's start. `n` is the normal of
+  /// its triangle. Adds the material's and the ray's share, see path_space 1.5.
   void ImagePoint(TriangleId id,
                   double b1,
                   double b2,

@@ -48,7 +48,7 @@ double NearMotion::DistanceToMotion(const SurfacePoint& p, bool slides, double r
   return distance;
 }
 
-NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
+NearMotion::Split NearMotion::FirstSplit(const PathRecord& path,
                                          const PathContext& context,
                                          int first,
                                          double share) const {
@@ -62,7 +62,7 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecorder& path,
                     (context.lights.areas.empty() && context.max_bounces > 0 ? 1 : 0);
   bool visible = first == 0;  // next to the camera, mirrors and glass left aside
   for (auto k = static_cast<std::size_t>(first); k < std::min(last, path.vertices.size()); ++k) {
-    const PathRecorder::Vertex& v = path.vertices[k];
+    const PathRecord::Vertex& v = path.vertices[k];
     if (IsDelta(v.p.material->bsdf) || !v.p.Reflects()) {
       continue;
     }

@@ -29,9 +29,9 @@ class NearMotion {
   struct Split {
     int vertex = 0;
     int count = 1;
-    bool touches = false;  ///< the vertex is closer than kTouch: PathRecorder::contact
+    bool touches = false;  ///< the vertex is closer than kTouch: the `contact` of PathAdjoint
   };
-  [[nodiscard]] Split FirstSplit(const PathRecorder& path,
+  [[nodiscard]] Split FirstSplit(const PathRecord& path,
                                  const PathContext& context,
                                  int first,
                                  double share) const;

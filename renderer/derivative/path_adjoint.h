@@ -1,5 +1,9 @@
 #pragma once
 
+#include <limits>
+#include <vector>
+
+#include "renderer/derivative/appearance_adjoint.h"
 #include "renderer/derivative/derivative_accumulator.h"
 #include "renderer/derivative/motion_adjoint.h"
 #include "renderer/derivative/near_motion.h"
@@ -37,7 +41,7 @@ struct PixelSample {
                                         ///< times weight
 };
 
-/// What a sweep refers to.
+/// What the interior derivative refers to.
 struct AdjointContext {
   const PathContext& path;
   const CameraModel& camera;
@@ -46,8 +50,8 @@ struct AdjointContext {
   const NearMotion* near_motion = nullptr;  ///< pixel estimates only
 };
 
-/// Adds the derivative of pixel.weight times the path's radiance by every active parameter to
-/// `sum`, by one reverse sweep.
+/// Adds the derivative of pixel.weight times a path's radiance by every active parameter to a sum,
+/// by one reverse sweep over the recorded path.
 ///
 /// Image form: the pixel is fixed, so the camera vertex slides along the camera ray when its
 /// triangle or the camera moves; so do the vertices behind mirrors and glass up to the first vertex
@@ -57,19 +61,66 @@ struct AdjointContext {
 /// Behind a mirror or glass that follows a rough vertex directions are kept fixed, and motion is
 /// not differentiated. Visibility is constant here; its change is the boundary estimators' part.
 /// Source: path_space 1.4, 1.5, 1.12; [Zhang2020].
-void AccumulatePathAdjoint(const AdjointContext& context,
-                           const PixelSample& pixel,
-                           PathRecorder& path,
-                           DerivativeAccumulator& sum);
+class PathAdjoint {
+ public:
+  /// All must outlive the object.
+  PathAdjoint(const AdjointContext& context, DerivativeAccumulator& sum);
+  PathAdjoint(const PathAdjoint&) = delete;
+  PathAdjoint& operator=(const PathAdjoint&) = delete;
 
-/// Gradient of weight * sky radiance by the world direction.
-ColorGradient SkyGradient(const LightSet::Environment& environment,
-                          const Vec3& direction,
-                          const Rgb& weight);
+  static constexpr std::size_t kNoContact = std::numeric_limits<std::size_t>::max();
+  /// Directions away from vertex `contact` are kept fixed, and vertices behind it do not move.
+  void AddPath(const PixelSample& pixel, const PathRecord& path, std::size_t contact = kNoContact);
+  /// Of a camera ray that meets nothing but the environment.
+  void AddMiss(const PixelSample& pixel);
 
-/// The same for a camera ray that sees the environment.
-void AccumulateMissAdjoint(const AdjointContext& context,
-                           const PixelSample& pixel,
-                           DerivativeAccumulator& sum);
+ private:
+  using Vertex = PathRecord::Vertex;
+
+  // The sweep: what leaves each vertex, last vertex first.
+  [[nodiscard]] bool IsMoving() const;
+  [[nodiscard]] bool Moves(std::size_t k) const { return moving_ && k < frozen_; }
+  /// Whether directions away from the sensor turn with the vertex' and its target's motion.
+  [[nodiscard]] bool Turns(std::size_t k) const { return Moves(k) && k != contact_; }
+  void FindStages();
+  Rgb AdjointOfVertex(std::size_t k, const Rgb& beyond);
+  Rgb AdjointOfDirect(std::size_t k, const DirectContribution& direct);
+  Rgb AdjointOfEscape(std::size_t k, const DirectContribution& direct);
+  Rgb AdjointOfSegment(std::size_t k, const Rgb& beyond);
+  Rgb AdjointOfDelta(std::size_t k, const Rgb& beyond);
+  Rgb AdjointOfBsdf(std::size_t k, const Vec3& wi, const Rgb& weight, ColorGradient& d_wi);
+  Rgb AdjointOfDeltaWeight(std::size_t k, const Rgb& weight);
+
+  // Then the places: image points up to the first rough vertex, material points behind it.
+  void Scatter(const Rgb& radiance);
+  void MoveStart(std::size_t k, const ColorGradient& d);
+  void ScatterMaterialPoint(std::size_t k);
+  void ScatterNormals(std::size_t k);
+  void ScatterImagePoint(std::size_t k);
+  void ScatterCameraVertexInMaterialForm(const Rgb& radiance);
+  void PullThroughDelta(std::size_t k);
+  void PullThroughMirrorNormal(std::size_t k);
+  [[nodiscard]] bool IsFlat(const Vertex& v) const {
+    return world_.mesh(v.p.id.mesh).normal_triangles.empty();
+  }
+
+  const PathContext& context_;
+  const World& world_;
+  const CameraModel& camera_;
+  const ActiveParameters& active_;
+  const DerivativeForm form_;
+  AccumulatorTarget target_;
+  MotionAdjoint<ColorGradient, AccumulatorTarget> motion_;
+  AppearanceAdjoint appearance_;
+
+  // Of the path at hand.
+  const PixelSample* pixel_ = nullptr;
+  const PathRecord* path_ = nullptr;
+  std::vector<VertexAdjoint> adjoints_;  // one per vertex
+  std::size_t contact_ = kNoContact;
+  bool moving_ = false;          // anything that moves or bends touches the path
+  std::size_t first_rough_ = 0;  // the first vertex that is no mirror or glass
+  std::size_t frozen_ = 0;       // vertices from here on do not move
+};
 
 }  // namespace pathfit::renderer

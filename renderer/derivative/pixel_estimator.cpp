@@ -1,7 +1,5 @@
 #include "renderer/derivative/pixel_estimator.h"
 
-#include <utility>
-
 #include "renderer/sensor/pixel_filter.h"
 
 namespace pathfit::renderer {
@@ -11,31 +9,31 @@ constexpr int kMirrorGroup = 4;
 // Shifts by multiples of (1 / n, 1 / golden ratio) fill the unit square evenly.
 constexpr double kGoldenStep = 0.6180339887498949;
 
-/// One camera path. `on_miss(pixel)` and `on_path(pixel)` are called after the path, if its
-/// radiance is finite.
-template <class Recorder, class OnMiss, class OnPath>
-Rgba SamplePixel(const PathContext& context,
-                 const PixelSample& pixel,
-                 bool mirrored,
-                 LatticeSampler& sampler,
-                 Recorder& recorder,
-                 OnMiss on_miss,
-                 OnPath on_path) {
+/// What the path of one pixel sample found.
+struct PathValue {
+  enum class Kind { kDark, kSky, kSurface } kind = Kind::kDark;
+  Rgba value;
+};
+
+/// One camera path.
+template <PathListener Listener>
+PathValue SamplePixel(const PathContext& context,
+                      const PixelSample& pixel,
+                      bool mirrored,
+                      LatticeSampler& sampler,
+                      Listener& listener) {
   const std::optional<Hit> hit = context.world->caster().Intersect(pixel.ray);
   if (!hit) {
     if (!context.lights.environment || !context.lights.environment_visible) {
       return {};
     }
-    on_miss();
-    return {EnvironmentRadianceInWorld(*context.lights.environment, pixel.ray.direction), 0.0};
+    return {PathValue::Kind::kSky,
+            {EnvironmentRadianceInWorld(*context.lights.environment, pixel.ray.direction), 0.0}};
   }
   const SurfacePoint p = MakeSurfacePoint(*context.world, *hit, pixel.ray);
-  const Rgb radiance =
-      TraceRadiance(context, p, sampler, recorder, {context.max_bounces, true, mirrored});
-  if (IsFinite(radiance)) {
-    on_path();
-  }
-  return {radiance, 1.0};
+  return {
+      PathValue::Kind::kSurface,
+      {TraceRadiance(context, p, sampler, listener, {context.max_bounces, true, mirrored}), 1.0}};
 }
 
 /// Pixel sample that follows the filter.
@@ -130,89 +128,96 @@ Rgba EstimatePixel(const PathContext& context,
                    int x,
                    int y,
                    RenderStats& stats) {
-  NullPathRecorder recorder;
+  NullListener listener;
   const int pair = context.antithetic ? 2 : 1;
   return MeanOfSamples(
       context, camera, options, x, y, pair, stats, [&](LatticeSampler& sampler, int s) {
         const PixelSample pixel = FollowFilter(camera, x, y, sampler);
-        return SamplePixel(
-            context, pixel, s % pair == 1, sampler, recorder, [] {}, [] {});
+        return SamplePixel(context, pixel, s % pair == 1, sampler, listener).value;
       });
 }
 
-Rgba EstimatePixelWithDerivative(const AdjointContext& context,
+struct PixelDerivative::Place {
+  int x, y;
+  int mirror;     // of the filter's support, 0 to 3
+  bool mirrored;  // the second path of an antithetic pair
+};
+
+PixelDerivative::PixelDerivative(const AdjointContext& context,
                                  const RenderOptions& options,
-                                 int x,
-                                 int y,
-                                 PathRecorder& recorder,
-                                 DerivativeAccumulator& sum,
-                                 RenderStats& stats) {
-  const CameraModel& camera = context.camera;
-  const bool spread = context.form == DerivativeForm::kMaterial &&
-                      camera.camera().filter.shape != PixelFilter::Shape::kBox;
-  const int pair = context.path.antithetic ? 2 : 1;
-  const int points = spread ? kMirrorGroup : 1;
-  return MeanOfSamples(
-      context.path,
-      camera,
-      options,
-      x,
-      y,
-      pair * points,
-      stats,
-      [&](const LatticeSampler& start, int s) {
-        bool on_surface = false;
-        // Records the path of these numbers.
-        const auto trace = [&](LatticeSampler numbers) {
-          const PixelSample pixel = spread ? CoverSupport(camera, x, y, s / pair % points, numbers)
-                                           : FollowFilter(camera, x, y, numbers);
-          recorder.Clear();
-          on_surface = false;
-          const Rgba value = SamplePixel(
-              context.path,
-              pixel,
-              s % pair == 1,
-              numbers,
-              recorder,
-              [&] { AccumulateMissAdjoint(context, pixel, sum); },
-              [&] { on_surface = true; });
-          return std::pair{value * pixel.weight, pixel};
-        };
-        const auto [value, pixel] = trace(start);
-        // Adds the recorded path, or draws the rest of it again from each vertex (from `first` on)
-        // that is close to something that moves against it.
-        const auto add = [&](const auto& self,
-                             const LatticeSampler& numbers,
-                             const PixelSample& part,
-                             int first,
-                             double share) -> void {
-          const NearMotion::Split split =
-              on_surface ? context.near_motion->FirstSplit(
-                               recorder, context.path, first, numbers.CanShift() ? share : 0.0)
-                         : NearMotion::Split{};
-          if (split.touches) {
-            recorder.contact = static_cast<std::size_t>(split.vertex);
-          }
-          if (on_surface && split.count == 1) {
-            AccumulatePathAdjoint(context, part, recorder, sum);
-          }
-          const double each = 1.0 / split.count;
-          for (int i = 0; i < split.count && split.count > 1; ++i) {
-            LatticeSampler shifted = numbers;
-            // Half of them evenly over all directions: where the surface grazes, the derivative
-            // does not vanish with the cosine.
-            shifted.ShiftDirection(
-                split.vertex + 1,
-                i / 2 * 2 * each,
-                i / 2 * kGoldenStep,
-                i % 2 == 0 ? DirectionDraw::kMixedBsdf : DirectionDraw::kMixedUniform);
-            trace(shifted);
-            self(self, shifted, Scaled(part, each), split.vertex + 1, share * each);
-          }
-        };
-        add(add, start, pixel, 0, 1.0);
-        return value;
-      });
+                                 const std::vector<bool>* touches)
+    : context_(context),
+      options_(options),
+      spread_(context.form == DerivativeForm::kMaterial &&
+              context.camera.camera().filter.shape != PixelFilter::Shape::kBox),
+      pair_(context.path.antithetic ? 2 : 1),
+      points_(spread_ ? kMirrorGroup : 1),
+      recorder_(touches == nullptr ? PathRecorder() : PathRecorder(*touches)),
+      adjoint_(context, sum_) {}
+
+Rgba PixelDerivative::Estimate(int x, int y, RenderStats& stats) {
+  sum_.Clear();
+  return MeanOfSamples(context_.path,
+                       context_.camera,
+                       options_,
+                       x,
+                       y,
+                       pair_ * points_,
+                       stats,
+                       [&](const LatticeSampler& numbers, int s) {
+                         const Place place{x, y, s / pair_ % points_, s % pair_ == 1};
+                         const Rgba value = Record(place, numbers);
+                         const PixelSample pixel = pixel_;
+                         AddRecorded(place, numbers, pixel, 0, 1.0);
+                         return value * pixel.weight;
+                       });
+}
+
+/// Records the path of these numbers.
+Rgba PixelDerivative::Record(const Place& place, LatticeSampler numbers) {
+  pixel_ = spread_ ? CoverSupport(context_.camera, place.x, place.y, place.mirror, numbers)
+                   : FollowFilter(context_.camera, place.x, place.y, numbers);
+  recorder_.Clear();
+  const PathValue found = SamplePixel(context_.path, pixel_, place.mirrored, numbers, recorder_);
+  on_surface_ = found.kind == PathValue::Kind::kSurface && IsFinite(found.value.Color());
+  if (found.kind == PathValue::Kind::kSky) {
+    adjoint_.AddMiss(pixel_);
+  }
+  return found.value;
+}
+
+/// Adds the recorded path, or draws the rest of it again from each vertex (from `first` on) that is
+/// close to something that moves against it. `part`: where the path starts, with its share of the
+/// weight; `share`: see NearMotion.
+void PixelDerivative::AddRecorded(const Place& place,
+                                  const LatticeSampler& numbers,
+                                  const PixelSample& part,
+                                  int first,
+                                  double share) {
+  if (!on_surface_) {
+    return;
+  }
+  const NearMotion::Split split = context_.near_motion->FirstSplit(
+      recorder_.record(), context_.path, first, numbers.CanShift() ? share : 0.0);
+  if (split.count == 1) {
+    adjoint_.AddPath(
+        part,
+        recorder_.record(),
+        split.touches ? static_cast<std::size_t>(split.vertex) : PathAdjoint::kNoContact);
+    return;
+  }
+  const double each = 1.0 / split.count;
+  for (int i = 0; i < split.count; ++i) {
+    LatticeSampler shifted = numbers;
+    // Half of them evenly over all directions: where the surface grazes, the derivative does not
+    // vanish with the cosine.
+    shifted.ShiftDirection(split.vertex + 1,
+                           i / 2 * 2 * each,
+                           i / 2 * kGoldenStep,
+                           i % 2 == 0 ? DirectionDraw::kMixedBsdf : DirectionDraw::kMixedUniform);
+    Record(place, shifted);
+    AddRecorded(place, shifted, Scaled(part, each), split.vertex + 1, share * each);
+  }
 }
 
 }  // namespace pathfit::renderer

@@ -16,17 +16,43 @@ Rgba EstimatePixel(const PathContext& context,
                    int y,
                    RenderStats& stats);
 
-/// The same number (in image form, bit for bit), and the sum over its samples of the interior
-/// derivative in `sum`, not yet divided by the sample count. `recorder` is scratch space.
+/// Estimates pixels and their interior derivative, one after another; scratch space of one thread.
+///
 /// In material form under a smooth filter, samples cover the filter's support evenly in groups of
 /// four mirrored points that share all further numbers: the slope of the filter is odd, and grows
 /// beyond bounds relative to the filter. [path_space 1.9]
-Rgba EstimatePixelWithDerivative(const AdjointContext& context,
-                                 const RenderOptions& options,
-                                 int x,
-                                 int y,
-                                 PathRecorder& recorder,
-                                 DerivativeAccumulator& sum,
-                                 RenderStats& stats);
+class PixelDerivative {
+ public:
+  /// `touches`: by mesh, whether a path that meets it depends on a parameter; null if all paths do.
+  /// All arguments must outlive the object.
+  PixelDerivative(const AdjointContext& context,
+                  const RenderOptions& options,
+                  const std::vector<bool>* touches);
+
+  /// The number of EstimatePixel (in image form, bit for bit); replaces sum().
+  Rgba Estimate(int x, int y, RenderStats& stats);
+  /// Of the last pixel: the sum of the derivative over its samples, not yet divided by their count.
+  [[nodiscard]] DerivativeAccumulator& sum() { return sum_; }
+
+ private:
+  struct Place;  // which sample of which pixel
+
+  Rgba Record(const Place& place, LatticeSampler numbers);
+  void AddRecorded(const Place& place,
+                   const LatticeSampler& numbers,
+                   const PixelSample& part,
+                   int first,
+                   double share);
+
+  const AdjointContext& context_;
+  const RenderOptions& options_;
+  const bool spread_;  // over the filter's support
+  const int pair_, points_;
+  PathRecorder recorder_;
+  DerivativeAccumulator sum_;
+  PathAdjoint adjoint_;
+  PixelSample pixel_;        // where the recorded path starts
+  bool on_surface_ = false;  // the recorded path has vertices, and its radiance is finite
+};
 
 }  // namespace pathfit::renderer

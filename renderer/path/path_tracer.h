@@ -1,13 +1,12 @@
 #pragma once
 
 #include <cmath>
+#include <concepts>
 #include <limits>
 
 #include "renderer/math/frame.h"
-#include "renderer/math/warp.h"
-#include "renderer/path/surface_point.h"
+#include "renderer/path/light_end.h"
 #include "renderer/sampler/path_sampler.h"
-#include "renderer/scene/light_set.h"
 #include "renderer/scene/view_bounds.h"
 
 namespace pathfit::renderer {
@@ -26,17 +25,12 @@ struct PathContext {
   }
 };
 
-/// Light that reaches a vertex directly from an emitter, as light sampling (or, for the
-/// environment, a BSDF sample that escapes) meets it. Adds bsdf(wi, wo) * factor * radiance to what
-/// leaves the vertex; at a delta vertex the delta weight stands for bsdf.
+/// Light that reaches a vertex directly, as light sampling (or, for the environment, a BSDF sample
+/// that escapes) meets it. Adds bsdf(w, wo) * factor * radiance to what leaves the vertex; at a
+/// delta vertex the delta weight stands for bsdf.
 struct DirectContribution {
-  int emitter = -1;
-  Vec3 wi;                ///< unit, towards the light
-  double distance = 0.0;  ///< of a point or area light; 0 at infinity
-  double factor = 0.0;    ///< cosine * MIS weight / density (and 1/r^2 for points)
-  Rgb radiance;           ///< radiance, intensity or irradiance
-  TriangleId id;          ///< area lights: the point that shines
-  double b1 = 0.0, b2 = 0.0;
+  SeenLight light;
+  double factor = 0.0;  ///< cosine * MIS weight / light.pdf
 };
 
 /// How a path goes on: radiance beyond is weighted with bsdf(wi, wo) * factor, or with the delta
@@ -48,52 +42,43 @@ struct Continuation {
   bool transmit = false;  ///< delta only
 };
 
-/// Listens to one path; vertices come in order from the sensor. The primal listens with
-/// NullPathRecorder, at no cost.
-struct NullPathRecorder {
+/// Listens to one path; vertices come in order from the sensor.
+template <class L>
+concept PathListener = requires(L& listener,
+                                const L& constant,
+                                const SurfacePoint& p,
+                                const DirectContribution& direct,
+                                const Continuation& on,
+                                const Rgb& radiance,
+                                double mis_weight,
+                                int bounces) {
   /// Whether contributions of value zero are wanted, too: their derivative may not vanish.
-  static constexpr bool kDifferentiates = false;
-  void OnVertex(const SurfacePoint&) {}
-  /// The last vertex shines towards its viewer; `weight` is the MIS weight.
-  void OnEmission(const LightSet::AreaLight&, double /*weight*/) {}
-  void OnDirect(const DirectContribution&) {}
-  void OnContinue(const Continuation&) {}
-  /// `radiance` was added that was reflected `bounces` times.
-  void OnRadiance(int /*bounces*/, const Rgb& /*radiance*/) {}
+  { L::kDifferentiates } -> std::convertible_to<bool>;
+  listener.OnVertex(p);
+  /// The last vertex shines towards its viewer.
+  listener.OnEmission(mis_weight);
+  listener.OnDirect(direct);
+  listener.OnContinue(on);
+  /// Radiance was added that was reflected so many times.
+  listener.OnRadiance(bounces, radiance);
   /// Whether light that arrives at the path's last vertex matters.
-  [[nodiscard]] bool WantsLight() const { return true; }
+  { constant.WantsLight() } -> std::same_as<bool>;
 };
 
-inline Rgb EnvironmentRadianceInWorld(const LightSet::Environment& environment,
-                                      const Vec3& direction) {
-  return EnvironmentRadianceAt(*environment.light,
-                               EnvironmentUv(environment.light_from_world * direction));
-}
+/// Hears nothing, at no cost: what images need.
+struct NullListener {
+  static constexpr bool kDifferentiates = false;
+  void OnVertex(const SurfacePoint&) {}
+  void OnEmission(double) {}
+  void OnDirect(const DirectContribution&) {}
+  void OnContinue(const Continuation&) {}
+  void OnRadiance(int, const Rgb&) {}
+  [[nodiscard]] static bool WantsLight() { return true; }
+};
 
 /// Russian roulette survival probability from the path's throughput.
 inline double SurvivalProbability(const Rgb& throughput) {
   return std::min(0.95, std::max(0.05, MaxChannel(throughput)));
-}
-
-/// A shadow ray's length to a point: short of it by the offset at both ends.
-inline double ShadowDistance(const RayCaster& caster, double distance) {
-  return distance * (1.0 - kShadowShortening) - 2.0 * caster.Offset();
-}
-
-/// Whether nothing lies between a vertex and a light in unit direction wi; `distance` 0 means at
-/// infinity. The ray starts off the surface and must end at the light's own point all the same:
-/// beside it, a light seen edge-on would hide itself.
-inline bool LightVisible(const RayCaster& caster,
-                         const SurfacePoint& p,
-                         const Vec3& wi,
-                         double distance) {
-  const Vec3 origin = RayStart(caster, p, wi);
-  if (!(distance > 0.0)) {
-    return !caster.Occluded({origin, wi}, std::numeric_limits<double>::infinity());
-  }
-  const Vec3 to_light = p.x + wi * distance - origin;
-  const double length = Norm(to_light);
-  return !caster.Occluded({origin, to_light * (1.0 / length)}, ShadowDistance(caster, length));
 }
 
 /// The family of directions that one vertex draws from.
@@ -118,7 +103,7 @@ inline double ScatterPdf(const SurfacePoint& p,
 }
 
 /// The next direction at a vertex; its density is the family's.
-template <class Sampler>
+template <PathSampler Sampler>
 std::optional<BsdfSample> SampleDirection(const SurfacePoint& p,
                                           int bounce,
                                           const DirectionFamily& family,
@@ -160,101 +145,58 @@ struct PathRange {
 
 /// Light sampling at a non-delta vertex: one sample of the environment and one of the area lights
 /// (MIS with the BSDF, power heuristic), all point and directional lights.
-template <class Sampler, class Recorder>
+template <PathSampler Sampler, PathListener Listener>
 Rgb SampleLights(const PathContext& context,
                  const SurfacePoint& p,
                  const DirectionFamily& family,
                  Sampler& sampler,
-                 Recorder& recorder) {
-  const RayCaster& caster = context.world->caster();
+                 Listener& listener) {
   const LightSet& lights = context.lights;
   Rgb sum;
-  const auto add = [&](const DirectContribution& direct, const Rgb& bsdf) {
-    if (!Recorder::kDifferentiates && IsBlack(bsdf * direct.radiance)) {
+  const auto accepts = [&](const Vec3& w) { return p.Accepts(w); };
+  const auto add = [&](const std::optional<SeenLight>& light) {
+    if (!light) {
       return;
     }
-    if (LightVisible(caster, p, direct.wi, direct.distance)) {
-      recorder.OnDirect(direct);
-      sum += bsdf * direct.radiance * direct.factor;
+    const BsdfCosines cosines = p.Cosines(light->w);
+    double factor = std::abs(cosines.cos_i);
+    if (light->has_extent) {
+      factor *= PowerHeuristic(light->pdf, ScatterPdf(p, cosines, family));
+    }
+    factor /= light->pdf;
+    const Rgb bsdf = EvalBsdf(p.material->bsdf, p.inputs, cosines);
+    if (!Listener::kDifferentiates && IsBlack(bsdf * light->radiance)) {
+      return;
+    }
+    if (IsVisible(context.world->caster(), p, *light)) {
+      listener.OnDirect({*light, factor});
+      sum += bsdf * light->radiance * factor;
     }
   };
   if (lights.environment) {
     const auto& environment = *lights.environment;
     const double u0 = sampler.NextLight();
     const double u1 = sampler.NextLight();
-    const DirectionSample sample =
-        environment.sampler->Sample(environment.light_from_world * p.n, u0, u1);
-    const Vec3 wi = environment.world_from_light * sample.direction;
-    if (sample.pdf > 0.0 && p.Accepts(wi)) {
-      const BsdfCosines cosines = p.Cosines(wi);
-      const double other = ScatterPdf(p, cosines, family);
-      add({environment.emitter,
-           wi,
-           0.0,
-           std::abs(cosines.cos_i) * PowerHeuristic(sample.pdf, other) / sample.pdf,
-           EnvironmentRadianceAt(*environment.light, sample.uv),
-           {}},
-          EvalBsdf(p.material->bsdf, p.inputs, cosines));
-    }
+    const Vec3 normal = environment.light_from_world * p.n;
+    add(SeeEnvironment(environment, environment.sampler->Sample(normal, u0, u1), accepts));
   }
   if (!lights.areas.empty()) {
     const double u0 = sampler.NextLight();
     const double u1 = sampler.NextLight();
-    const AreaSample sample = lights.area_sampler->Sample(u0, u1);
-    const TriangleGeometry& triangle = caster.Geometry(sample.id);
-    const Vec3 to_light = triangle.Point(sample.b1, sample.b2) - p.x;
-    const double distance2 = SquaredNorm(to_light);
-    const double distance = std::sqrt(distance2);
-    const Vec3 wi = to_light * (1.0 / distance);
-    const double cos_light = -Dot(triangle.n, wi);
-    if (distance2 > 0.0 && cos_light != 0.0 && p.Accepts(wi)) {
-      const LightSet::AreaLight& light = *lights.AreaLightOf(sample.id.mesh);
-      const double side = cos_light > 0.0 ? 1.0 : -1.0;
-      if (side > 0.0 || light.light->two_sided) {
-        const Rgb radiance = AreaRadiance(light, sample.id.triangle, sample.b1, sample.b2, side);
-        const BsdfCosines cosines = p.Cosines(wi);
-        const double pdf = sample.pdf * distance2 / std::abs(cos_light);
-        const double other = ScatterPdf(p, cosines, family);
-        add({light.emitter,
-             wi,
-             distance,
-             std::abs(cosines.cos_i) * PowerHeuristic(pdf, other) / pdf,
-             radiance,
-             sample.id,
-             sample.b1,
-             sample.b2},
-            EvalBsdf(p.material->bsdf, p.inputs, cosines));
-      }
-    }
+    const AreaSample y = lights.area_sampler->Sample(u0, u1);
+    add(SeeAreaPoint(*context.world, lights, {y.id, y.b1, y.b2}, y.pdf, p.x, accepts));
   }
   for (const auto& light : lights.points) {
-    const Vec3 to_light = light.position - p.x;
-    const double distance2 = SquaredNorm(to_light);
-    const double distance = std::sqrt(distance2);
-    const Vec3 wi = to_light * (1.0 / distance);
-    if (distance2 > 0.0 && p.Accepts(wi)) {
-      const BsdfCosines cosines = p.Cosines(wi);
-      add({light.emitter,
-           wi,
-           distance,
-           std::abs(cosines.cos_i) / distance2,
-           IntensityTowards(light, -wi),
-           {}},
-          EvalBsdf(p.material->bsdf, p.inputs, cosines));
-    }
+    add(SeePointLight(light, p.x, accepts));
   }
   for (const auto& light : lights.directionals) {
-    if (p.Accepts(light.to_light)) {
-      const BsdfCosines cosines = p.Cosines(light.to_light);
-      add({light.emitter, light.to_light, 0.0, std::abs(cosines.cos_i), light.irradiance, {}},
-          EvalBsdf(p.material->bsdf, p.inputs, cosines));
-    }
+    add(SeeDirectional(light, accepts));
   }
   return sum;
 }
 
 /// Draws the numbers of SampleLights.
-template <class Sampler>
+template <PathSampler Sampler>
 void SkipLights(const PathContext& context, Sampler& sampler) {
   const int extended =
       (context.lights.environment ? 1 : 0) + (context.lights.areas.empty() ? 0 : 1);
@@ -263,112 +205,181 @@ void SkipLights(const PathContext& context, Sampler& sampler) {
   }
 }
 
-/// Radiance leaving a surface point towards where it is seen from: unidirectional path tracing with
-/// light sampling and MIS at every vertex.
-template <class Sampler, class Recorder>
-Rgb TraceRadiance(const PathContext& context,
-                  SurfacePoint p,
-                  Sampler& sampler,
-                  Recorder& recorder,
-                  const PathRange& range) {
-  Rgb radiance;
-  Rgb throughput{1.0, 1.0, 1.0};
-  // Mirroring a second vertex, too, would pair only two of the four combinations of densities.
-  bool paired = context.antithetic;
-  double emission_weight = range.with_emission ? 1.0 : 0.0;
-  const auto add = [&](int bounces, const Rgb& value) {
-    radiance += value;
-    recorder.OnRadiance(bounces, value);
-  };
-  for (int bounce = 1;; ++bounce) {
-    recorder.OnVertex(p);
-    if (const auto* light = context.lights.AreaLightOf(p.id.mesh);
-        light != nullptr && emission_weight > 0.0) {
-      recorder.OnEmission(*light, emission_weight);
-      add(bounce - 1,
-          throughput * AreaRadiance(*light, p.id.triangle, p.b1, p.b2, p.side) * emission_weight);
+/// One path on its way from the sensor, a vertex at a time, in stages that alternate with the
+/// tracing of its next ray: many paths can take their stages side by side.
+///
+///   while (path.Shade() && path.Connect(path.Extend())) {}
+template <PathSampler Sampler, PathListener Listener>
+class TracedPath {
+ public:
+  /// All must outlive the path.
+  TracedPath(const PathContext& context,
+             const SurfacePoint& first,
+             Sampler& sampler,
+             Listener& listener,
+             const PathRange& range)
+      : context_(context),
+        sampler_(sampler),
+        listener_(listener),
+        range_(range),
+        p_(first),
+        paired_(context.antithetic),
+        emission_weight_(range.with_emission ? 1.0 : 0.0) {}
+
+  /// Radiance so far.
+  [[nodiscard]] const Rgb& radiance() const { return radiance_; }
+
+  /// Adds what the vertex emits and the lights it sees, and draws the next direction. False if the
+  /// path ends here.
+  bool Shade() {
+    listener_.OnVertex(p_);
+    if (const auto* light = context_.lights.AreaLightOf(p_.id.mesh);
+        light != nullptr && emission_weight_ > 0.0) {
+      listener_.OnEmission(emission_weight_);
+      Add(bounce_ - 1,
+          throughput_ * AreaRadiance(*light, p_.id.triangle, p_.b1, p_.b2, p_.side) *
+              emission_weight_);
     }
-    if (bounce > range.max_bounces || !p.Reflects()) {
-      break;
+    if (bounce_ > range_.max_bounces || !p_.Reflects()) {
+      return false;
     }
-    const bool delta = IsDelta(p.material->bsdf);
-    const DirectionFamily family{sampler.DrawAt(bounce), paired, paired && range.mirrored};
-    const bool wants_light = recorder.WantsLight();
-    if (!wants_light && bounce == range.max_bounces) {
-      break;
+    const bool delta = IsDelta(p_.material->bsdf);
+    const DirectionFamily family{sampler_.DrawAt(bounce_), paired_, paired_ && range_.mirrored};
+    const bool wants_light = listener_.WantsLight();
+    const bool last = bounce_ == range_.max_bounces;
+    if (!wants_light && last) {
+      return false;
     }
     if (!delta) {
       if (wants_light) {
-        add(bounce, throughput * SampleLights(context, p, family, sampler, recorder));
+        Add(bounce_, throughput_ * SampleLights(context_, p_, family, sampler_, listener_));
       } else {
-        SkipLights(context, sampler);
+        SkipLights(context_, sampler_);
       }
-      if (bounce == range.max_bounces && !context.HasExtendedLights()) {
-        break;
+      if (last && !context_.HasExtendedLights()) {
+        return false;
       }
     }
-    const auto sample = SampleDirection(p, bounce, family, sampler);
-    paired = paired && delta;
-    if (!sample || !(sample->pdf > 0.0) || !p.Accepts(sample->wi)) {
-      break;
+    const auto sample = SampleDirection(p_, bounce_, family, sampler_);
+    // Mirroring a second vertex, too, would pair only two of the four combinations of densities.
+    paired_ = paired_ && delta;
+    if (!sample || !(sample->pdf > 0.0) || !p_.Accepts(sample->wi)) {
+      return false;
     }
-    const BsdfCosines cosines = p.Cosines(sample->wi);
-    const double pdf = sample->pdf;
-    const Continuation on{
-        sample->wi, delta ? 1.0 / pdf : std::abs(cosines.cos_i) / pdf, delta, cosines.cos_i < 0.0};
-    const Rgb bsdf = delta ? EvalDelta(p.material->bsdf, p.inputs, cosines.cos_o, on.transmit).value
-                           : EvalBsdf(p.material->bsdf, p.inputs, cosines);
-    const Ray ray{RayStart(context.world->caster(), p, sample->wi), sample->wi};
+    const BsdfCosines cosines = p_.Cosines(sample->wi);
+    pdf_ = sample->pdf;
+    above_ = cosines.cos_i > 0.0;
+    on_ = {sample->wi,
+           delta ? 1.0 / pdf_ : std::abs(cosines.cos_i) / pdf_,
+           delta,
+           cosines.cos_i < 0.0};
+    bsdf_ = delta ? EvalDelta(p_.material->bsdf, p_.inputs, cosines.cos_o, on_.transmit).value
+                  : EvalBsdf(p_.material->bsdf, p_.inputs, cosines);
+    ray_ = {RayStart(context_.world->caster(), p_, sample->wi), sample->wi};
+    return true;
+  }
+
+  /// What the next ray meets; after Shade.
+  struct Met {
     std::optional<Hit> hit;
     bool escaped = false;
-    if (bounce == range.max_bounces && context.lights.areas.empty() && !delta) {
-      escaped = !context.world->caster().Occluded(ray, std::numeric_limits<double>::infinity());
-    } else {
-      hit = context.world->caster().Intersect(ray);
-      escaped = !hit;
+  };
+  [[nodiscard]] Met Extend() const {
+    const RayCaster& caster = context_.world->caster();
+    if (bounce_ == range_.max_bounces && context_.lights.areas.empty() && !on_.delta) {
+      return {std::nullopt, !caster.Occluded(ray_, std::numeric_limits<double>::infinity())};
     }
-    if (escaped && context.lights.environment) {
-      const auto& environment = *context.lights.environment;
-      const Vec2 uv = EnvironmentUv(environment.light_from_world * sample->wi);
-      const double other = delta ? 0.0 : environment.sampler->Pdf(uv, cosines.cos_i > 0.0);
-      const DirectContribution direct{environment.emitter,
-                                      sample->wi,
-                                      0.0,
-                                      on.factor * PowerHeuristic(pdf, other),
-                                      EnvironmentRadianceAt(*environment.light, uv),
-                                      {}};
-      if (delta) {
-        recorder.OnContinue(on);
-      }
-      recorder.OnDirect(direct);
-      add(bounce, throughput * bsdf * direct.radiance * direct.factor);
+    const auto hit = caster.Intersect(ray_);
+    return {hit, !hit};
+  }
+
+  /// Adds the environment where the ray escaped; else goes to the next vertex. False if the path
+  /// ends.
+  bool Connect(const Met& met) {
+    if (met.escaped && context_.lights.environment) {
+      Escape(*context_.lights.environment);
     }
-    const bool can_go_on =
-        hit && (bounce < range.max_bounces ||
-                context.lights.area_of_mesh[static_cast<std::size_t>(hit->id.mesh)] >= 0);
-    if (!can_go_on) {
-      break;
+    const bool goes_on = met.hit && (bounce_ < range_.max_bounces || Shines(met.hit->id));
+    if (!goes_on) {
+      return false;
     }
-    Continuation next = on;
-    throughput *= bsdf * on.factor;
-    if (bounce >= context.rr_depth) {
-      const double survival = SurvivalProbability(throughput);
-      if (sampler.Next() >= survival) {
-        break;
+    Continuation next = on_;
+    throughput_ *= bsdf_ * on_.factor;
+    if (bounce_ >= context_.rr_depth) {
+      const double survival = SurvivalProbability(throughput_);
+      if (sampler_.Next() >= survival) {
+        return false;
       }
       next.factor /= survival;
-      throughput *= 1.0 / survival;
+      throughput_ *= 1.0 / survival;
     }
-    recorder.OnContinue(next);
-    p = MakeSurfacePoint(*context.world, *hit, ray);
-    emission_weight = 1.0;
-    if (!delta && context.lights.area_of_mesh[static_cast<std::size_t>(p.id.mesh)] >= 0) {
-      const double cos_light = std::abs(Dot(p.ng, ray.direction));
-      const double other = context.lights.area_sampler->Pdf(p.id) * hit->distance * hit->distance;
-      emission_weight = PowerHeuristic(pdf * cos_light, other);
+    listener_.OnContinue(next);
+    p_ = MakeSurfacePoint(*context_.world, *met.hit, ray_);
+    emission_weight_ = 1.0;
+    if (!on_.delta && Shines(p_.id)) {
+      const double cos_light = std::abs(Dot(p_.ng, ray_.direction));
+      const double other =
+          context_.lights.area_sampler->Pdf(p_.id) * met.hit->distance * met.hit->distance;
+      emission_weight_ = PowerHeuristic(pdf_ * cos_light, other);
     }
+    ++bounce_;
+    return true;
   }
-  return radiance;
+
+ private:
+  void Add(int bounces, const Rgb& value) {
+    radiance_ += value;
+    listener_.OnRadiance(bounces, value);
+  }
+  [[nodiscard]] bool Shines(TriangleId id) const {
+    return context_.lights.AreaLightOf(id.mesh) != nullptr;
+  }
+  void Escape(const LightSet::Environment& environment) {
+    const Vec2 uv = EnvironmentUv(environment.light_from_world * on_.wi);
+    DirectContribution direct;
+    direct.light.end = &environment;
+    direct.light.w = on_.wi;
+    direct.light.radiance = EnvironmentRadianceAt(*environment.light, uv);
+    direct.light.has_extent = true;
+    direct.light.pdf = on_.delta ? 0.0 : environment.sampler->Pdf(uv, above_);
+    direct.factor = on_.factor * PowerHeuristic(pdf_, direct.light.pdf);
+    if (on_.delta) {
+      listener_.OnContinue(on_);
+    }
+    listener_.OnDirect(direct);
+    Add(bounce_, throughput_ * bsdf_ * direct.light.radiance * direct.factor);
+  }
+
+  const PathContext& context_;
+  Sampler& sampler_;
+  Listener& listener_;
+  const PathRange range_;
+  SurfacePoint p_;
+  int bounce_ = 1;  // of the light that reaches p_
+  Rgb throughput_{1.0, 1.0, 1.0};
+  Rgb radiance_;
+  bool paired_;
+  double emission_weight_;  // MIS weight of what p_ emits
+  // The next ray, between Shade and Connect.
+  Ray ray_;
+  Continuation on_;
+  Rgb bsdf_;
+  double pdf_ = 0.0;
+  bool above_ = true;  // on the side of the normal
+};
+
+/// Radiance leaving a surface point towards where it is seen from: unidirectional path tracing with
+/// light sampling and MIS at every vertex.
+template <PathSampler Sampler, PathListener Listener>
+Rgb TraceRadiance(const PathContext& context,
+                  const SurfacePoint& p,
+                  Sampler& sampler,
+                  Listener& listener,
+                  const PathRange& range) {
+  TracedPath path(context, p, sampler, listener, range);
+  while (path.Shade() && path.Connect(path.Extend())) {
+  }
+  return path.radiance();
 }
 
 }  // namespace pathfit::renderer

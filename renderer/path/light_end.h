@@ -1,0 +1,176 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <variant>
+
+#include "renderer/math/warp.h"
+#include "renderer/path/surface_point.h"
+#include "renderer/scene/light_set.h"
+
+namespace pathfit::renderer {
+
+/// A point that stays at its place on a mesh.
+struct MaterialPoint {
+  TriangleId id;
+  double b1 = 0.0, b2 = 0.0;
+};
+
+/// Where light comes from: a point of a mesh (that shines, or of a boundary segment that reflects),
+/// a point light, spot or projector, or the direction of a light at infinity. Pointers are into the
+/// LightSet of the path's context.
+using LightEnd = std::variant<MaterialPoint,
+                              const LightSet::PointLight*,
+                              const LightSet::Directional*,
+                              const LightSet::Environment*>;
+
+/// Joins functions into one visitor of a variant.
+template <class... F>
+struct Visitor : F... {
+  using F::operator()...;
+};
+template <class... F>
+Visitor(F...) -> Visitor<F...>;
+
+/// A light as one point of the scene sees it.
+struct SeenLight {
+  LightEnd end;
+  Vec3 w{};  ///< unit, from the point to the light
+  double distance = std::numeric_limits<double>::infinity();
+  /// Radiance, intensity or irradiance towards the point. An estimate of what the point receives
+  /// per unit of cosine is radiance / pdf.
+  Rgb radiance{};
+  double pdf = 1.0;  ///< of w per steradian; point lights: the squared distance; directional: 1
+  bool has_extent = false;  ///< area lights and environments: BSDF samples find them, too
+};
+
+inline Rgb EnvironmentRadianceInWorld(const LightSet::Environment& environment,
+                                      const Vec3& direction) {
+  return EnvironmentRadianceAt(*environment.light,
+                               EnvironmentUv(environment.light_from_world * direction));
+}
+
+/// For receivers that light may reach from everywhere.
+struct AcceptsAll {
+  bool operator()(const Vec3& /*w*/) const { return true; }
+};
+
+/// A point of an area light whose density per square metre is `pdf`; empty where it is edge on or
+/// shows a side that does not shine. Here and below: empty, too, unless accepts(w), which is asked
+/// before anything costly.
+template <class Accepts = AcceptsAll>
+std::optional<SeenLight> SeeAreaPoint(const World& world,
+                                      const LightSet& lights,
+                                      const MaterialPoint& y,
+                                      double pdf,
+                                      const Vec3& x,
+                                      Accepts accepts = {}) {
+  const TriangleGeometry& triangle = world.caster().Geometry(y.id);
+  const Vec3 to_light = triangle.Point(y.b1, y.b2) - x;
+  const double distance2 = SquaredNorm(to_light);
+  SeenLight light{y};
+  light.distance = std::sqrt(distance2);
+  light.w = to_light * (1.0 / light.distance);
+  const double cos_light = -Dot(triangle.n, light.w);
+  const LightSet::AreaLight& area = *lights.AreaLightOf(y.id.mesh);
+  if (!(distance2 > 0.0) || cos_light == 0.0 || (cos_light < 0.0 && !area.light->two_sided) ||
+      !accepts(light.w)) {
+    return std::nullopt;
+  }
+  light.radiance = AreaRadiance(area, y.id.triangle, y.b1, y.b2, cos_light > 0.0 ? 1.0 : -1.0);
+  light.pdf = pdf * distance2 / std::abs(cos_light);
+  light.has_extent = true;
+  return light;
+}
+
+/// Empty at the light's own place.
+template <class Accepts = AcceptsAll>
+std::optional<SeenLight> SeePointLight(const LightSet::PointLight& point,
+                                       const Vec3& x,
+                                       Accepts accepts = {}) {
+  const Vec3 to_light = point.position - x;
+  const double distance2 = SquaredNorm(to_light);
+  if (!(distance2 > 0.0)) {
+    return std::nullopt;
+  }
+  SeenLight light{&point};
+  light.distance = std::sqrt(distance2);
+  light.w = to_light * (1.0 / light.distance);
+  if (!accepts(light.w)) {
+    return std::nullopt;
+  }
+  light.radiance = IntensityTowards(point, -light.w);
+  light.pdf = distance2;
+  return light;
+}
+
+template <class Accepts = AcceptsAll>
+std::optional<SeenLight> SeeDirectional(const LightSet::Directional& directional,
+                                        Accepts accepts = {}) {
+  if (!accepts(directional.to_light)) {
+    return std::nullopt;
+  }
+  SeenLight light{&directional, directional.to_light};
+  light.radiance = directional.irradiance;
+  return light;
+}
+
+/// A drawn direction; empty if its density is zero.
+template <class Accepts = AcceptsAll>
+std::optional<SeenLight> SeeEnvironment(const LightSet::Environment& environment,
+                                        const DirectionSample& sample,
+                                        Accepts accepts = {}) {
+  if (!(sample.pdf > 0.0)) {
+    return std::nullopt;
+  }
+  SeenLight light{&environment, environment.world_from_light * sample.direction};
+  if (!accepts(light.w)) {
+    return std::nullopt;
+  }
+  light.radiance = EnvironmentRadianceAt(*environment.light, sample.uv);
+  light.pdf = sample.pdf;
+  light.has_extent = true;
+  return light;
+}
+
+/// Directions to an environment where there is no receiver whose hemisphere a constant one could be
+/// drawn over: then over the sphere.
+inline DirectionSample SampleWithoutReceiver(const LightSet::Environment& environment,
+                                             double u0,
+                                             double u1) {
+  if (environment.light->texels.size() > 1) {
+    return environment.sampler->Sample({}, u0, u1);
+  }
+  DirectionSample sample;
+  sample.direction = SampleUniformSphere(u0, u1);
+  sample.pdf = 0.25 * std::numbers::inv_pi;
+  return sample;
+}
+/// `w` in the world.
+inline double PdfWithoutReceiver(const LightSet::Environment& environment, const Vec3& w) {
+  return environment.light->texels.size() > 1
+             ? environment.sampler->Pdf(EnvironmentUv(environment.light_from_world * w), true)
+             : 0.25 * std::numbers::inv_pi;
+}
+
+/// A shadow ray's length to a point: short of it by the offset at both ends.
+inline double ShadowDistance(const RayCaster& caster, double distance) {
+  return distance * (1.0 - kShadowShortening) - 2.0 * caster.Offset();
+}
+
+/// Whether nothing lies between a surface point and a light that it sees. The ray starts off the
+/// surface and must end at the light's own point all the same: beside it, a light seen edge-on
+/// would hide itself.
+inline bool IsVisible(const RayCaster& caster, const SurfacePoint& p, const SeenLight& light) {
+  const Vec3 origin = RayStart(caster, p, light.w);
+  if (std::isinf(light.distance)) {
+    return !caster.Occluded({origin, light.w}, light.distance);
+  }
+  const Vec3 to_light = p.x + light.w * light.distance - origin;
+  const double length = Norm(to_light);
+  return !caster.Occluded({origin, to_light * (1.0 / length)}, ShadowDistance(caster, length));
+}
+
+}  // namespace pathfit::renderer
