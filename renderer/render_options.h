@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "renderer/core/parallel.h"
 
 namespace pathfit::renderer {
 
-class GuideStore;
 struct RenderStats;
 
 /// Which estimators of the derivative run.
@@ -76,9 +76,27 @@ struct RenderOptions : SampleBudget, EstimatorOptions {
   bool with_image = true;
 };
 
+/// Guides of boundary samples that outlive a pass: later passes of the same view draw by them and
+/// spend nothing on pilots, until Clear. A guide that no longer fits the scene costs variance,
+/// never the mean. Not safe for passes that run at once.
+class GuideStore {
+ public:
+  GuideStore();
+  ~GuideStore();
+  GuideStore(const GuideStore&) = delete;
+  GuideStore& operator=(const GuideStore&) = delete;
+  void Clear();
+
+  struct Guides;  ///< the renderer's own
+  [[nodiscard]] Guides& guides() { return *guides_; }
+
+ private:
+  std::unique_ptr<Guides> guides_;
+};
+
 /// What a rendering uses or fills of its caller's; null: nothing. Not owned.
 struct RenderServices {
-  /// Keeps guides between passes (renderer/boundary/guide_store.h); null: learned in every pass.
+  /// Keeps guides between passes; null: learned in every pass.
   GuideStore* guides = nullptr;
   /// What an error in each pixel costs, e.g. the size of its residual: guides draw where that is
   /// large. One per pixel of the image; null: all alike.

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "optim/problem/image_source.h"
-#include "renderer/boundary/guide_store.h"
 #include "renderer/renderer.h"
 
 namespace pathfit::optim {

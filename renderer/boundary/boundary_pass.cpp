@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "renderer/boundary/direct_boundary.h"
-#include "renderer/boundary/guide_store.h"
 #include "renderer/boundary/indirect_boundary.h"
 #include "renderer/boundary/pixel_boundary.h"
 #include "renderer/boundary/primary_boundary.h"
+#include "renderer/boundary/primary_guide.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::renderer {
@@ -62,11 +62,11 @@ class Runner {
     if (options_.guide == GuideKind::kNone || guided == 0) {
       return 0;
     }
-    const auto key = static_cast<std::uint64_t>(streams.pilot);
-    GuideStore* const store = context_.services.guides;
-    if (store != nullptr) {
-      const std::vector<PrimaryGuide>* kept = store->Find(options_.view, key);
-      if (kept != nullptr && kept->size() == ways_.size()) {
+    std::vector<PrimaryGuide>* kept = nullptr;
+    if (context_.services.guides != nullptr) {
+      kept = &context_.services.guides->guides()
+                  .of[{options_.view, static_cast<std::uint64_t>(streams.pilot)}];
+      if (kept->size() == ways_.size()) {
         guides_ = *kept;
         return 0;
       }
@@ -78,8 +78,8 @@ class Runner {
         guides_[w] = Learn(technique, streams, w, pilots / guided);
       }
     }
-    if (store != nullptr) {
-      store->Keep(options_.view, key, guides_);
+    if (kept != nullptr) {
+      *kept = guides_;
     }
     return pilots;
   }

@@ -21,21 +21,4 @@ class FilmSink : public DerivativeSink {
   Film film_;
 };
 
-/// Gradient of a scalar: sum over pixels and channels of weight * derivative, as a flat vector over
-/// the layout.
-class AdjointSink : public DerivativeSink {
- public:
-  /// `weights`: dLoss / dPixel of each channel, one per pixel; must outlive the sink.
-  AdjointSink(const ParameterLayout& layout, const std::vector<Rgba>& weights, int width);
-  void Add(std::int64_t pixel, std::span<const ParameterDerivative> derivatives) override;
-  /// Summed row by row in a fixed order.
-  [[nodiscard]] std::vector<double> Gradient() const;
-
- private:
-  const ParameterLayout& layout_;
-  const std::vector<Rgba>& weights_;
-  int width_;
-  std::vector<std::vector<std::pair<std::int64_t, double>>> rows_;  // (scalar, value) per image row
-};
-
 }  // namespace pathfit::renderer

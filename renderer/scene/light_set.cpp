@@ -225,10 +225,7 @@ AreaRadiancePartials AreaRadianceDerivative(
   if (light.texture == nullptr) {
     out.lookup = WhiteLookup();
   } else {
-    const TriangleUv uv = UvOf(*light.mesh, triangle);
-    out.lookup = LookUpTexture(*light.texture, uv.At(b1, b2));
-    out.uv_by_b1 = uv.by_b1;
-    out.uv_by_b2 = uv.by_b2;
+    out.lookup = LookUpTexture(*light.texture, UvOf(*light.mesh, triangle).At(b1, b2));
   }
   out.factor = out.lookup.value;
   out.value = light.light->intensity * out.factor;

@@ -76,7 +76,6 @@ struct AreaRadiancePartials {
   Rgb value;   ///< AreaRadiance
   Rgb factor;  ///< value per intensity
   TextureLookup lookup;
-  Vec2 uv_by_b1, uv_by_b2;  ///< slopes of the UV by the barycentrics
 };
 AreaRadiancePartials AreaRadianceDerivative(
     const LightSet::AreaLight& light, std::int32_t triangle, double b1, double b2, double side);

@@ -1,7 +1,6 @@
-#include "renderer/boundary/guide_store.h"
-
 #include <gtest/gtest.h>
 
+#include "renderer/boundary/primary_guide.h"
 #include "tests/support/probe.h"
 
 namespace pathfit::renderer {
@@ -77,19 +76,33 @@ TEST(GuideStore, KeptGuidesHaveTheSameMean) {
   EXPECT_LT(std::sqrt(kept.variance_of_mean), 0.01 * std::abs(kept.mean));
 }
 
-TEST(GuideStore, RefreshesAndForgets) {
+TEST(GuideStore, KeepsTheGuidesOfEachViewUntilCleared) {
+  const Scene scene = Shadow();
+  const Renderer renderer(scene);
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kObjectTranslation, 0);
   GuideStore store;
-  EXPECT_EQ(store.Find(0, 1), nullptr);
-  store.Keep(0, 1, {PrimaryGuide{}});
-  for (int i = 1; i < GuideStore::kRefreshAfter; ++i) {
-    EXPECT_NE(store.Find(0, 1), nullptr);
-  }
-  EXPECT_EQ(store.Find(0, 1), nullptr) << "too old";
-  store.Keep(0, 1, {PrimaryGuide{}});
-  EXPECT_EQ(store.Find(1, 1), nullptr) << "another view";
-  EXPECT_EQ(store.Find(0, 2), nullptr) << "another estimator";
+  RenderOptions options = DirectOnly();
+  const auto run = [&] {
+    FilmSink sink(layout, {1.0, 0.3, 0.2}, 16, 16);
+    renderer.RenderDerivative(scene.sensors[0], 0, options, layout, sink, {.guides = &store});
+    return sink.film().pixels;
+  };
+  const auto learned = run();
+  EXPECT_EQ(store.guides().of.size(), 1U);
+  options.seed = 1;
+  const auto kept = run();
+  EXPECT_EQ(store.guides().of.size(), 1U);
+  options.view = 1;
+  run();
+  EXPECT_EQ(store.guides().of.size(), 2U) << "another view";
   store.Clear();
-  EXPECT_EQ(store.Find(0, 1), nullptr);
+  EXPECT_TRUE(store.guides().of.empty());
+  options.view = 0;
+  EXPECT_NE(run(), kept) << "pilots are paid for anew";
+  options.seed = 0;
+  store.Clear();
+  EXPECT_EQ(run(), learned);
 }
 
 /// Weights change where samples go, not what they mean.

@@ -73,46 +73,6 @@ TEST_F(SinksOfOneRendering, FilmSinkIsTheJacobianTimesADirection) {
   EXPECT_GT(largest, 0.1) << "the comparison is not of zeros";
 }
 
-TEST_F(SinksOfOneRendering, AdjointSinkIsTheTransposedJacobianTimesWeights) {
-  std::vector<Rgba> weights;
-  CounterRng rng(2);
-  const auto draw = [&] { return 2.0 * rng.Next() - 1.0; };
-  for (std::size_t i = 0; i < NumPixels(); ++i) {
-    const double r = draw();
-    const double g = draw();
-    const double b = draw();
-    weights.emplace_back(r, g, b, draw());
-  }
-  AdjointSink adjoint(layout_, weights, Sensor().width);
-  tests::RecordingSink record(NumPixels());
-  Render(adjoint);
-  Render(record);
-  std::vector<double> expected(static_cast<std::size_t>(layout_.NumScalars()));
-  std::vector<double> scale(expected.size(), 1.0);
-  for (std::size_t pixel = 0; pixel < NumPixels(); ++pixel) {
-    for (const ParameterDerivative& entry : record.pixels[pixel]) {
-      const int size = layout_.GroupOfBlock(entry.block).block_size;
-      for (int c = 0; c < size; ++c) {
-        const auto scalar = static_cast<std::size_t>(layout_.FirstScalarOfBlock(entry.block) + c);
-        for (int channel = 0; channel < 4; ++channel) {
-          const double term =
-              weights[pixel][channel] * entry.d[static_cast<std::size_t>(c)][channel];
-          expected[scalar] += term;
-          scale[scalar] += std::abs(term);
-        }
-      }
-    }
-  }
-  const std::vector<double> gradient = adjoint.Gradient();
-  ASSERT_EQ(gradient.size(), expected.size());
-  double largest = 0.0;
-  for (std::size_t i = 0; i < gradient.size(); ++i) {
-    EXPECT_NEAR(gradient[i], expected[i], kSummation * scale[i]) << i;
-    largest = std::max(largest, std::abs(gradient[i]));
-  }
-  EXPECT_GT(largest, 0.1);
-}
-
 TEST_F(SinksOfOneRendering, ComponentsBeyondTheBlockSizeAreZero) {
   tests::RecordingSink record(NumPixels());
   Render(record);
