@@ -228,13 +228,13 @@ Json ReportJson(const ReportData& data, const ReportOptions& options) {
 }
 
 std::string ReportPage(const Json& json) {
-  const std::map<std::string_view, std::string> parts = {{"style", std::string(kReportCss)},
-                                                         {"style-hash", CspHash(kReportCss)},
-                                                         {"script", std::string(kReportJs)},
-                                                         {"script-hash", CspHash(kReportJs)},
+  const std::map<std::string_view, std::string> parts = {{"style", std::string(ReportCss())},
+                                                         {"style-hash", CspHash(ReportCss())},
+                                                         {"script", std::string(ReportJs())},
+                                                         {"script-hash", CspHash(ReportJs())},
                                                          {"data", EmbeddedJson(json)}};
   std::string page;
-  std::string_view rest = kReportHtml;
+  std::string_view rest = ReportHtml();
   for (std::size_t at = rest.find("{{"); at != std::string_view::npos; at = rest.find("{{")) {
     const std::size_t end = rest.find("}}", at);
     page.append(rest.substr(0, at)).append(parts.at(rest.substr(at + 2, end - at - 2)));

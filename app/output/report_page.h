@@ -5,8 +5,8 @@
 namespace pathfit::app {
 
 /// Files of app/output/report/, put into the program when it is built.
-extern const std::string_view kReportHtml;
-extern const std::string_view kReportCss;
-extern const std::string_view kReportJs;
+std::string_view ReportHtml();
+std::string_view ReportCss();
+std::string_view ReportJs();
 
 }  // namespace pathfit::app

@@ -51,8 +51,8 @@ void ExpectSound(const Json& json) {
   EXPECT_EQ(Count(html, "http:"), 1) << "the name of SVG's elements";
   EXPECT_EQ(Count(html, "<script"), 2);
   EXPECT_EQ(Count(html, "</script>"), 2);
-  EXPECT_EQ(Count(html, CspHash(kReportJs)), 1);
-  EXPECT_EQ(Count(html, CspHash(kReportCss)), 1);
+  EXPECT_EQ(Count(html, CspHash(ReportJs())), 1);
+  EXPECT_EQ(Count(html, CspHash(ReportCss())), 1);
   EXPECT_EQ(Count(html, "default-src 'none'"), 1);
   const std::string begin = "<script type=\"application/json\" id=\"data\">";
   const std::size_t at = html.find(begin) + begin.size();
