@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -19,7 +20,7 @@ LightConfig::Type TypeOf(const std::string& word) {
   if (word == "directional") return Type::kDirectional;
   if (word == "spot") return Type::kSpot;
   if (word == "projector") return Type::kProjector;
-  if (word == "area") return Type::kArea;
+  if (word == "area" || word == "rectangle") return Type::kArea;
   return Type::kEnvironment;
 }
 
@@ -75,6 +76,35 @@ void ReadCone(YamlNode& node, const std::string& path, ConfigReading& reading, L
   light.inner_angle = inner * kRadiansPerDegree;
 }
 
+// A rectangle is a black mesh that shines: derivatives, shadows and exports need to know no more.
+void AddRectangle(const MapReader& map,
+                  const std::string& path,
+                  ConfigReading& reading,
+                  LightConfig& light) {
+  ExperimentConfig& config = reading.config;
+  const auto is_taken = [&](const auto& list) {
+    return std::any_of(
+        list.begin(), list.end(), [&](const auto& item) { return item.name == light.name; });
+  };
+  if (is_taken(config.materials) || is_taken(MeshesOf(config))) {
+    reading.Report(
+        map.Find("type")->place, path, "a rectangle needs a name that no mesh and no material has");
+    return;
+  }
+  light.mesh = light.name;
+  GeometryConfig& geometry = config.geometry.emplace_back();
+  geometry.name = geometry.material = light.name;
+  geometry.geometry = RectangleGeometry{};
+  double width = 0.0;
+  double height = 0.0;
+  map.Get("width_m", width);
+  map.Get("height_m", height);
+  geometry.transform = {{0.5 * width, 0.5 * height, 1.0}, light.axis, light.angle, light.position};
+  MaterialConfig& material = config.materials.emplace_back();
+  material.name = light.name;
+  material.base_color = {0.0, 0.0, 0.0};
+}
+
 }  // namespace
 
 LightConfig ReadLight(YamlEntry& entry, ConfigReading& reading) {
@@ -104,6 +134,7 @@ LightConfig ReadLight(YamlEntry& entry, ConfigReading& reading) {
     light.texture = texture->text;
     UseTexture(*texture, path + ".texture", TextureConfig::Role::kLight, reading);
   }
+  if (map.TextOf("type") == "rectangle") AddRectangle(map, path, reading, light);
   return light;
 }
 

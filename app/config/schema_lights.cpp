@@ -15,11 +15,23 @@ SchemaNode LightsSchema() {
       "lights",
       "LIGHT",
       Map("",
-          {Choice("type",
-                  {"envmap", "constant", "point", "directional", "spot", "projector", "area"},
-                  "`envmap`: picture of all directions; `constant`: the same from everywhere; "
-                  "`spot`: point light with a cone; `projector`: casts a texture like a slide; "
-                  "`area`: a mesh that shines.")
+          {Choice(
+               "type",
+               {"envmap",
+                "constant",
+                "point",
+                "directional",
+                "spot",
+                "projector",
+                "area",
+                "rectangle"},
+               "`envmap`: picture of all directions; `constant`: the same from everywhere; "
+               "`spot`: point light with a cone; `projector`: casts a texture like a slide; "
+               "`area`: a mesh that shines; `rectangle`: a black sheet that shines, with a place "
+               "of "
+               "its own, a mesh and a material of the light's name: derivatives by its place and "
+               "shape are those of LIGHT.translation, LIGHT.rotation, LIGHT.scale and "
+               "LIGHT.vertices.")
                .Required(),
            Path("file", "Latitude-longitude picture, EXR or HDR.")
                .OneOf("source")
@@ -34,22 +46,32 @@ SchemaNode LightsSchema() {
            Colour("radiance", "Radiance.")
                .Unit("W/(sr m²), relative")
                .Default("[1, 1, 1]")
-               .When("type", {"constant", "area"}),
+               .When("type", {"constant", "area", "rectangle"}),
            Name("texture",
                 "One of `scene.textures`: the projected picture, or a factor on the radiance of "
-                "the mesh by its UVs.")
+                "the mesh by its UVs, which run once over a rectangle.")
                .RequiredFor({"projector"})
-               .When("type", {"projector", "area"}),
+               .When("type", {"projector", "area", "rectangle"}),
            Bool("two_sided", "The mesh shines from both sides.")
                .Default("false")
-               .When("type", {"area"}),
+               .When("type", {"area", "rectangle"}),
            Bool("visible", "Seen behind the objects (else black there, without coverage).")
                .Default("true")
                .When("type", environments),
-           Vector("position_m", "Place of the light.")
+           Vector("position_m", "Place of the light; the middle of a rectangle.")
                .Unit("metres")
                .Required()
-               .When("type", {"point", "spot", "projector"}),
+               .When("type", {"point", "spot", "projector", "rectangle"}),
+           Number("width_m", "Along x, before `rotate`.")
+               .Between(0.0, 1e9)
+               .Unit("metres")
+               .Required()
+               .When("type", {"rectangle"}),
+           Number("height_m", "Along y, before `rotate`.")
+               .Between(0.0, 1e9)
+               .Unit("metres")
+               .Required()
+               .When("type", {"rectangle"}),
            Vector("target_m", "What is in the middle of the cone or picture.")
                .Unit("metres")
                .OneOf("aim")
@@ -60,8 +82,10 @@ SchemaNode LightsSchema() {
            Vector("up", "What is up in the projected picture.")
                .Default("[0, 1, 0]")
                .When("type", {"projector"}),
-           Rotation("rotate", "Turns the light, after `direction` or `target_m`.")
-               .When("type", {"envmap", "directional", "spot", "projector"}),
+           Rotation("rotate",
+                    "Turns the light, after `direction` or `target_m`; a rectangle shines along +z "
+                    "without it.")
+               .When("type", {"envmap", "directional", "spot", "projector", "rectangle"}),
            Number("outer_deg", "Angle from the axis beyond which a spot gives no light.")
                .Between(0.0, 90.0)
                .Unit("degrees")

@@ -240,6 +240,8 @@ class Program(unittest.TestCase):
         shadow = SOURCE / "tests" / "scenes" / "moving_shadow.yaml"
         good = run("gradcheck", shadow, "--json", "-q")
         self.assertEqual(good.returncode, 0, good.stdout)
+        lamp = run("gradcheck", SOURCE / "tests" / "scenes" / "rectangle_light.yaml", "--json", "-q")
+        self.assertEqual(lamp.returncode, 0, lamp.stdout)
         # Without the terms of moving edges the derivative is wrong, and the check must say so.
         for terms in ("[interior]", "[interior, primary]"):
             bad = run("gradcheck", shadow, "--json", "-q", "--set", f"render.terms={terms}")

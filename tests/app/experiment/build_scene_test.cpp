@@ -372,5 +372,37 @@ TEST(BuildScene, RenderOptionsFollowTheConfig) {
   EXPECT_FALSE(options.terms.primary || options.terms.indirect || options.terms.pixel);
 }
 
+TEST(BuildScene, ARectangleLightIsABlackMeshThatShines) {
+  const std::string turn = "rotate: {axis: [1, 0, 0], angle_deg: 120}";
+  const Experiment rectangle = Build(SceneOf(
+      "floor: {primitive: {rectangle: {}}, material: grey}",
+      kGrey,
+      "  lights: {lamp: {type: rectangle, position_m: [1, 2, 3], width_m: 4, height_m: 6, " + turn +
+          ", radiance: [1, 2, 3], two_sided: true}}\n"));
+  const Experiment spelled = Build(SceneOf(
+      "floor: {primitive: {rectangle: {}}, material: grey}, lamp: {primitive: {rectangle: "
+      "{}}, material: lamp, transform: {scale: [2, 3, 1], " +
+          turn + ", translate_m: [1, 2, 3]}}",
+      std::string(kGrey) + ", lamp: {model: diffuse, base_color: {constant: [0, 0, 0]}}",
+      "  lights: {lamp: {type: area, mesh: lamp, radiance: [1, 2, 3], two_sided: true}}\n"));
+  const auto& mesh = Named(rectangle.scene.meshes, "lamp");
+  const auto& same = Named(spelled.scene.meshes, "lamp");
+  EXPECT_EQ(mesh.mesh.positions, same.mesh.positions);
+  EXPECT_EQ(mesh.material, same.material);
+  EXPECT_EQ(Named(rectangle.scene.materials, "lamp").base_color, Rgb{});
+  const auto& light =
+      std::get<renderer::AreaEmitter>(Named(rectangle.scene.emitters, "lamp").light);
+  EXPECT_EQ(light.mesh, 1);
+  EXPECT_EQ(light.intensity, (Rgb{1, 2, 3}));
+  EXPECT_TRUE(light.two_sided);
+}
+
+TEST(BuildScene, ARectangleLightNeedsANameOfItsOwn) {
+  EXPECT_ANY_THROW(Build(SceneOf(
+      "lamp: {primitive: {rectangle: {}}, material: grey}",
+      kGrey,
+      "  lights: {lamp: {type: rectangle, position_m: [1, 2, 3], width_m: 4, height_m: 6}}\n")));
+}
+
 }  // namespace
 }  // namespace pathfit::app
