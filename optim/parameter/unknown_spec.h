@@ -32,9 +32,10 @@ struct UnknownSpec {
   double upper = std::numeric_limits<double>::infinity();
   bool hold = false;  ///< known to the program, never freed
 
-  double laplacian_weight = 0.0;    ///< vertices: weight of |x - mean of neighbours|^2 / edge^2
-  double large_steps_lambda = 0.0;  ///< vertices: metric I + lambda L of the proximal damping
-  double smooth_weight = 0.0;       ///< texels, vertex colours: differences of neighbours
+  double laplacian_weight = 0.0;        ///< vertices: weight of |x - mean of neighbours|^2 / edge^2
+  double large_steps_lambda = 0.0;      ///< vertices: metric I + lambda L of the proximal damping
+  double smooth_weight = 0.0;           ///< texels, vertex colours: differences of neighbours
+  double total_variation_weight = 0.0;  ///< texels: size of the slope, which spares edges
   double neutral_weight = 0.0;  ///< environment texels: distance of each texel from its own grey
   std::optional<GaussianPriorSpec> gaussian;
 };

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include <ceres/cost_function.h>
+#include <ceres/loss_function.h>
 
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_topology.h"
@@ -72,53 +73,85 @@ void AddDifferences(const Context& context, const std::vector<BlockPair>& pairs,
   }
   for (const BlockPair& pair : pairs) {
     const double scale = std::sqrt(context.num_channels * weight * pair.weight / total);
-    context.terms.push_back({{pair.a, pair.b}, {scale, -scale}, {}, false, false});
+    context.terms.push_back({{pair.a, pair.b}, {scale, -scale}});
   }
 }
 
-void AddEnvironmentSmoothness(const Context& context, const ParameterGroup& group, double weight) {
-  const auto& light = context.scene.emitters[static_cast<std::size_t>(group.object)].light;
-  const auto& environment = std::get<renderer::EnvironmentEmitter>(light);
-  const int width = environment.width;
-  const int height = environment.height;
-  const auto block = [&](int x, int y) { return group.first_block + y * width + x % width; };
-  const auto cosine = [&](double row) {  // of the latitude of a row's centre
-    return std::sin(std::numbers::pi * row / static_cast<double>(height));
-  };
+/// Neighbourhood of the texels of a texture or environment.
+struct TexelGrid {
+  std::int32_t first_block = 0;
+  int width = 1, height = 1;
+  bool wraps_u = false, wraps_v = false;
+  bool is_sphere = false;  ///< rows are latitudes, and count by their cosine
+
+  [[nodiscard]] std::int32_t Block(int x, int y) const {
+    return first_block + y % height * width + x % width;
+  }
+  /// The last of two or more is next to the first where the grid wraps around; two are one pair.
+  [[nodiscard]] bool HasRight(int x) const { return x + 1 < width || (wraps_u && width > 2); }
+  [[nodiscard]] bool HasBelow(int y) const { return y + 1 < height || (wraps_v && height > 2); }
+  /// `row`: y + 1/2 for a row's centre, y + 1 for its lower border.
+  [[nodiscard]] double Weight(double row) const {
+    return is_sphere ? std::sin(std::numbers::pi * row / static_cast<double>(height)) : 1.0;
+  }
+};
+
+TexelGrid GridOf(const Context& context, const ParameterGroup& group) {
+  const auto object = static_cast<std::size_t>(group.object);
+  if (group.kind == ParameterKind::kTextureTexels) {
+    const renderer::Texture& texture = context.scene.textures[object];
+    const bool repeats = texture.wrap == renderer::TextureWrap::kRepeat;
+    return {group.first_block, texture.width, texture.height, repeats, repeats, false};
+  }
+  const auto& environment =
+      std::get<renderer::EnvironmentEmitter>(context.scene.emitters[object].light);
+  return {group.first_block, environment.width, environment.height, true, false, true};
+}
+
+void AddTexelSmoothness(const Context& context, const TexelGrid& grid, double weight) {
   std::vector<BlockPair> pairs;
-  for (int y = 0; y < height; ++y) {
-    const int columns = width > 2 ? width : width - 1;  // two columns are one pair, not two
-    for (int x = 0; x < columns; ++x) {
-      pairs.push_back({block(x, y), block(x + 1, y), cosine(y + 0.5)});
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width && grid.HasRight(x); ++x) {
+      pairs.push_back({grid.Block(x, y), grid.Block(x + 1, y), grid.Weight(y + 0.5)});
     }
-    for (int x = 0; x < width && y + 1 < height; ++x) {
-      pairs.push_back({block(x, y), block(x, y + 1), cosine(y + 1.0)});
+    for (int x = 0; x < grid.width && grid.HasBelow(y); ++x) {
+      pairs.push_back({grid.Block(x, y), grid.Block(x, y + 1), grid.Weight(y + 1.0)});
     }
   }
   AddDifferences(context, pairs, weight);
 }
 
-// The last of two or more is next to the first where the texture repeats; two are one pair.
-int NumPairs(int count, bool repeats) { return repeats && count > 2 ? count : count - 1; }
-
-void AddTextureSmoothness(const Context& context, const ParameterGroup& group, double weight) {
-  const renderer::Texture& texture = context.scene.textures[static_cast<std::size_t>(group.object)];
-  const bool repeats = texture.wrap == renderer::TextureWrap::kRepeat;
-  const auto block = [&](int x, int y) {
-    return group.first_block + y % texture.height * texture.width + x % texture.width;
-  };
-  std::vector<BlockPair> pairs;
-  for (int y = 0; y < texture.height; ++y) {
-    for (int x = 0; x < NumPairs(texture.width, repeats); ++x) {
-      pairs.push_back({block(x, y), block(x + 1, y), 1.0});
+void AddTotalVariation(const Context& context, const TexelGrid& grid, double weight) {
+  double total = 0.0;
+  for (int y = 0; y < grid.height; ++y) {
+    total += grid.width * grid.Weight(y + 0.5);
+  }
+  for (int y = 0; y < grid.height; ++y) {
+    // The cost scale^2 e (sqrt(|d|^2 + e^2) - e) of a term is its share of the weight.
+    const double share = context.num_channels * weight * grid.Weight(y + 0.5) / total;
+    const double scale = std::sqrt(share / kTotalVariationEdge);
+    for (int x = 0; x < grid.width; ++x) {
+      PriorTerm term;
+      term.blocks = {grid.Block(x, y)};
+      if (grid.HasRight(x)) {
+        term.blocks.push_back(grid.Block(x + 1, y));
+      }
+      if (grid.HasBelow(y)) {
+        term.blocks.push_back(grid.Block(x, y + 1));
+      }
+      const std::size_t count = term.blocks.size();
+      for (std::size_t g = 1; g < count; ++g) {
+        std::vector<double> row(count, 0.0);
+        row[0] = scale;
+        row[g] = -scale;
+        term.weights.insert(term.weights.end(), row.begin(), row.end());
+      }
+      term.edge = scale * kTotalVariationEdge;
+      if (count > 1) {
+        context.terms.push_back(std::move(term));
+      }
     }
   }
-  for (int y = 0; y < NumPairs(texture.height, repeats); ++y) {
-    for (int x = 0; x < texture.width; ++x) {
-      pairs.push_back({block(x, y), block(x, y + 1), 1.0});
-    }
-  }
-  AddDifferences(context, pairs, weight);
 }
 
 void AddColorSmoothness(const Context& context, const ParameterGroup& group, double weight) {
@@ -144,7 +177,9 @@ void AddNeutral(const Context& context, const ParameterGroup& group, double weig
   const double scale =
       std::sqrt(context.num_channels * weight / static_cast<double>(group.num_blocks));
   for (std::int32_t i = 0; i < group.num_blocks; ++i) {
-    context.terms.push_back({{group.first_block + i}, {scale}, {}, false, true});
+    PriorTerm term{{group.first_block + i}, {scale}};
+    term.neutral = true;
+    context.terms.push_back(std::move(term));
   }
 }
 
@@ -170,7 +205,7 @@ void AddGaussian(const Context& context,
   }
   const double scale = kGaussianResidual / gaussian.sigma;
   for (std::int32_t i = 0; i < group.num_blocks; ++i) {
-    PriorTerm term{{group.first_block + i}, {scale}, {}, false, false};
+    PriorTerm term{{group.first_block + i}, {scale}};
     for (std::size_t c = 0; c < size; ++c) {
       const double mean = start.empty() ? gaussian.mean[gaussian.mean.size() == 1 ? 0 : c]
                                         : start[static_cast<std::size_t>(i) * size + c];
@@ -185,14 +220,15 @@ void AddExposure(const Context& context,
                  const ExposureModel& exposure) {
   const double scale = kGaussianResidual / (exposure.sigma_ev * std::log(2.0));
   const double start = exposure.start_gains[static_cast<std::size_t>(group.object)];
-  context.terms.push_back(
-      {{group.first_block}, {scale}, {scale * std::log(start), 0.0, 0.0}, true, false});
+  PriorTerm term{{group.first_block}, {scale}, {scale * std::log(start), 0.0, 0.0}};
+  term.in_theta = true;
+  context.terms.push_back(std::move(term));
 }
 
 class PriorCostFunction : public ceres::CostFunction {
  public:
   PriorCostFunction(const PriorTerm& term, const ParameterSet& set) : term_(term), set_(set) {
-    set_num_residuals(set.BlockSize(term.blocks.front()));
+    set_num_residuals(static_cast<int>(term.NumGroups()) * set.BlockSize(term.blocks.front()));
     for (const std::int32_t block : term.blocks) {
       mutable_parameter_block_sizes()->push_back(set.BlockSize(block));
     }
@@ -208,6 +244,22 @@ class PriorCostFunction : public ceres::CostFunction {
  private:
   const PriorTerm& term_;
   const ParameterSet& set_;
+};
+
+/// rho(s) = 2 e (sqrt(s + e^2) - e).
+class EdgeLoss : public ceres::LossFunction {
+ public:
+  explicit EdgeLoss(double edge) : edge_(edge) {}
+
+  void Evaluate(double square, double rho[3]) const override {
+    const double root = std::sqrt(square + edge_ * edge_);
+    rho[0] = 2.0 * edge_ * square / (root + edge_);
+    rho[1] = edge_ / root;
+    rho[2] = -0.5 * rho[1] / (root * root);
+  }
+
+ private:
+  double edge_;
 };
 
 }  // namespace
@@ -227,11 +279,13 @@ std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
     if (group.kind == ParameterKind::kVertexPositions && unknown.laplacian_weight > 0.0) {
       AddLaplacian(context, group, unknown.laplacian_weight);
     }
-    if (group.kind == ParameterKind::kEnvironmentTexels && unknown.smooth_weight > 0.0) {
-      AddEnvironmentSmoothness(context, group, unknown.smooth_weight);
+    const bool is_texels = group.kind == ParameterKind::kEnvironmentTexels ||
+                           group.kind == ParameterKind::kTextureTexels;
+    if (is_texels && unknown.smooth_weight > 0.0) {
+      AddTexelSmoothness(context, GridOf(context, group), unknown.smooth_weight);
     }
-    if (group.kind == ParameterKind::kTextureTexels && unknown.smooth_weight > 0.0) {
-      AddTextureSmoothness(context, group, unknown.smooth_weight);
+    if (is_texels && unknown.total_variation_weight > 0.0) {
+      AddTotalVariation(context, GridOf(context, group), unknown.total_variation_weight);
     }
     if (group.kind == ParameterKind::kVertexColors && unknown.smooth_weight > 0.0) {
       AddColorSmoothness(context, group, unknown.smooth_weight);
@@ -291,10 +345,12 @@ void EvalPrior(const PriorTerm& term,
                double* residual,
                double** jacobians) {
   const auto size = static_cast<std::size_t>(set.BlockSize(term.blocks.front()));
-  for (std::size_t c = 0; c < size; ++c) {
-    residual[c] = -term.offset[c];
+  const std::size_t num_blocks = term.blocks.size();
+  const std::size_t num_groups = term.NumGroups();
+  for (std::size_t row = 0; row < num_groups * size; ++row) {
+    residual[row] = -term.offset[row % size];
   }
-  for (std::size_t k = 0; k < term.blocks.size(); ++k) {
+  for (std::size_t k = 0; k < num_blocks; ++k) {
     const std::size_t offset = set.BlockOffset(term.blocks[k]);
     std::array<double, 3> y{};
     std::array<double, 3> slope{1.0, 1.0, 1.0};
@@ -307,19 +363,17 @@ void EvalPrior(const PriorTerm& term,
       }
       mean += y[c] / static_cast<double>(size);
     }
-    for (std::size_t c = 0; c < size; ++c) {
-      residual[c] += term.weights[k] * (term.neutral ? y[c] - mean : y[c]);
-    }
-    if (jacobians == nullptr || jacobians[k] == nullptr) {
-      continue;
-    }
-    for (std::size_t row = 0; row < size; ++row) {
-      for (std::size_t c = 0; c < size; ++c) {
-        double d = row == c ? 1.0 : 0.0;
+    double* jacobian = jacobians == nullptr ? nullptr : jacobians[k];
+    for (std::size_t row = 0; row < num_groups * size; ++row) {
+      const double weight = term.weights[row / size * num_blocks + k];
+      const std::size_t component = row % size;
+      residual[row] += weight * (term.neutral ? y[component] - mean : y[component]);
+      for (std::size_t c = 0; jacobian != nullptr && c < size; ++c) {
+        double d = component == c ? 1.0 : 0.0;
         if (term.neutral) {
           d -= 1.0 / static_cast<double>(size);
         }
-        jacobians[k][row * size + c] = term.weights[k] * d * slope[c];
+        jacobian[row * size + c] = weight * d * slope[c];
       }
     }
   }
@@ -328,6 +382,10 @@ void EvalPrior(const PriorTerm& term,
 std::unique_ptr<ceres::CostFunction> MakePriorCostFunction(const PriorTerm& term,
                                                            const ParameterSet& set) {
   return std::make_unique<PriorCostFunction>(term, set);
+}
+
+std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term) {
+  return term.edge > 0.0 ? std::make_unique<EdgeLoss>(term.edge) : nullptr;
 }
 
 double PriorCost(const std::vector<PriorTerm>& terms,
@@ -340,10 +398,20 @@ double PriorCost(const std::vector<PriorTerm>& terms,
     for (const std::int32_t block : term.blocks) {
       blocks.push_back(theta.data() + set.BlockOffset(block));
     }
-    std::array<double, 3> residual{};
+    std::array<double, kMaxPriorRows> residual{};
     EvalPrior(term, set, blocks.data(), residual.data(), nullptr);
-    for (const double r : residual) {
-      sum += 0.5 * r * r;
+    if (term.edge > 0.0) {
+      double square = 0.0;
+      for (const double r : residual) {
+        square += r * r;
+      }
+      double rho[3];
+      EdgeLoss(term.edge).Evaluate(square, rho);
+      sum += 0.5 * rho[0];
+    } else {
+      for (const double r : residual) {
+        sum += 0.5 * r * r;
+      }
     }
   }
   return sum;

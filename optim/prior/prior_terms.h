@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -10,19 +11,26 @@
 
 namespace ceres {
 class CostFunction;
-}
+class LossFunction;
+}  // namespace ceres
 
 namespace pathfit::optim {
 
-/// One prior residual of as many rows as its blocks have components:
-///   r_c = sum_k weight_k y_k,c - offset_c,   y = x (units of the scene), or theta if `in_theta`;
-/// with `neutral`, y_k,c is replaced by its distance from the mean of the block's components.
+/// One prior residual of one or more groups of rows, each of as many rows as its blocks have
+/// components. With K = blocks.size(), row c of group g is
+///   r_gc = sum_k weights[g K + k] y_k,c - offset_c,   y = x (units of the scene), or theta if
+/// `in_theta`; with `neutral`, y_k,c is replaced by its distance from the mean of the block's
+/// components. The cost is rho(|r|^2) / 2 with rho(s) = s, or, if `edge` e is not zero,
+/// rho(s) = 2 e (sqrt(s + e^2) - e): s where |r| is well below e, 2 e |r| far above.
 struct PriorTerm {
   std::vector<std::int32_t> blocks;
   std::vector<double> weights;
   std::array<double, 3> offset{};
   bool in_theta = false;
   bool neutral = false;
+  double edge = 0.0;
+
+  [[nodiscard]] std::size_t NumGroups() const { return weights.size() / blocks.size(); }
 };
 
 /// Prior terms of the active unknowns. `run_start` has the values of Gaussian priors around the
@@ -34,6 +42,9 @@ struct PriorTerm {
 ///   smooth:     w/2 * mean over neighbouring texels (or mesh edges) of |difference|^2, channels
 ///               summed; an environment's pairs count by the cosine of their latitude, its rows
 ///               wrap around; those of a texture wrap around in both directions if it repeats;
+///   total variation: w * mean over texels of sqrt(|d|^2 + e^2) - e, d the differences to the right
+///               and the lower neighbour in all channels, e = kTotalVariationEdge; neighbours and
+///               weights as for smooth;
 ///   neutral:    w/2 * mean over texels of |texel - its grey|^2;
 ///   Gaussian:   (x - mean)/sigma = 1 costs as much as one pixel-channel with residual
 ///               kGaussianResidual, so that it decides only what the photos leave open. The gains'
@@ -46,6 +57,10 @@ std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
                                        double num_channels);
 
 inline constexpr double kGaussianResidual = 0.1;
+/// In units of the texels: differences well below it are smoothed as by `smooth`, those well above
+/// cost by their size only.
+inline constexpr double kTotalVariationEdge = 0.01;
+inline constexpr std::size_t kMaxPriorRows = 6;
 
 /// Step control, not belief: sqrt(mu) (I + lambda L)(x - x_round) for every vertex group with
 /// lambda > 0, L the graph Laplacian (degree minus adjacency) [Nicolet et al. 2021]. `values`:
@@ -56,9 +71,9 @@ std::vector<PriorTerm> BuildProximalTerms(const renderer::Scene& scene,
                                           const std::vector<double>& values,
                                           double mu);
 
-/// Residual of a term and, where `jacobians` and its entries are not null, d r / d theta of each
-/// block (rows x components, row-major). `theta_blocks[k]` points to the unknowns of
-/// term.blocks[k].
+/// Residual of a term (NumGroups() times components, group by group) and, where `jacobians` and its
+/// entries are not null, d r / d theta of each block (rows x components, row-major).
+/// `theta_blocks[k]` points to the unknowns of term.blocks[k].
 void EvalPrior(const PriorTerm& term,
                const ParameterSet& set,
                double const* const* theta_blocks,
@@ -68,8 +83,10 @@ void EvalPrior(const PriorTerm& term,
 /// EvalPrior for the solver. `term` and `set` must outlive it.
 std::unique_ptr<ceres::CostFunction> MakePriorCostFunction(const PriorTerm& term,
                                                            const ParameterSet& set);
+/// rho of a term for the solver; null where it is the identity.
+std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term);
 
-/// Half the sum of squares of all terms.
+/// Sum of the terms' costs.
 double PriorCost(const std::vector<PriorTerm>& terms,
                  const ParameterSet& set,
                  const std::vector<double>& theta);

@@ -131,14 +131,15 @@ class ProblemBuilder {
 
   void Add(std::unique_ptr<ceres::CostFunction> cost,
            const std::int32_t* blocks,
-           std::size_t count) {
+           std::size_t count,
+           std::unique_ptr<ceres::LossFunction> loss = nullptr) {
     pointers_.clear();
     for (std::size_t k = 0; k < count; ++k) {
       pointers_.push_back(theta_.data() + image_.set().BlockOffset(blocks[k]));
       used_[static_cast<std::size_t>(blocks[k])] = 1;
     }
     num_rows_ += cost->num_residuals();
-    problem_.AddResidualBlock(cost.release(), nullptr, pointers_);
+    problem_.AddResidualBlock(cost.release(), loss.release(), pointers_);
   }
 
   void AddImages(const EvaluationState& state) {
@@ -165,7 +166,10 @@ class ProblemBuilder {
 
   void AddPriors(const std::vector<PriorTerm>& terms) {
     for (const PriorTerm& term : terms) {
-      Add(MakePriorCostFunction(term, image_.set()), term.blocks.data(), term.blocks.size());
+      Add(MakePriorCostFunction(term, image_.set()),
+          term.blocks.data(),
+          term.blocks.size(),
+          MakePriorLossFunction(term));
     }
   }
 

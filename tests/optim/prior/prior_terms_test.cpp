@@ -2,9 +2,12 @@
 
 #include <cmath>
 
+#include <ceres/ceres.h>
+#include <ceres/gradient_checker.h>
 #include <gtest/gtest.h>
 
 #include "renderer/core/error.h"
+#include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
 
 namespace pathfit {
@@ -162,6 +165,160 @@ TEST_F(PriorTermsTest, TextureSmoothnessWrapsAroundWhereTheTextureRepeats) {
   EXPECT_NEAR(cost_of(renderer::TextureWrap::kRepeat, 5), 0.5 * 4.0 / 24.0, 1e-12);
   EXPECT_NEAR(cost_of(renderer::TextureWrap::kClamp, 0), 0.5 * 2.0 / 17.0, 1e-12);
   EXPECT_NEAR(cost_of(renderer::TextureWrap::kClamp, 5), 0.5 * 4.0 / 17.0, 1e-12);
+}
+
+TEST_F(PriorTermsTest, TotalVariationIsTheSizeOfTheSlope) {
+  scene_.textures = {{"oak", 4, 3, std::vector<renderer::Rgb>(12, {0.5, 0.5, 0.5})}};
+  scene_.textures[0].wrap = renderer::TextureWrap::kClamp;
+  Add(ParameterKind::kTextureTexels, 0).total_variation_weight = 0.7;
+  EXPECT_EQ(Cost(Set()), 0.0);
+  constexpr double kEdge = optim::kTotalVariationEdge;
+  const auto size_of = [](double square) { return std::sqrt(square + kEdge * kEdge) - kEdge; };
+  scene_.textures[0].texels[5].g += 0.3;  // inside: its own slope, its left and upper neighbour's
+  EXPECT_NEAR(Cost(Set()), 0.7 / 12.0 * (size_of(2 * 0.09) + 2.0 * size_of(0.09)), 1e-14);
+  scene_.textures[0].texels[5].g -= 0.3;
+  scene_.textures[0].texels[11].r += 0.3;  // the last corner: seen by two neighbours
+  EXPECT_NEAR(Cost(Set()), 0.7 / 12.0 * 2.0 * size_of(0.09), 1e-14);
+  scene_.textures[0].wrap = renderer::TextureWrap::kRepeat;
+  EXPECT_NEAR(Cost(Set()), 0.7 / 12.0 * (size_of(2 * 0.09) + 2.0 * size_of(0.09)), 1e-14);
+}
+
+TEST_F(PriorTermsTest, TotalVariationOfAnEnvironmentWrapsAroundInLongitudeOnly) {
+  Add(ParameterKind::kEnvironmentTexels, 0).total_variation_weight = 1.0;
+  auto& sky = std::get<renderer::EnvironmentEmitter>(scene_.emitters[0].light);
+  for (renderer::Rgb& texel : sky.texels) texel = {2.0, 1.0, 0.5};
+  const auto cost_of = [&](std::size_t texel) {
+    sky.texels[texel].r += 1.0;
+    const double cost = Cost(Set());
+    sky.texels[texel].r -= 1.0;
+    return cost;
+  };
+  EXPECT_NEAR(cost_of(8), cost_of(11), 1e-12);
+  EXPECT_NEAR(cost_of(0), cost_of(3), 1e-12);
+  EXPECT_LT(cost_of(0), cost_of(8));
+}
+
+TEST_F(PriorTermsTest, TotalVariationsDerivativesPassCeresOwnChecks) {
+  scene_.textures = {{"oak", 4, 3, std::vector<renderer::Rgb>(12, {0.5, 0.5, 0.5})}};
+  for (std::size_t i = 0; i < 12; ++i) {
+    const double x = 0.4 + 0.3 * std::sin(2.0 * static_cast<double>(i));
+    scene_.textures[0].texels[i] = {x, 0.5 * x, 0.9 - x};
+  }
+  Add(ParameterKind::kTextureTexels, 0).total_variation_weight = 0.7;
+  UnknownSpec& texels = Add(ParameterKind::kEnvironmentTexels, 0);
+  texels.total_variation_weight = 0.3;
+  texels.parameterization = optim::Parameterization::kLog;
+  const ParameterSet set = Set();
+  std::vector<double> theta = set.ThetaFromValues(set.layout().Gather(scene_));
+  for (const PriorTerm& term : Terms(set)) {
+    const auto cost = MakePriorCostFunction(term, set);
+    std::vector<double*> blocks;
+    for (const std::int32_t block : term.blocks) {
+      blocks.push_back(theta.data() + set.BlockOffset(block));
+    }
+    const std::vector<const ceres::Manifold*>* no_manifolds = nullptr;
+    const ceres::GradientChecker checker(cost.get(), no_manifolds, {});
+    ceres::GradientChecker::ProbeResults results;
+    EXPECT_TRUE(checker.Probe(blocks.data(), 1e-7, &results)) << results.error_log;
+    const auto loss = MakePriorLossFunction(term);
+    for (const double s : {0.0, 0.1, 3.0}) {
+      const double square = s * term.edge * term.edge;
+      const double h = 1e-4 * term.edge * term.edge;
+      double rho[3], above[3], below[3];
+      loss->Evaluate(square, rho);
+      loss->Evaluate(square + h, above);
+      loss->Evaluate(std::max(0.0, square - h), below);
+      const double step = square > h ? 2.0 * h : h;
+      EXPECT_NEAR((above[0] - below[0]) / step, rho[1], 1e-4);
+      EXPECT_NEAR((above[1] - below[1]) / step, rho[2], 1e-3 * std::abs(rho[2]));
+    }
+  }
+}
+
+/// A grey step of 0.2 to 0.8 with noise, denoised by one prior.
+struct Denoised {
+  double noise = 0.0;  ///< rms along the step, where nothing should vary
+  double step = 0.0;   ///< mean difference across the step
+};
+
+TEST_F(PriorTermsTest, TotalVariationSparesAnEdgeWhereSmoothBlursIt) {
+  constexpr int kSize = 24;
+  renderer::Texture texture{"wall", kSize, kSize, {}};
+  texture.wrap = renderer::TextureWrap::kClamp;
+  renderer::CounterRng rng(3);
+  for (int i = 0; i < kSize * kSize; ++i) {
+    const double step = i % kSize < kSize / 2 ? 0.2 : 0.8;
+    texture.texels.push_back(renderer::Rgb::Constant(step + 0.2 * (rng.Next() - 0.5)));
+  }
+  scene_.textures = {texture};
+  Add(ParameterKind::kTextureTexels, 0);
+  const auto denoise = [&](double smooth, double total_variation) {
+    unknowns_[0].smooth_weight = smooth;
+    unknowns_[0].total_variation_weight = total_variation;
+    const ParameterSet set = Set();
+    const std::vector<PriorTerm> terms = Terms(set);
+    std::vector<double> theta = set.layout().Gather(scene_);
+    // What photos would say of each texel, with the solver's unit of cost.
+    std::vector<PriorTerm> data;
+    const double scale = std::sqrt(kNumChannels / (kSize * kSize));
+    for (std::int32_t i = 0; i < kSize * kSize; ++i) {
+      const double value = scale * theta[3 * static_cast<std::size_t>(i)];
+      data.push_back({{i}, {scale}, {value, value, value}});
+    }
+    ceres::Problem problem;
+    for (const auto* list : {&terms, static_cast<const std::vector<PriorTerm>*>(&data)}) {
+      for (const PriorTerm& term : *list) {
+        std::vector<double*> blocks;
+        for (const std::int32_t block : term.blocks) {
+          blocks.push_back(theta.data() + set.BlockOffset(block));
+        }
+        problem.AddResidualBlock(MakePriorCostFunction(term, set).release(),
+                                 MakePriorLossFunction(term).release(),
+                                 blocks);
+      }
+    }
+    ceres::Solver::Options options;
+    options.logging_type = ceres::SILENT;
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    EXPECT_TRUE(summary.IsSolutionUsable()) << summary.message;
+    EXPECT_LE(PriorCost(terms, set, theta) + PriorCost(data, set, theta), summary.initial_cost);
+    EXPECT_NEAR(PriorCost(terms, set, theta) + PriorCost(data, set, theta),
+                summary.final_cost,
+                1e-9 * summary.initial_cost);
+    Denoised result;
+    const auto value = [&](int x, int y) {
+      return theta[3 * static_cast<std::size_t>(y * kSize + x)];
+    };
+    double variance = 0.0;
+    for (int x = 0; x < kSize; ++x) {
+      double mean = 0.0;
+      for (int y = 0; y < kSize; ++y) mean += value(x, y) / kSize;
+      for (int y = 0; y < kSize; ++y) {
+        variance += std::pow(value(x, y) - mean, 2) / (kSize * (kSize - 1));
+      }
+    }
+    for (int y = 0; y < kSize; ++y) {
+      result.step += (value(kSize / 2, y) - value(kSize / 2 - 1, y)) / kSize;
+    }
+    result.noise = std::sqrt(variance);
+    return result;
+  };
+  const double noise = denoise(0.0, 0.0).noise;
+  EXPECT_NEAR(noise, 0.2 / std::sqrt(12.0), 0.004);
+  const Denoised tv = denoise(0.0, 0.15);
+  EXPECT_LT(tv.noise, 0.35 * noise);
+  double low = 0.0, high = 100.0;  // the weight of `smooth` that leaves as much noise
+  for (int i = 0; i < 30; ++i) {
+    const double middle = 0.5 * (low + high);
+    (denoise(middle, 0.0).noise > tv.noise ? low : high) = middle;
+  }
+  const Denoised smooth = denoise(high, 0.0);
+  EXPECT_NEAR(smooth.noise, tv.noise, 1e-4);
+  RecordProperty("steps", std::to_string(tv.step) + " " + std::to_string(smooth.step));
+  EXPECT_GT(tv.step, 0.5);
+  EXPECT_LT(smooth.step, 0.6 * tv.step);
 }
 
 TEST_F(PriorTermsTest, GaussianWithoutMeanIsAroundTheStartOfTheRun) {
