@@ -1,4 +1,5 @@
 #include "app/config/schema_builders.h"
+#include "renderer/io/mesh_file.h"
 
 namespace pathfit::app {
 namespace {
@@ -59,7 +60,7 @@ SchemaNode GeometrySchema() {
              "geometry",
              "MESH",
              Map("",
-                 {Path("file", "OBJ or PLY.").OneOf("shape"),
+                 {Path("file", renderer::MeshFormatNames() + ".").OneOf("shape"),
                   PrimitiveSchema(),
                   InlineMeshSchema(),
                   Map("visual_hull",

@@ -1,4 +1,5 @@
 #include "app/config/schema_builders.h"
+#include "optim/observation/camera_import.h"
 
 namespace pathfit::app {
 namespace {
@@ -6,7 +7,7 @@ namespace {
 SchemaNode CamerasSchema() {
   return Map("cameras",
              {Path("path", "`transforms.json`, or the folder of a COLMAP text model.").Required(),
-              Choice("format", {"auto", "transforms", "colmap"}, "Kind of the camera file.")
+              Choice("format", optim::CameraFormatWords(), "Kind of the camera file.")
                   .Default("auto")
                   .Refuse({{"bundler", ""}, {"opencv", ""}, {"list", ""}}),
               Choice(

@@ -187,6 +187,16 @@ void SetColors(const std::string& mesh_name, const MaterialConfig& material, Mes
   }
 }
 
+// A mesh that cannot be used is said with its file and the way out.
+void CheckFileMesh(const std::filesystem::path& path, bool is_repaired, const NamedPart& part) {
+  try {
+    renderer::ValidateMesh(part.mesh, part.name);
+  } catch (const SceneError& error) {
+    throw SceneError(path.string() + ": " + error.what() +
+                     (is_repaired ? "" : "; `repair: true` mends what can be mended"));
+  }
+}
+
 Vec3 MiddleOf(const std::vector<NamedPart>& parts) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vec3 low{kInfinity, kInfinity, kInfinity};
@@ -225,6 +235,9 @@ std::vector<renderer::SceneMesh> BuildMeshes(const GeometryConfig& geometry,
       const std::string done = renderer::Describe(repairs);
       if (!done.empty())
         context.notes.push_back("Mesh " + part.name + " was repaired: " + done + ".");
+    }
+    if (const auto* file = std::get_if<FileGeometry>(&geometry.geometry)) {
+      CheckFileMesh(file->path, geometry.repair, part);
     }
     SetNormals(geometry.normals, config, context, part);
     renderer::ApplyTransform({linear, ToVec3(t.translate)}, part.mesh);

@@ -47,6 +47,17 @@ fs::path FindColmap(const fs::path& path, bool /*is_named*/) {
   return {};
 }
 
+/// A kind of camera file. A new one is a reader, its row here and its source in CMake.
+struct CameraFormat {
+  std::string_view word;    ///< in the config: "colmap"
+  std::string_view name;    ///< for people: "COLMAP text model"
+  std::string_view wanted;  ///< what must be there, for people
+  /// What `read` takes if `path` (file or folder) is of this kind, else empty. `is_named`: this
+  /// format was asked for, so that unusual file names are fine.
+  std::filesystem::path (*find)(const std::filesystem::path& path, bool is_named);
+  ImportedCameras (*read)(const std::filesystem::path& path);
+};
+
 constexpr std::array<CameraFormat, 2> kFormats = {{
     {"transforms",
      "transforms.json",
@@ -66,7 +77,11 @@ constexpr int kPolarIterations = 6;
 
 }  // namespace
 
-std::span<const CameraFormat> CameraFormats() { return kFormats; }
+std::vector<std::string> CameraFormatWords() {
+  std::vector<std::string> words = {"auto"};
+  for (const CameraFormat& format : kFormats) words.emplace_back(format.word);
+  return words;
+}
 
 ImportedCameras ImportCameras(const fs::path& path, std::string_view word) {
   std::error_code ignored;

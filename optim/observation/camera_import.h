@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,7 +22,7 @@ struct ImportedCamera {
 };
 
 struct ImportedCameras {
-  std::string_view format;       ///< CameraFormat::name
+  std::string_view format;       ///< for people, such as "COLMAP text model"
   std::filesystem::path folder;  ///< masks are relative to it
   /// Where photos are looked for unless the options name a folder.
   std::vector<std::filesystem::path> image_folders;
@@ -46,21 +45,11 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path);
 /// OPENCV, and FULL_OPENCV with k4 = k5 = k6 = 0. Throws IoError with file:line.
 ImportedCameras ReadColmapText(const std::filesystem::path& folder);
 
-/// A kind of camera file. A new one is a reader, its row in camera_import.cpp and its source in
-/// CMake.
-struct CameraFormat {
-  std::string_view word;    ///< in the config: "colmap"
-  std::string_view name;    ///< for people: "COLMAP text model"
-  std::string_view wanted;  ///< what must be there, for people
-  /// What `read` takes if `path` (file or folder) is of this kind, else empty. `is_named`: this
-  /// format was asked for, so that unusual file names are fine.
-  std::filesystem::path (*find)(const std::filesystem::path& path, bool is_named);
-  ImportedCameras (*read)(const std::filesystem::path& path);
-};
-std::span<const CameraFormat> CameraFormats();
+/// What ImportCameras takes: "auto" and a word for each kind of camera file.
+std::vector<std::string> CameraFormatWords();
 
-/// The first format that is there; only the one with this word, unless it is "auto". Throws IoError
-/// when nothing of this kind is there.
+/// The first format that is there; only the one with this word of CameraFormatWords, unless it is
+/// "auto". Throws IoError when nothing of this kind is there.
 ImportedCameras ImportCameras(const std::filesystem::path& path, std::string_view word);
 
 /// The camera with size and intrinsics filled in from a photo of this size, where the file left

@@ -31,7 +31,7 @@ enum class DistortionPolicy { kModel, kRefuse };
 
 struct ObservationOptions {
   std::filesystem::path cameras;       ///< file or folder
-  std::string camera_format = "auto";  ///< a word of CameraFormats(); auto: what is there
+  std::string camera_format = "auto";  ///< "auto", "transforms" or "colmap" (CameraFormatWords)
   DistortionPolicy distortion = DistortionPolicy::kModel;
   /// Empty: relative to transforms.json; for COLMAP the folder `images` beside or up to two levels
   /// above the model.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <string_view>
 
 #include "renderer/core/error.h"
 #include "renderer/io/obj_reader.h"
@@ -10,6 +11,15 @@
 
 namespace pathfit::renderer {
 namespace {
+
+/// A kind of mesh file. A new one is a reader, its row here and its source in CMake.
+struct MeshFormat {
+  std::string_view name;       ///< such as "OBJ"
+  std::string_view extension;  ///< with its dot, in small letters
+  Mesh (*read)(const std::filesystem::path&);
+  /// Null when files of this kind hold no groups. In the order of their first triangles.
+  std::vector<MeshGroup> (*read_groups)(const std::filesystem::path&);
+};
 
 constexpr std::array<MeshFormat, 2> kFormats = {
     {{"OBJ", ".obj", ReadObj, ReadObjGroups}, {"PLY", ".ply", ReadPly, nullptr}}};
@@ -39,7 +49,14 @@ const MeshFormat& FormatOf(const std::filesystem::path& path) {
 
 }  // namespace
 
-std::span<const MeshFormat> MeshFormats() { return kFormats; }
+std::string MeshFormatNames() {
+  std::string text;
+  for (const MeshFormat& format : kFormats) {
+    const char* separator = text.empty() ? "" : &format == &kFormats.back() ? " or " : ", ";
+    text += separator + std::string(format.name);
+  }
+  return text;
+}
 
 Mesh ReadMesh(const std::filesystem::path& path) { return FormatOf(path).read(path); }
 

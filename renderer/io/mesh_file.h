@@ -1,9 +1,7 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
@@ -16,15 +14,8 @@ struct MeshGroup {
   Mesh mesh;         ///< with its own positions
 };
 
-/// A kind of mesh file. A new one is a reader, its row in mesh_file.cpp and its source in CMake.
-struct MeshFormat {
-  std::string_view name;       ///< such as "OBJ"
-  std::string_view extension;  ///< with its dot, in small letters
-  Mesh (*read)(const std::filesystem::path&);
-  /// Null when files of this kind hold no groups. In the order of their first triangles.
-  std::vector<MeshGroup> (*read_groups)(const std::filesystem::path&);
-};
-std::span<const MeshFormat> MeshFormats();
+/// The formats that are read, for people: "OBJ or PLY".
+std::string MeshFormatNames();
 
 /// The mesh of a file: positions welded and within kMaxCoordinate, polygons cut into triangles,
 /// normals unit. Its frame and unit are the file's. The extension tells the format, in either case.

@@ -318,6 +318,19 @@ TEST_F(ObjGroups, ThatDoNotExistAreNamed) {
   }
 }
 
+TEST_F(ObjGroups, AFileWithAMeshThatCannotBeUsedIsNamed) {
+  std::ofstream(file_.folder() / "room.obj") << "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n";
+  try {
+    Build("repair: false");
+    FAIL();
+  } catch (const renderer::SceneError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("room.obj: mesh 'room': triangle 0 has zero area"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("`repair: true` mends"), std::string::npos) << text;
+  }
+}
+
 TEST(BuildScene, SaysWhatWasRepaired) {
   const std::string twice =
       "mesh: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], triangles: [[0, 1, 2], [1, "
