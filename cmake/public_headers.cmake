@@ -2,7 +2,7 @@
 # header includes only public headers and the standard library (tests/architecture/public_headers_test.py).
 set(PATHFIT_PUBLIC_HEADERS
   # Scenes: values that are copied and compared.
-  renderer/math/vector.h renderer/math/rgb.h renderer/math/transform.h
+  renderer/core/shared_vector.h renderer/math/vector.h renderer/math/rgb.h renderer/math/transform.h
   renderer/geometry/mesh.h renderer/geometry/ray.h renderer/texture/texture.h renderer/bsdf/bsdf.h
   renderer/emitter/emitter.h renderer/sensor/lens_distortion.h renderer/sensor/camera.h renderer/scene/scene.h
   # Meshes and images: made, mended, read and written.
@@ -12,7 +12,7 @@ set(PATHFIT_PUBLIC_HEADERS
   renderer/io/image_file.h renderer/io/image_filter.h renderer/io/exr_file.h renderer/io/texture_file.h
   # Images and their derivatives.
   renderer/core/error.h renderer/core/parallel.h renderer/render_options.h renderer/render_stats.h
-  renderer/scene/parameter_layout.h renderer/derivative/derivative_sink.h renderer/derivative/film_sink.h
+  renderer/scene/parameter_kinds.h renderer/scene/parameter_layout.h renderer/derivative/derivative_sink.h renderer/derivative/film_sink.h
   renderer/renderer.h
   # Photos in, moved parameters out.
   optim/observation/observation.h optim/observation/load_observations.h

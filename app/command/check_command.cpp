@@ -52,13 +52,7 @@ std::int64_t NumScalars(const Experiment& experiment, const optim::StageSpec& st
   renderer::ParameterLayout layout(experiment.scene);
   for (const int index : stage.free) {
     const optim::UnknownSpec& unknown = experiment.fit.unknowns[static_cast<std::size_t>(index)];
-    if (unknown.object >= 0) {
-      layout.Add(unknown.kind, unknown.object);
-      continue;
-    }
-    for (std::size_t i = 0; i < experiment.scene.sensors.size(); ++i) {
-      layout.Add(unknown.kind, static_cast<int>(i));
-    }
+    layout.Add(unknown.kind, unknown.object);
   }
   return layout.NumScalars();
 }

@@ -77,6 +77,7 @@ ExperimentConfig LoadExperimentConfig(const std::filesystem::path& path,
   SortLikeSchema(schema, reading.root);
   reading.config.given_text = std::move(document.text);
   reading.config.resolved_yaml = WriteResolvedYaml(reading.root, document.source);
+  reading.config.source = std::move(document.source);
   return std::move(reading.config);
 }
 

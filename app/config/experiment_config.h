@@ -191,22 +191,12 @@ struct RenderConfig {
   bool antithetic = false;
 };
 
-struct GaussianConfig {
-  std::vector<double> mean;  ///< 1, or one per component; empty: the start
-  double sigma = 1.0;
-};
-
+/// Only the scene tells what a name stands for: app/experiment reads the settings.
 struct UnknownConfig {
-  std::string name;      ///< "axe.vertices"
-  std::string object;    ///< "axe", "camera", a photo's name; empty: exposure
-  std::string property;  ///< as in the names: "vertices"
-  bool log_transform = false;
-  double lower = -std::numeric_limits<double>::infinity();
-  double upper = std::numeric_limits<double>::infinity();
+  std::string name;  ///< "axe.vertices"
+  Place place;       ///< of the name
   bool hold = false;
-  double large_steps_lambda = 0.0;
-  double laplacian_weight = 0.0, smooth_weight = 0.0, neutral_weight = 0.0;
-  std::optional<GaussianConfig> gaussian;
+  YamlNode settings;  ///< the map behind the name, as the schema accepts it; null if it was wrong
 };
 
 struct LossConfig {
@@ -266,6 +256,7 @@ struct ExperimentConfig {
   OutputConfig output;
   GradcheckConfig gradcheck;
 
+  ConfigSource source;        ///< for messages about what the scene shows to be wrong
   std::string given_text;     ///< byte copy of the file
   std::string resolved_yaml;  ///< every value with the place it came from; runs alone
 };

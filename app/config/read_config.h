@@ -55,7 +55,7 @@ std::vector<NamedMesh> MeshesOf(const ExperimentConfig& config);
 void ReadInput(ConfigReading& reading);
 void ReadScene(ConfigReading& reading);
 void ReadSensors(ConfigReading& reading);
-/// After ReadInput and ReadScene.
+/// Names and whether they are held; the rest waits for the scene.
 void ReadUnknowns(ConfigReading& reading);
 /// After ReadUnknowns.
 void ReadStages(ConfigReading& reading);

@@ -107,6 +107,16 @@ void ReadRender(const MapReader& map, ConfigReading& reading) {
 
 }  // namespace
 
+void ReadUnknowns(ConfigReading& reading) {
+  const YamlNode* unknowns = reading.root.Find("unknowns");
+  if (unknowns == nullptr) return;
+  for (const YamlEntry& entry : unknowns->entries) {
+    UnknownConfig unknown{entry.key, entry.key_place, false, entry.value};
+    MapReader(&entry.value).Get("hold", unknown.hold);
+    reading.config.unknowns.push_back(std::move(unknown));
+  }
+}
+
 void ReadStages(ConfigReading& reading) {
   const YamlNode* stages = reading.root.Find("stages");
   if (stages == nullptr) return;

@@ -1,7 +1,11 @@
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "app/config/schema.h"
-#include "app/config/unknown_kinds.h"
+#include "renderer/scene/parameter_kinds.h"
 
 namespace pathfit::app {
 namespace {
@@ -123,25 +127,36 @@ constexpr const char* kUnknownsNotes = R"(
   and `.o` (outer).
 )";
 
-std::string RangeText(const UnknownKind& kind) {
-  if (kind.default_bounds.empty()) return "none";
-  return "`" + kind.default_bounds + "`";
+// As a configuration has it.
+std::string NumberText(double value) {
+  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
+  return fmt::format("{:g}", value);
+}
+
+// "`MATERIAL.eta`, conductor, mirror".
+std::string DescribeName(const renderer::ParameterTraits& row) {
+  if (row.kind == renderer::ParameterKind::kExposure) return "`exposure`";
+  std::string object = renderer::ObjectWord(row.list);
+  std::transform(object.begin(), object.end(), object.begin(), ::toupper);
+  if (row.list == renderer::ObjectList::kSensors) object = "camera";
+  const std::string name = "`" + object + "." + row.property + "`";
+  return *row.objects == '\0' ? name : name + ", " + row.objects;
 }
 
 std::string UnknownsTable() {
   std::string out =
-      "## Kinds of unknowns\n\n| name | bounds, if not given | transform, if not given | priors "
-      "|\n"
-      "|---|---|---|---|\n";
-  for (const UnknownKind& kind : UnknownKinds()) {
-    const std::string transform = kind.default_bounds.empty() ? "none"
-                                  : kind.default_log          ? "`log`"
-                                                              : "`identity`";
-    out += fmt::format("| {} | {} | {} | {} |\n",
-                       DescribeOwner(kind),
-                       RangeText(kind),
-                       transform,
-                       kind.priors.empty() ? "none" : Joined(kind.priors, ", "));
+      "## Kinds of unknowns\n\n| name | unit | bounds, if not given | transform, if not given | "
+      "priors |\n|---|---|---|---|---|\n";
+  for (const renderer::ParameterTraits& row : renderer::AllParameterTraits()) {
+    const std::vector<std::string> priors(row.priors.begin(), row.priors.end());
+    out += fmt::format("| {} | {} | {} | {} | {} |\n",
+                       DescribeName(row),
+                       row.unit,
+                       row.bounded
+                           ? fmt::format("`[{}, {}]`", NumberText(row.lower), NumberText(row.upper))
+                           : "none",
+                       !row.bounded ? "none" : (row.log ? "`log`" : "`identity`"),
+                       priors.empty() ? "none" : Joined(priors, ", "));
   }
   return out + kUnknownsNotes;
 }

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "app/experiment/experiment.h"
-#include "app/experiment/parameter_names.h"
 #include "optim/observation/load_observations.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
@@ -52,15 +51,6 @@ int IndexByName(const List& list, const std::string& name) {
   return static_cast<int>(found - list.begin());
 }
 
-ParameterRef ParameterOf(const UnknownConfig& unknown, const renderer::Scene& scene) {
-  if (unknown.object.empty()) return {ParameterKind::kExposure, -1};
-  try {
-    return FindParameter(scene, unknown.object, unknown.property);
-  } catch (const renderer::SceneError& error) {
-    throw renderer::SceneError("unknown '" + unknown.name + "': " + error.what());
-  }
-}
-
 double MeanDistanceToObjects(const renderer::Scene& scene) {
   renderer::Vec3 middle;
   double count = 0.0;
@@ -81,7 +71,7 @@ double MeanDistanceToObjects(const renderer::Scene& scene) {
 
 /// Around the start, unless something else is asked for: without it, nothing says where all cameras
 /// and objects are together. Absent for what is no camera's.
-std::optional<optim::GaussianPriorSpec> DefaultPrior(const ParameterRef& parameter,
+std::optional<optim::GaussianPriorSpec> DefaultPrior(ParameterKind kind,
                                                      const renderer::Scene& scene) {
   constexpr double kShare = 0.02;
   const auto& sensors = scene.sensors;
@@ -90,7 +80,7 @@ std::optional<optim::GaussianPriorSpec> DefaultPrior(const ParameterRef& paramet
     for (const renderer::Camera& sensor : sensors) sum += number(sensor);
     return sum / static_cast<double>(sensors.size());
   };
-  switch (parameter.kind) {
+  switch (kind) {
     case ParameterKind::kCameraPosition:
       return optim::GaussianPriorSpec{{}, std::max(1e-9, kShare * MeanDistanceToObjects(scene))};
     case ParameterKind::kCameraRotation:
@@ -106,29 +96,6 @@ std::optional<optim::GaussianPriorSpec> DefaultPrior(const ParameterRef& paramet
     default:
       return std::nullopt;
   }
-}
-
-optim::UnknownSpec MakeUnknown(const UnknownConfig& config, const renderer::Scene& scene) {
-  optim::UnknownSpec unknown;
-  unknown.name = config.name;
-  const ParameterRef parameter = ParameterOf(config, scene);
-  unknown.kind = parameter.kind;
-  unknown.object = parameter.object;
-  unknown.parameterization =
-      config.log_transform ? optim::Parameterization::kLog : optim::Parameterization::kIdentity;
-  unknown.lower = config.lower;
-  unknown.upper = config.upper;
-  unknown.hold = config.hold;
-  unknown.laplacian_weight = config.laplacian_weight;
-  unknown.large_steps_lambda = config.large_steps_lambda;
-  unknown.smooth_weight = config.smooth_weight;
-  unknown.neutral_weight = config.neutral_weight;
-  if (config.gaussian) {
-    unknown.gaussian = optim::GaussianPriorSpec{config.gaussian->mean, config.gaussian->sigma};
-  } else {
-    unknown.gaussian = DefaultPrior(parameter, scene);
-  }
-  return unknown;
 }
 
 /// The credit paragraph of a README.md beside an input file: photos under a licence that asks for
@@ -152,9 +119,7 @@ std::string FindAttribution(const std::filesystem::path& folder) {
 
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
   optim::FitSpec fit;
-  for (const UnknownConfig& unknown : config.unknowns) {
-    fit.unknowns.push_back(MakeUnknown(unknown, scene));
-  }
+  fit.unknowns = ReadUnknowns(config, scene);
   for (const StageConfig& s : config.stages) {
     optim::StageSpec stage;
     stage.name = s.name;
@@ -203,15 +168,18 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   experiment.scene =
       BuildScene(config, experiment.observations, experiment.input_files, experiment.assumptions);
   experiment.fit = BuildFitSpec(config, experiment.scene);
-  for (std::size_t i = 0; i < config.unknowns.size(); ++i) {
-    const optim::UnknownSpec& unknown = experiment.fit.unknowns[i];
-    if (unknown.gaussian && !config.unknowns[i].gaussian && !unknown.hold && config.input) {
+  for (optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+    if (unknown.gaussian) continue;
+    unknown.gaussian = DefaultPrior(unknown.kind, experiment.scene);
+    if (unknown.gaussian && !unknown.hold && config.input) {
       experiment.assumptions.push_back(
           fmt::format("{} is believed to be near its start, within {:.3g} (one sigma); write a "
                       "gaussian prior for another belief.",
                       unknown.name,
                       unknown.gaussian->sigma));
     }
+  }
+  for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
     if (unknown.kind != ParameterKind::kVertexPositions || unknown.hold) continue;
     const auto& mesh = experiment.scene.meshes[static_cast<std::size_t>(unknown.object)];
     if (!mesh.mesh.normals.empty()) {

@@ -73,9 +73,9 @@ class MeshMaker {
   const BuildContext& context_;
 };
 
-void AppendTriangles(const std::vector<Triangle>& from,
+void AppendTriangles(const renderer::SharedVector<Triangle>& from,
                      std::size_t offset,
-                     std::vector<Triangle>& to) {
+                     renderer::SharedVector<Triangle>& to) {
   for (Triangle t : from) {
     for (std::int32_t& i : t) i += static_cast<std::int32_t>(offset);
     to.push_back(t);
@@ -147,7 +147,7 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
 
 bool IsUnknown(const ExperimentConfig& config, const std::string& mesh, const char* property) {
   return std::any_of(config.unknowns.begin(), config.unknowns.end(), [&](const auto& unknown) {
-    return unknown.object == mesh && unknown.property == property && !unknown.hold;
+    return unknown.name == mesh + "." + property && !unknown.hold;
   });
 }
 

@@ -17,6 +17,7 @@ namespace {
 using renderer::ParameterGroup;
 using renderer::ParameterKind;
 using renderer::ParameterLayout;
+using renderer::ParameterRef;
 using renderer::SceneError;
 
 struct ParsedName {
@@ -61,46 +62,24 @@ ParsedName Parse(const std::string& name) {
 }
 
 ParameterRef Find(const renderer::Scene& scene, const ParsedName& parsed, const std::string& name) {
-  try {
-    return FindParameter(scene, parsed.object, parsed.property);
-  } catch (const SceneError& error) {
-    Fail(name, error.what());
-  }
+  const ParameterName found = FindParameter(scene, parsed.object + "." + parsed.property);
+  if (!found.problem.empty()) Fail(name, found.problem);
+  return found.parameter;
 }
 
 // Blocks whose components have no sum that means something.
-bool NeedsComponent(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::kObjectTranslation:
-    case ParameterKind::kObjectRotation:
-    case ParameterKind::kLightPosition:
-    case ParameterKind::kLightRotation:
-    case ParameterKind::kCameraPosition:
-    case ParameterKind::kCameraRotation:
-      return true;
-    default:
-      return false;
-  }
-}
-
-// Letters of a group's components: "xyz"; empty for single numbers.
-std::string ComponentsOf(const ParameterLayout& layout, const ParameterGroup& group) {
-  std::string letters;
-  for (int c = 0; group.block_size > 1 && c < group.block_size; ++c) {
-    letters += layout.ScalarName(group.first_block, c).back();
-  }
-  return letters;
+bool NeedsComponent(const ParameterGroup& group) {
+  return group.num_blocks == 1 && renderer::TraitsOf(group.kind).IsPlace();
 }
 
 std::optional<int> FindComponent(const ParsedName& parsed,
-                                 const ParameterLayout& layout,
                                  const ParameterGroup& group,
                                  const std::string& name) {
-  const std::string letters = ComponentsOf(layout, group);
+  const std::string letters = group.components;
   std::string list;
   for (const char letter : letters) list += (list.empty() ? "" : ", ") + std::string(1, letter);
   if (!parsed.component) {
-    if (NeedsComponent(group.kind)) Fail(name, "a component is needed behind it: one of " + list);
+    if (NeedsComponent(group)) Fail(name, "a component is needed behind it: one of " + list);
     return std::nullopt;
   }
   if (letters.empty()) Fail(name, "this property is a single number, without components");
@@ -111,7 +90,7 @@ std::optional<int> FindComponent(const ParsedName& parsed,
 
 Direction AllExposures(const renderer::Scene& scene) {
   Direction direction{"exposure", ParameterLayout(scene), {}};
-  AddParameter({ParameterKind::kExposure, -1}, scene, direction.layout);
+  direction.layout.Add(ParameterKind::kExposure, -1);
   direction.values.assign(scene.sensors.size(), 1.0);
   return direction;
 }
@@ -168,14 +147,10 @@ Direction ParseDirection(const renderer::Scene& scene, const std::string& name) 
   const ParsedName parsed = Parse(name);
   const ParameterRef parameter = Find(scene, parsed, name);
   Direction direction{name, ParameterLayout(scene), {}};
-  try {
-    AddParameter(parameter, scene, direction.layout);
-  } catch (const SceneError& error) {
-    Fail(name, error.what());
-  }
+  direction.layout.Add(parameter.kind, parameter.object);
   direction.values.assign(static_cast<std::size_t>(direction.layout.NumScalars()), 0.0);
   for (const ParameterGroup& group : direction.layout.groups()) {
-    const std::optional<int> component = FindComponent(parsed, direction.layout, group, name);
+    const std::optional<int> component = FindComponent(parsed, group, name);
     if (parsed.index && *parsed.index >= group.num_blocks) {
       Fail(name, "the index must be below " + std::to_string(group.num_blocks));
     }
@@ -188,7 +163,9 @@ std::vector<std::string> DirectionNames(const renderer::Scene& scene, const std:
   if (unknown == "exposure") return {unknown};
   const ParsedName parsed = Parse(unknown);
   const ParameterRef parameter = Find(scene, parsed, unknown);
-  if (parsed.component || !NeedsComponent(parameter.kind)) return {unknown};
+  ParameterLayout layout(scene);
+  layout.Add(parameter.kind, parameter.object);
+  if (parsed.component || !NeedsComponent(layout.groups().front())) return {unknown};
   return {unknown + ".x", unknown + ".y", unknown + ".z"};
 }
 

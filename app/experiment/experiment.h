@@ -24,7 +24,7 @@ struct Experiment {
 };
 
 /// Loads photos, meshes and images and builds the scene. Throws IoError and SceneError, each naming
-/// the file or object.
+/// the file or object, and ConfigError as ReadUnknowns.
 Experiment BuildExperiment(const ExperimentConfig& config);
 
 /// The scene's meshes, materials, textures, lights and sensors; visual hulls are carved from
@@ -36,6 +36,11 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
 
 /// Budgets, terms, form, guiding, bounces and seed of `render` for a derivative or an image.
 renderer::RenderOptions MakeRenderOptions(const ExperimentConfig& config);
+
+/// The unknowns, whose names are looked up in the scene that was built. Throws ConfigError with all
+/// that is wrong with them, each at its place in the file.
+std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
+                                             const renderer::Scene& scene);
 
 /// Unknowns, stages and loss with names resolved to the scene's objects.
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene);

@@ -1,129 +1,149 @@
 #include "app/experiment/parameter_names.h"
 
-#include <array>
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "app/config/nearest_name.h"
-#include "renderer/core/error.h"
 
 namespace pathfit::app {
 namespace {
 
 using renderer::ObjectList;
 using renderer::ParameterKind;
-using renderer::SceneError;
+using renderer::ParameterTraits;
+using renderer::Scene;
 
+// All sensors at once; also what a single sensor is often called.
 constexpr const char* kAllSensors = "camera";
 
-std::vector<ParameterKind> AllKinds() {
-  std::vector<ParameterKind> kinds;
-  for (int k = 0; k <= static_cast<int>(ParameterKind::kTangentialDistortion); ++k) {
-    kinds.push_back(static_cast<ParameterKind>(k));
+bool Contains(const std::vector<std::string>& list, const std::string& text) {
+  return std::find(list.begin(), list.end(), text) != list.end();
+}
+
+// The rows of which each is the first of its kind.
+std::vector<const ParameterTraits*> Kinds() {
+  std::vector<const ParameterTraits*> kinds;
+  for (const ParameterTraits& row : renderer::AllParameterTraits()) {
+    if (kinds.empty() || kinds.back()->kind != row.kind) kinds.push_back(&row);
   }
   return kinds;
 }
 
-template <class List>
-std::vector<std::string> NamesOf(const List& list) {
-  std::vector<std::string> names;
-  for (const auto& item : list) names.push_back(item.name);
-  return names;
+// "a material of model conductor, mirror, dielectric or glass": of all rows of the kind.
+std::string NeededObject(const ParameterTraits& kind) {
+  std::string objects;
+  for (const ParameterTraits& row : renderer::AllParameterTraits()) {
+    if (row.kind == kind.kind) objects += (objects.empty() ? "" : ", ") + std::string(row.objects);
+  }
+  const std::size_t last = objects.rfind(", ");
+  if (last != std::string::npos) objects.replace(last, 2, " or ");
+  switch (kind.list) {
+    case ObjectList::kMaterials:
+      return "a material of model " + objects;
+    case ObjectList::kEmitters:
+      return "a light of type " + objects;
+    case ObjectList::kSensors:
+      return "a " + objects + " sensor";
+    default:
+      return objects.rfind("a ", 0) == 0 ? objects : "a mesh with " + objects;
+  }
 }
 
-std::vector<std::string> ObjectsOf(ObjectList list, const renderer::Scene& scene) {
-  switch (list) {
-    case ObjectList::kMeshes:
-      return NamesOf(scene.meshes);
-    case ObjectList::kMaterials:
-      return NamesOf(scene.materials);
-    case ObjectList::kTextures:
-      return NamesOf(scene.textures);
-    case ObjectList::kEmitters:
-      return NamesOf(scene.emitters);
-    case ObjectList::kSensors:
-      return NamesOf(scene.sensors);
+// Behind the object's name; empty if it lacks nothing.
+std::string Lack(const ParameterTraits& kind, const Scene& scene, int object) {
+  const ParameterTraits& row = renderer::TraitsOf(kind.kind, scene, object);
+  const bool has_numbers = row.read(scene, object).num_blocks > 0;
+  if (has_numbers || kind.list == ObjectList::kMeshes || kind.list == ObjectList::kEmitters) {
+    if (std::string lack = row.lack(scene, object); !lack.empty()) return lack;
+  }
+  return has_numbers ? "" : " needs " + NeededObject(kind);
+}
+
+// Of all sensors: what the first one lacks that lacks something.
+std::string LackOfSensors(const ParameterTraits& kind, const Scene& scene) {
+  for (std::size_t i = 0; i < scene.sensors.size(); ++i) {
+    if (std::string lack = Lack(kind, scene, static_cast<int>(i)); !lack.empty()) return lack;
   }
   return {};
 }
 
-const char* WordOf(ObjectList list) {
-  constexpr std::array<const char*, 5> kWords = {"mesh", "material", "texture", "light", "sensor"};
-  return kWords.at(static_cast<std::size_t>(list));
+// What may be written before the property, with its index.
+std::vector<std::pair<std::string, int>> ObjectsOf(const ParameterTraits& kind,
+                                                   const Scene& scene) {
+  std::vector<std::pair<std::string, int>> objects;
+  const std::vector<std::string> names = renderer::ObjectNames(scene, kind.list);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    objects.emplace_back(names[i], static_cast<int>(i));
+  }
+  if (kind.list == ObjectList::kSensors && !names.empty() && !Contains(names, kAllSensors)) {
+    objects.emplace_back(kAllSensors, -1);
+  }
+  return objects;
 }
 
-bool Exists(const ParameterRef& parameter, const renderer::ParameterLayout& empty) {
-  renderer::ParameterLayout layout = empty;
-  try {
-    layout.Add(parameter.kind, parameter.object);
-  } catch (const SceneError&) {
-    return false;
-  }
-  return true;
+std::string LackOf(const ParameterTraits& kind, const Scene& scene, int object) {
+  return object < 0 ? LackOfSensors(kind, scene) : Lack(kind, scene, object);
 }
 
-[[noreturn]] void FailNoProperty(const std::string& property) {
-  std::vector<std::string> known;
-  for (const ParameterKind kind : AllKinds()) {
-    const std::string name = renderer::PropertyName(kind);
-    if (std::find(known.begin(), known.end(), name) == known.end()) known.push_back(name);
+std::string NothingCalled(const std::string& name, const std::string& object, const Scene& scene) {
+  std::vector<std::string> possible;
+  std::vector<std::string> own;
+  for (const ParameterTraits* kind : Kinds()) {
+    for (const auto& [candidate, index] : ObjectsOf(*kind, scene)) {
+      if (!LackOf(*kind, scene, index).empty()) continue;
+      possible.push_back(candidate + "." + kind->property);
+      if (candidate == object) own.push_back(possible.back());
+    }
   }
-  throw SceneError("no property is called '" + property + "'" + NameHint(property, known));
+  return "nothing in the scene is called '" + name + "'" +
+         NameHint(name, own.empty() ? possible : own);
 }
 
 }  // namespace
 
-ParameterRef FindParameter(const renderer::Scene& scene,
-                           const std::string& object,
-                           const std::string& property) {
-  const renderer::ParameterLayout empty(scene);
-  const std::string name = object + "." + property;
-  std::vector<ParameterRef> found;
-  std::vector<std::string> known;
-  bool is_property = false;
-  bool is_object = false;
-  bool of_sensors = false;
-  for (const ParameterKind kind : AllKinds()) {
-    if (property != renderer::PropertyName(kind)) continue;
-    is_property = true;
-    const ObjectList list = renderer::ObjectListOf(kind);
-    of_sensors = of_sensors || list == ObjectList::kSensors;
-    const std::vector<std::string> names = ObjectsOf(list, scene);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const ParameterRef parameter{kind, static_cast<int>(i)};
-      if (names[i] == object) {
-        is_object = true;
-        if (Exists(parameter, empty)) found.push_back(parameter);
+ParameterName FindParameter(const Scene& scene, const std::string& name) {
+  if (name == "exposure") return {{ParameterKind::kExposure, -1}, ""};
+  const std::size_t dot = name.rfind('.');  // names of photos have dots
+  const std::string object = name.substr(0, dot);
+  const std::string property = dot == std::string::npos ? "" : name.substr(dot + 1);
+  std::vector<ParameterName> fitting;
+  std::string lack;
+  std::vector<std::string> objects;  // of those that could have the property
+  std::string owners;
+  const ParameterTraits* first = nullptr;
+  for (const ParameterTraits* kind : Kinds()) {
+    if (kind->property != property) continue;
+    if (first == nullptr) first = kind;
+    const auto own = ObjectsOf(*kind, scene);
+    if (!own.empty()) {
+      owners += (owners.empty() ? "" : " or ") + std::string(renderer::ObjectWord(kind->list));
+    }
+    for (const auto& [candidate, index] : own) {
+      if (!Contains(objects, candidate)) objects.push_back(candidate);
+      if (candidate != object) continue;
+      ParameterName found{{kind->kind, index}, LackOf(*kind, scene, index)};
+      if (found.problem.empty()) {
+        // All sensors only if nothing else is called so.
+        if (index >= 0 || fitting.empty()) fitting.push_back(std::move(found));
+      } else {
+        lack = "'" + name + "'" + found.problem;
       }
-      known.push_back(names[i]);
-    }
-    if (list == ObjectList::kSensors && found.empty() && object == kAllSensors && !names.empty()) {
-      return {kind, -1};
     }
   }
-  if (!is_property) FailNoProperty(property);
-  if (found.size() > 1) {
-    throw SceneError("'" + name + "' could be that of a " +
-                     WordOf(renderer::ObjectListOf(found[0].kind)) + " or of a " +
-                     WordOf(renderer::ObjectListOf(found[1].kind)) + "; give them different names");
+  if (first == nullptr) return {{}, NothingCalled(name, object, scene)};
+  if (fitting.size() > 1) {
+    const auto word = [&](std::size_t i) {
+      return std::string(renderer::ObjectWord(renderer::TraitsOf(fitting[i].parameter.kind).list));
+    };
+    return {{},
+            "'" + name + "' could be that of a " + word(0) + " or of a " + word(1) +
+                "; give them different names"};
   }
-  if (found.size() == 1) return found.front();
-  if (is_object) throw SceneError("'" + object + "' has no " + property);
-  if (of_sensors) known.emplace_back(kAllSensors);
-  throw SceneError("nothing that has " + property + " is called '" + object + "'" +
-                   NameHint(object, known));
-}
-
-void AddParameter(const ParameterRef& parameter,
-                  const renderer::Scene& scene,
-                  renderer::ParameterLayout& layout) {
-  if (parameter.object >= 0) {
-    layout.Add(parameter.kind, parameter.object);
-    return;
-  }
-  for (std::size_t i = 0; i < scene.sensors.size(); ++i) {
-    layout.Add(parameter.kind, static_cast<int>(i));
-  }
+  if (fitting.size() == 1) return fitting.front();
+  if (!lack.empty()) return {{}, lack};
+  if (owners.empty()) owners = renderer::ObjectWord(first->list);
+  return {{}, "no " + owners + " is called '" + object + "'" + NameHint(object, objects)};
 }
 
 }  // namespace pathfit::app

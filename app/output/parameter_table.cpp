@@ -18,46 +18,9 @@ using renderer::Scene;
 constexpr std::size_t kMaxSeparateScalars = 3;
 constexpr double kAtBoundRelative = 1e-6;
 
-std::string Unit(const optim::UnknownSpec& unknown, const Scene& scene) {
-  switch (unknown.kind) {
-    case ParameterKind::kVertexPositions:
-    case ParameterKind::kObjectTranslation:
-    case ParameterKind::kLightPosition:
-    case ParameterKind::kCameraPosition:
-      return "m";
-    case ParameterKind::kObjectRotation:
-    case ParameterKind::kLightRotation:
-    case ParameterKind::kSpotAngles:
-    case ParameterKind::kCameraRotation:
-      return "rad";
-    case ParameterKind::kFocal:
-    case ParameterKind::kPrincipalPoint:
-      return "px";
-    case ParameterKind::kExposure:
-      return "gain";
-    case ParameterKind::kLightIntensity: {
-      const auto& light = scene.emitters.at(static_cast<std::size_t>(unknown.object)).light;
-      if (std::holds_alternative<renderer::PointEmitter>(light) ||
-          std::holds_alternative<renderer::SpotEmitter>(light)) {
-        return "W/sr";
-      }
-      if (std::holds_alternative<renderer::ProjectorEmitter>(light)) return "1";
-      return std::holds_alternative<renderer::DirectionalEmitter>(light) ? "W/m²" : "W/(sr m²)";
-    }
-    default:
-      return "1";
-  }
-}
-
 renderer::ParameterLayout LayoutOf(const optim::UnknownSpec& unknown, const Scene& scene) {
   renderer::ParameterLayout layout(scene);
-  if (unknown.object < 0) {
-    for (std::size_t i = 0; i < scene.sensors.size(); ++i) {
-      layout.Add(unknown.kind, static_cast<int>(i));
-    }
-  } else {
-    layout.Add(unknown.kind, unknown.object);
-  }
+  layout.Add(unknown.kind, unknown.object);
   return layout;
 }
 
@@ -72,20 +35,6 @@ std::string ComponentOf(const optim::UnknownSpec& unknown, const Scene& scene, s
   const auto block = static_cast<std::int32_t>(scalar / size);
   const std::string name = layout.ScalarName(block, static_cast<int>(scalar % size));
   return name.substr(layout.GroupOfBlock(block).name.size());
-}
-
-// Whether numbers of many points have no mean that says something.
-bool ArePlaces(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::kVertexPositions:
-    case ParameterKind::kVertexNormals:
-    case ParameterKind::kUvs:
-    case ParameterKind::kCameraPosition:
-    case ParameterKind::kCameraRotation:
-      return true;
-    default:
-      return false;
-  }
 }
 
 bool AtBound(double value, double bound) {
@@ -155,9 +104,11 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
                     std::span(initial).subspan(i, 1), std::span(final).subspan(i, 1), lower, upper);
       summary.name = unknown.name;
       if (!whole) summary.name += ComponentOf(unknown, result, i);
-      summary.unit = Unit(unknown, result);
+      const renderer::ParameterTraits& traits =
+          renderer::TraitsOf(unknown.kind, result, std::max(0, unknown.object));
+      summary.unit = traits.unit;
       summary.held = unknown.hold;
-      if (whole && final.size() > 1 && ArePlaces(unknown.kind)) {
+      if (whole && final.size() > 1 && traits.IsPlace()) {
         summary.initial = summary.value = std::nan("");
       }
       summaries.push_back(std::move(summary));

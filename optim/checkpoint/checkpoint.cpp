@@ -64,16 +64,8 @@ std::uint32_t ChecksumOf(const Bytes& bytes) {
 ParameterLayout LayoutOf(const Scene& scene, const std::vector<UnknownSpec>& unknowns) {
   ParameterLayout layout(scene);
   for (const UnknownSpec& unknown : unknowns) {
-    const bool of_all_sensors =
-        renderer::ObjectListOf(unknown.kind) == renderer::ObjectList::kSensors &&
-        unknown.object < 0;
-    if (unknown.hold) {
-      continue;
-    }
-    const int first = of_all_sensors ? 0 : unknown.object;
-    const int end = of_all_sensors ? static_cast<int>(scene.sensors.size()) : first + 1;
-    for (int object = first; object < end; ++object) {
-      layout.Add(unknown.kind, object);
+    if (!unknown.hold) {
+      layout.Add(unknown.kind, unknown.object);
     }
   }
   return layout;
@@ -153,26 +145,29 @@ bool SameShape(const Raster& a, const Raster& b) {
 
 Json ShapeToJson(const Mesh& mesh, ArrayWriter& arrays) {
   Json json;
-  VisitArrays(mesh, [&](const char* name, const auto& values) { json[name] = arrays.Add(values); });
+  VisitArrays(
+      mesh, [&](const char* name, const auto& values) { json[name] = arrays.Add(values.Items()); });
   return json;
 }
 
 void ShapeFromJson(const Json& json, const Json& arrays, Mesh& mesh) {
-  VisitArrays(mesh,
-              [&](const char* name, auto& values) { ReadArray(arrays, json.at(name), values); });
+  VisitArrays(mesh, [&](const char* name, auto& values) {
+    ReadArray(arrays, json.at(name), values.Edit());
+  });
 }
 
 template <class Raster>
 Json ShapeToJson(const Raster& raster, ArrayWriter& arrays) {
-  return {
-      {"width", raster.width}, {"height", raster.height}, {"texels", arrays.Add(raster.texels)}};
+  return {{"width", raster.width},
+          {"height", raster.height},
+          {"texels", arrays.Add(raster.texels.Items())}};
 }
 
 template <class Raster>
 void ShapeFromJson(const Json& json, const Json& arrays, Raster& raster) {
   json.at("width").get_to(raster.width);
   json.at("height").get_to(raster.height);
-  ReadArray(arrays, json.at("texels"), raster.texels);
+  ReadArray(arrays, json.at("texels"), raster.texels.Edit());
 }
 
 /// Calls visit(name, shape of `a`, shape of `b`) for all that has one; the scenes list the same
@@ -211,7 +206,7 @@ class Codec {
     Checksum checksum;
     checksum.Add(values);
     for (const renderer::SceneMesh& mesh : origin.start.meshes) {
-      checksum.Add(mesh.mesh.triangles);
+      checksum.Add(mesh.mesh.triangles.Items());
     }
     start_checksum_ = checksum.value();
   }

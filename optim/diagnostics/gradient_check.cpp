@@ -90,18 +90,10 @@ double StudentQuantile(double tail, double nu) {
   return boost::math::quantile(boost::math::complement(distribution, std::max(tail, 1e-300)));
 }
 
-bool Moves(const renderer::ParameterLayout& layout) {
-  return std::any_of(layout.groups().begin(), layout.groups().end(), [](const auto& group) {
-    return renderer::MovesGeometry(group.kind);
-  });
-}
-
-/// Whether samples can change sides of an edge.
-bool MovesEdges(const renderer::ParameterLayout& layout) {
-  return std::any_of(layout.groups().begin(), layout.groups().end(), [](const auto& group) {
-    return renderer::MovesGeometry(group.kind) &&
-           group.kind != renderer::ParameterKind::kVertexNormals &&
-           group.kind != renderer::ParameterKind::kUvs;
+/// Whether one of the layout's kinds is such a one.
+bool Any(const renderer::ParameterLayout& layout, bool (*is)(renderer::ParameterKind)) {
+  return std::any_of(layout.groups().begin(), layout.groups().end(), [&](const auto& group) {
+    return is(group.kind);
   });
 }
 
@@ -183,8 +175,9 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
 
   renderer::RenderOptions render = options.render;
   render.with_image = false;
-  const bool moves = Moves(layout);
-  const bool moves_edges = MovesEdges(layout);
+  const bool moves = Any(layout, renderer::MovesGeometry);
+  // Whether samples can change sides of an edge.
+  const bool moves_edges = Any(layout, renderer::MovesEdges);
   GradientCheckResult result;
   result.quantum = Film(camera.width, camera.height);
   for (int r = 0; r < options.replicates; ++r) {

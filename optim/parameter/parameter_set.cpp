@@ -19,7 +19,7 @@ constexpr double kSmallestRatio = 1e-4, kLargestRatio = 0.98;
 constexpr double kSmallestOuterAngle = 0.01, kLargestOuterAngle = 1.55;
 
 bool IsOfSensors(renderer::ParameterKind kind) {
-  return renderer::ObjectListOf(kind) == renderer::ObjectList::kSensors;
+  return renderer::TraitsOf(kind).list == renderer::ObjectList::kSensors;
 }
 
 double OneMinusCos(double x) {

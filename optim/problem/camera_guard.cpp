@@ -10,7 +10,7 @@ namespace pathfit::optim {
 CameraGuard::CameraGuard(const renderer::Scene& scene, const ParameterSet& set) {
   sensors_.sensors = scene.sensors;
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    if (renderer::ObjectListOf(group.kind) == renderer::ObjectList::kSensors) {
+    if (renderer::TraitsOf(group.kind).list == renderer::ObjectList::kSensors) {
       renderer::ParameterLayout layout(sensors_);
       layout.Add(group.kind, group.object);
       const auto count = static_cast<std::size_t>(group.num_blocks * group.block_size);

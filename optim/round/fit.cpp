@@ -61,7 +61,7 @@ void Validate(const renderer::Scene& start,
   }
   for (const UnknownSpec& unknown : spec.unknowns) {
     const bool of_one_view =
-        renderer::ObjectListOf(unknown.kind) == renderer::ObjectList::kSensors && !unknown.hold &&
+        renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kSensors && !unknown.hold &&
         unknown.object >= 0 && static_cast<std::size_t>(unknown.object) < observations.views.size();
     if (of_one_view && observations.views[static_cast<std::size_t>(unknown.object)].validation) {
       throw renderer::SceneError("'" + unknown.name +

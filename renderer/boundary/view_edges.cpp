@@ -69,8 +69,8 @@ bool IsViewedFromOutside(const Mesh& mesh, const CameraModel& camera) {
 template <class T>
 bool HasSeam(const Mesh& mesh,
              const MeshEdge& edge,
-             const std::vector<T>& values,
-             const std::vector<Triangle>& triangles) {
+             const SharedVector<T>& values,
+             const SharedVector<Triangle>& triangles) {
   if (triangles.empty()) {
     return false;
   }

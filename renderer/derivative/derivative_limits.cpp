@@ -37,15 +37,15 @@ std::string Degrees(double radians) {
 bool CameraMoves(const ParameterLayout& layout) {
   const auto& groups = layout.groups();
   return std::any_of(groups.begin(), groups.end(), [](const auto& g) {
-    return MovesGeometry(g.kind) && ObjectListOf(g.kind) == ObjectList::kSensors;
+    return MovesGeometry(g.kind) && TraitsOf(g.kind).list == ObjectList::kSensors;
   });
 }
 
 bool MeshMoves(const ParameterLayout& layout, int mesh) {
-  return layout.FirstBlock(ParameterKind::kVertexPositions, mesh) >= 0 ||
-         layout.FirstBlock(ParameterKind::kObjectTranslation, mesh) >= 0 ||
-         layout.FirstBlock(ParameterKind::kObjectRotation, mesh) >= 0 ||
-         layout.FirstBlock(ParameterKind::kObjectScale, mesh) >= 0;
+  const auto& groups = layout.groups();
+  return std::any_of(groups.begin(), groups.end(), [&](const auto& g) {
+    return MovesMeshes(g.kind) && g.object == mesh;
+  });
 }
 
 /// Meshes made of a delta material.
@@ -93,39 +93,6 @@ bool SensorPlaneCuts(const CameraModel& camera, const Mesh& mesh) {
 }
 
 }  // namespace
-
-bool MovesGeometry(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::kVertexPositions:
-    case ParameterKind::kVertexNormals:
-    case ParameterKind::kUvs:
-    case ParameterKind::kObjectTranslation:
-    case ParameterKind::kObjectRotation:
-    case ParameterKind::kObjectScale:
-    case ParameterKind::kLightPosition:
-    case ParameterKind::kLightRotation:
-    case ParameterKind::kCameraPosition:
-    case ParameterKind::kCameraRotation:
-    case ParameterKind::kFocal:
-    case ParameterKind::kPrincipalPoint:
-    case ParameterKind::kRadialDistortion:
-    case ParameterKind::kTangentialDistortion:
-      return true;
-    case ParameterKind::kVertexColors:
-    case ParameterKind::kBaseColor:
-    case ParameterKind::kRoughness:
-    case ParameterKind::kMetallic:
-    case ParameterKind::kEta:
-    case ParameterKind::kExtinction:
-    case ParameterKind::kTextureTexels:
-    case ParameterKind::kLightIntensity:
-    case ParameterKind::kSpotAngles:
-    case ParameterKind::kEnvironmentTexels:
-    case ParameterKind::kExposure:
-      return false;
-  }
-  return false;
-}
 
 std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
   std::vector<std::string> limits;

@@ -8,9 +8,6 @@
 
 namespace pathfit::renderer {
 
-/// Whether a parameter moves points, normals, lights or the sensor, so that boundaries move.
-bool MovesGeometry(ParameterKind kind);
-
 /// What the derivative of a scene by these parameters leaves out, one sentence each, by the name of
 /// the object that causes it; empty if it is complete. Said before rendering.
 std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout);

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 #include <variant>
-#include <vector>
 
+#include "renderer/core/shared_vector.h"
 #include "renderer/math/rgb.h"
 #include "renderer/math/transform.h"
 
@@ -21,7 +21,7 @@ enum class LightFrame { kWorld, kCamera };
 struct EnvironmentEmitter {
   int width = 1;
   int height = 1;
-  std::vector<Rgb> texels = {Rgb{1.0, 1.0, 1.0}};  ///< row 0 is the +y pole
+  SharedVector<Rgb> texels = {Rgb{1.0, 1.0, 1.0}};  ///< row 0 is the +y pole
   Rgb intensity{1.0, 1.0, 1.0};
   Mat3 frame_from_light;  ///< rotation into `frame` (world or camera)
 };

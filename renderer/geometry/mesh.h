@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <vector>
 
+#include "renderer/core/shared_vector.h"
 #include "renderer/math/rgb.h"
 #include "renderer/math/transform.h"
 #include "renderer/math/vector.h"
@@ -15,17 +15,17 @@ using Triangle = std::array<std::int32_t, 3>;
 
 /// Triangle mesh. Positions, normals, UVs and colours are indexed separately, so a UV or colour
 /// seam never splits the surface: topology lives on positions, which are unique after
-/// WeldPositions.
+/// WeldPositions. Copies share the lists that neither changes.
 struct Mesh {
-  std::vector<Vec3> positions;  ///< metres of the world
-  std::vector<Vec3> normals;    ///< shading normals, not zero, of any length; may be empty
-  std::vector<Vec2> uvs;        ///< may be empty
-  std::vector<Rgb> colors;      ///< linear base colour; may be empty
+  SharedVector<Vec3> positions;  ///< metres of the world
+  SharedVector<Vec3> normals;    ///< shading normals, not zero, of any length; may be empty
+  SharedVector<Vec2> uvs;        ///< may be empty
+  SharedVector<Rgb> colors;      ///< linear base colour; may be empty
 
-  std::vector<Triangle> triangles;  ///< indices into positions, counter-clockwise from outside
-  std::vector<Triangle> normal_triangles;  ///< into normals; empty, or one per triangle
-  std::vector<Triangle> uv_triangles;      ///< into uvs; empty, or one per triangle
-  std::vector<Triangle> color_triangles;   ///< into colors; empty, or one per triangle
+  SharedVector<Triangle> triangles;  ///< indices into positions, counter-clockwise from outside
+  SharedVector<Triangle> normal_triangles;  ///< into normals; empty, or one per triangle
+  SharedVector<Triangle> uv_triangles;      ///< into uvs; empty, or one per triangle
+  SharedVector<Triangle> color_triangles;   ///< into colors; empty, or one per triangle
 
   [[nodiscard]] bool HasColors() const { return !color_triangles.empty(); }
 };

@@ -82,9 +82,11 @@ void ValidateMeshArrays(const Mesh& mesh, const std::string& name);
 /// alike. Lists of absent attributes are empty.
 template <class Visitor>
 void ForEachTriangleList(Mesh& mesh, Visitor&& visit) {
-  for (std::vector<Triangle>* list :
+  for (SharedVector<Triangle>* list :
        {&mesh.triangles, &mesh.normal_triangles, &mesh.uv_triangles, &mesh.color_triangles}) {
-    visit(*list);
+    if (!list->empty()) {
+      visit(list->Edit());
+    }
   }
 }
 

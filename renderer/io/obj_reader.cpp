@@ -41,10 +41,10 @@ std::string Trimmed(std::string_view text) {
 
 /// Copies the values that the triangles use, in their old order, and renumbers the triangles.
 template <class T>
-std::vector<T> TakeUsed(const std::vector<T>& values, std::vector<Triangle>& triangles) {
+std::vector<T> TakeUsed(const SharedVector<T>& values, SharedVector<Triangle>& triangles) {
   std::vector<std::int32_t> used;
   used.reserve(triangles.size() * 3);
-  for (const Triangle& t : triangles) used.insert(used.end(), t.begin(), t.end());
+  for (const Triangle& t : triangles.Items()) used.insert(used.end(), t.begin(), t.end());
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
   for (Triangle& t : triangles) {

@@ -43,12 +43,12 @@ inline Vec3 RayStart(const RayCaster& caster, const SurfacePoint& p, const Vec3&
   return p.x + p.ng * RayLift(caster, p, wi);
 }
 
-inline const Triangle& CornersOf(const std::vector<Triangle>& triangles, TriangleId id) {
+inline const Triangle& CornersOf(const SharedVector<Triangle>& triangles, TriangleId id) {
   return triangles[static_cast<std::size_t>(id.triangle)];
 }
 /// Interpolates a list indexed by its own triangles.
 template <class T>
-T Interpolate(const std::vector<T>& values, const Triangle& corners, double b1, double b2) {
+T Interpolate(const SharedVector<T>& values, const Triangle& corners, double b1, double b2) {
   return values[static_cast<std::size_t>(corners[0])] * (1.0 - b1 - b2) +
          values[static_cast<std::size_t>(corners[1])] * b1 +
          values[static_cast<std::size_t>(corners[2])] * b2;

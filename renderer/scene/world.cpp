@@ -4,15 +4,6 @@
 #include <utility>
 
 namespace pathfit::renderer {
-namespace {
-
-/// Whether a parameter changes where anything is, so that the acceleration structures are stale.
-bool MovesMeshes(ParameterKind kind) {
-  return kind == ParameterKind::kVertexPositions || kind == ParameterKind::kObjectTranslation ||
-         kind == ParameterKind::kObjectRotation || kind == ParameterKind::kObjectScale;
-}
-
-}  // namespace
 
 World::World(Scene scene) : scene_(std::move(scene)) {
   ValidateScene(scene_);
@@ -36,17 +27,24 @@ void World::PlaceMeshes() {
 
 void World::SetParameters(const ParameterLayout& layout, const std::vector<double>& values) {
   layout.Scatter(values, scene_);
-  const auto& groups = layout.groups();
-  const auto changes_mesh = [](const ParameterGroup& g) {
-    return ObjectListOf(g.kind) == ObjectList::kMeshes;
+  const auto any = [&](auto is) {
+    const auto& groups = layout.groups();
+    return std::any_of(groups.begin(), groups.end(), [&](const auto& g) { return is(g.kind); });
   };
-  if (std::any_of(
-          groups.begin(), groups.end(), [](const auto& g) { return MovesMeshes(g.kind); })) {
+  const bool meshes_moved = any(MovesMeshes);
+  if (meshes_moved) {
     PlaceMeshes();
-  } else if (std::any_of(groups.begin(), groups.end(), changes_mesh)) {
+  } else if (any([](ParameterKind kind) { return TraitsOf(kind).list == ObjectList::kMeshes; })) {
     meshes_ = WorldMeshes(scene_);
   }
-  light_samplers_ = LightSamplers::Make(*this);
+  const auto changes_lights = [](ParameterKind kind) {
+    const ObjectList list = TraitsOf(kind).list;
+    return list == ObjectList::kEmitters || list == ObjectList::kTextures ||
+           kind == ParameterKind::kUvs;
+  };
+  if (meshes_moved || any(changes_lights)) {
+    light_samplers_ = LightSamplers::Make(*this);
+  }
 }
 
 }  // namespace pathfit::renderer

@@ -2,8 +2,8 @@
 
 #include <array>
 #include <string>
-#include <vector>
 
+#include "renderer/core/shared_vector.h"
 #include "renderer/math/rgb.h"
 #include "renderer/math/vector.h"
 
@@ -19,7 +19,7 @@ struct Texture {
   std::string name;
   int width = 1;
   int height = 1;
-  std::vector<Rgb> texels = {Rgb{1.0, 1.0, 1.0}};  ///< row 0 on top
+  SharedVector<Rgb> texels = {Rgb{1.0, 1.0, 1.0}};  ///< row 0 on top
   TextureWrap wrap = TextureWrap::kRepeat;
   bool scalar = false;
 };

@@ -9,4 +9,6 @@ if(PATHFIT_BENCH)
     ${CMAKE_CURRENT_LIST_DIR}/peer_scenes.cpp
     ${CMAKE_CURRENT_LIST_DIR}/repeated_images.cpp)
   target_link_libraries(gradient_bench PRIVATE pathfit_optim nlohmann_json::nlohmann_json)
+  add_executable(scene_bench ${CMAKE_CURRENT_LIST_DIR}/scene_bench.cpp)
+  target_link_libraries(scene_bench PRIVATE pathfit_test_support nlohmann_json::nlohmann_json)
 endif()

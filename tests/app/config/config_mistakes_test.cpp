@@ -104,8 +104,10 @@ TEST(ConfigMistakes, WhatIsPlannedIsNotSupported) {
         "unknowns.mug.vertices.parametrisation: 'rigid' is not supported; free "
         "MESH.translation and MESH.rotation"},
        {"unknowns.mug.vertices.priors+={total_variation: {weight: 1}, laplacian: {weight: 1}}",
-        "unknowns.mug.vertices.priors[1]: key 'total_variation' is not supported; write smooth\n"
-        "--set #1: unknowns.mug.vertices.priors[1]: prior 'laplacian' is given twice"},
+        "unknowns.mug.vertices.priors[1]: key 'total_variation' is not supported; write smooth"},
+       {"unknowns.paint.base_color.priors=[{gaussian: {mean: begin, sigma: 1}}]",
+        "unknowns.paint.base_color.priors[0].gaussian.mean: 'begin' is not a number "
+        "(allowed: a number, or start, or a list of numbers (at least 2))"},
        {"loss.residual=srgb", "loss.residual: 'srgb' is not supported"},
        {"loss.robust=none", "loss.robust: key 'robust' is not supported"},
        {"stages.all.remesh={every: 3}", "stages.all.remesh: key 'remesh' is not supported"},
@@ -158,61 +160,6 @@ TEST(ConfigMistakes, KeysThatDependOnOthersAreChecked) {
       ProblemOf(kFitConfig, {"input.masks.meaning=ignore"}),
       "12:20: scene.geometry.mug.visual_hull: a visual hull is carved from masks; input.masks "
       "with meaning: silhouette is needed");
-}
-
-TEST(ConfigMistakes, UnknownsMustFitTheScene) {
-  const auto with = [](const std::string& name) {
-    return Replaced(kFitConfig, "  glaze.metallic: {hold: true}", "  " + name + ": {}");
-  };
-  const Cases cases = {
-      {"mug.vertex", "nothing in the scene is called 'mug.vertex' (did you mean 'mug.vertices'?)"},
-      {"room.radiance",
-       "nothing in the scene is called 'room.radiance' (known: room.intensity, room.texels, "
-       "room.rotation)"},
-      {"mgu.colors", "no mesh is called 'mgu' (did you mean 'mug'?)"},
-      {"lam.texels", "no light is called 'lam' (did you mean 'lamp'?)"},
-      {"disc.colors",
-       "'disc.colors' needs a material with base_color: {vertex: …}; 'paint' has one colour "
-       "everywhere"},
-      {"glaze.base_color",
-       "'glaze.base_color' needs base_color: {constant: …}; this one is per vertex, write "
-       "MESH.colors"},
-      {"paint.roughness",
-       "'paint.roughness' needs a material of model metallic_roughness, conductor or dielectric"},
-      {"lamp.texels", "'lamp.texels' needs a light of type envmap; write lamp.intensity"},
-  };
-  for (const auto& [name, expected] : cases) {
-    EXPECT_EQ(ProblemOf(with(name)), "29:3: unknowns: " + expected) << name;
-  }
-  EXPECT_EQ(ProblemOf(with("camera.position")), "");
-  EXPECT_EQ(ProblemOf(with("IMG_1.JPG.position")), "") << "known when the photos are read";
-  EXPECT_EQ(ProblemOf(kFitConfig, {"input.exposure.model=none"}),
-            "32:3: unknowns: 'exposure' needs input.exposure.model: gain");
-  ExpectProblems(
-      kFitConfig,
-      {{"unknowns.glaze.roughness.bounds=[0.05, 1]",
-        "unknowns.glaze.roughness.bounds: 0.05 is out of range (allowed: from 0.1 to 1)"},
-       {"unknowns.mug.colors.bounds=[0.5, 0.5]",
-        "unknowns.mug.colors.bounds: both bounds are 0.5; to keep a value, write hold: true"},
-       {"unknowns.mug.vertices.bounds=[-1, 1]",
-        "unknowns.mug.vertices.bounds: bounds of vertices are not supported"},
-       {"unknowns.exposure.bounds=[-1, 1]",
-        "unknowns.exposure.bounds: bounds of exposure are not supported; write "
-        "input.exposure.max_ev"},
-       {"unknowns.mug.vertices.transform=log",
-        "unknowns.mug.vertices.transform: log does not fit vertices"},
-       {"unknowns.mug.colors.parametrisation=vertices",
-        "unknowns.mug.colors.parametrisation: only vertices have one, not colors"},
-       {"unknowns.glaze.roughness.priors=[{laplacian: {weight: 1}}]",
-        "unknowns.glaze.roughness.priors[0]: prior 'laplacian' does not fit roughness (allowed: "
-        "gaussian)"},
-       {"unknowns.glaze.roughness.priors=[{gaussian: {mean: [1, 1, 1], sigma: 1}}]",
-        "unknowns.glaze.roughness.priors[0].gaussian.mean: roughness is one number"},
-       {"unknowns.paint.base_color.priors=[{gaussian: {mean: [1, 1], sigma: 1}}]",
-        "unknowns.paint.base_color.priors[0].gaussian.mean: base_color has 3 numbers, not 2"},
-       {"unknowns.paint.base_color.priors=[{gaussian: {mean: begin, sigma: 1}}]",
-        "unknowns.paint.base_color.priors[0].gaussian.mean: 'begin' is not a number "
-        "(allowed: a number, or start, or a list of numbers (at least 2))"}});
 }
 
 TEST(ConfigMistakes, StagesAreChecked) {

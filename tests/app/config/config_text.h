@@ -53,7 +53,21 @@ inline ExperimentConfig LoadText(const std::string& text,
   return LoadExperimentConfig(file.path(), Sets(sets));
 }
 
-/// The lines with problems, "LINE:COLUMN: path: text" or "--set #1: path: text"; empty if accepted.
+/// The lines with problems, "LINE:COLUMN: path: text" or "--set #1: path: text".
+inline std::vector<std::string> ProblemsIn(const ConfigError& error, const ConfigFile& file) {
+  std::vector<std::string> problems;
+  std::istringstream lines(error.what());
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t at = line.find(": error: ");
+    if (at == std::string::npos) continue;
+    line.erase(at, std::string(" error:").size());
+    const std::string prefix = file.path().string() + ":";
+    problems.push_back(line.rfind(prefix, 0) == 0 ? line.substr(prefix.size()) : line);
+  }
+  return problems;
+}
+
+/// Of a config that is read; empty if accepted.
 inline std::vector<std::string> ProblemsOf(const std::string& text,
                                            const std::vector<std::string>& sets = {}) {
   const ConfigFile file(text);
@@ -61,16 +75,7 @@ inline std::vector<std::string> ProblemsOf(const std::string& text,
     LoadExperimentConfig(file.path(), Sets(sets));
     return {};
   } catch (const ConfigError& error) {
-    std::vector<std::string> problems;
-    std::istringstream lines(error.what());
-    for (std::string line; std::getline(lines, line);) {
-      const std::size_t at = line.find(": error: ");
-      if (at == std::string::npos) continue;
-      line.erase(at, std::string(" error:").size());
-      const std::string prefix = file.path().string() + ":";
-      problems.push_back(line.rfind(prefix, 0) == 0 ? line.substr(prefix.size()) : line);
-    }
-    return problems;
+    return ProblemsIn(error, file);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/config/map_reader.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
@@ -33,10 +34,11 @@ TEST(Overrides, ReachEveryKindOfPlace) {
   EXPECT_EQ(config.stages[0].spp, 32);
   EXPECT_EQ(config.stages[1].spp, 64);
   EXPECT_DOUBLE_EQ(config.stages[0].stop_relative_cost, 1e-3);
-  EXPECT_DOUBLE_EQ(config.unknowns[0].laplacian_weight, 0.5);
-  EXPECT_DOUBLE_EQ(config.unknowns[0].large_steps_lambda, 3.0);
-  EXPECT_DOUBLE_EQ(config.unknowns[1].lower, 0.02);
-  EXPECT_DOUBLE_EQ(config.unknowns[1].upper, 0.9);
+  const YamlNode& vertices = config.unknowns[0].settings;
+  EXPECT_EQ(vertices.Find("priors")->items[0].Find("laplacian")->Find("weight")->text, "0.5");
+  EXPECT_EQ(vertices.Find("parametrisation")->Find("large_steps")->Find("lambda")->text, "3");
+  EXPECT_EQ(NumbersOf(*config.unknowns[1].settings.Find("bounds")),
+            (std::vector<double>{0.02, 0.9}));
   EXPECT_EQ(config.materials[1].base_color, (Triple{0.1, 0.2, 0.3}));
   EXPECT_EQ(config.input->validation_names, (std::vector<std::string>{"a.jpg", "b.jpg"}));
   EXPECT_EQ(config.input->validation_every, 0);

@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include "app/config/unknown_kinds.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
@@ -115,35 +114,6 @@ TEST(SceneConfig, ReadsSensorsAndBudgets) {
   EXPECT_DOUBLE_EQ(render.guide_share, 0.5);
 }
 
-TEST(SceneConfig, UnknownsHaveDefaultsByTheirUse) {
-  const double infinity = std::numeric_limits<double>::infinity();
-  const ExperimentConfig config = LoadText(kRichConfig);
-  const auto expect = [&](const char* name, double lower, double upper, bool log) {
-    const UnknownConfig& unknown = Named(config.unknowns, name);
-    EXPECT_DOUBLE_EQ(unknown.lower, lower) << name;
-    EXPECT_DOUBLE_EQ(unknown.upper, upper) << name;
-    EXPECT_EQ(unknown.log_transform, log) << name;
-  };
-  expect("oak.texels", 0.01, 0.99, false);
-  expect("worn.texels", 0.1, 1.0, false);
-  expect("slide.texels", 1e-4, infinity, true);
-  expect("brass.eta", 0.02, 20.0, true);
-  expect("clear.eta", 1.01, 3.0, true);
-  expect("bulb.scale", 1e-3, infinity, true);
-  expect("bulb.rotation", -infinity, infinity, false);
-  expect("room-oak_001.translation", -0.1, 0.1, false);
-  expect("lamp.position", -infinity, infinity, false);
-  EXPECT_EQ(Named(config.unknowns, "camera.position").object, "camera");
-  EXPECT_EQ(Named(config.unknowns, "camera.position").property, "position");
-}
-
-// Every property of the renderer's parameters can be named.
-TEST(SceneConfig, EveryKindOfUnknownIsDescribed) {
-  for (const UnknownKind& kind : UnknownKinds()) {
-    EXPECT_NE(DescribeOwner(kind).find(kind.property), std::string::npos) << kind.property;
-  }
-}
-
 using Cases = std::vector<std::pair<std::string, std::string>>;
 
 void ExpectProblems(const Cases& cases) {
@@ -238,37 +208,9 @@ TEST(SceneMistakes, GeometryAndSensorsAreChecked) {
         "indirect, pixel is needed, not 0 items"}});
 }
 
-TEST(SceneMistakes, UnknownsMustFitTheirObjects) {
-  const auto with = [](const std::string& name) {
-    return Replaced(kRichConfig, "  floor.uvs: {}", "  " + name + ": {}");
-  };
-  const Cases cases = {
-      {"wood.base_color", "'wood.base_color' is a texture; write oak.texels"},
-      {"wood.roughness", "'wood.roughness' is a texture; write worn.texels"},
-      {"wall.eta", "'wall.eta' needs a material of model conductor, mirror, dielectric or glass"},
-      {"plain.eta", "'plain.eta' needs a mirror with metal, or eta and k"},
-      {"sky.rotation",
-       "'sky.rotation' needs a light of type envmap, directional, spot or projector"},
-      {"glow.position", "'glow.position' needs a light of type point, spot or projector"},
-      {"lamp.angels", "nothing in the scene is called 'lamp.angels' (did you mean 'lamp.angles'?)"},
-      {"plan.distortion", "'plan.distortion' needs a perspective sensor"},
-      {"camera.distortion", "'camera.distortion' needs a perspective sensor"},
-      {"fornt.position", "no light or sensor is called 'fornt' (did you mean 'front'?)"},
-      {"front.exposure", "'front.exposure' is not known here; write exposure, for all sensors"},
-      {"slid.texels", "no texture or light is called 'slid' (did you mean 'slide'?)"},
-  };
-  for (const auto& [name, expected] : cases) {
-    EXPECT_EQ(ProblemOf(with(name)), "39:3: unknowns: " + expected) << name;
-  }
-  EXPECT_EQ(ProblemOf(Replaced(with("front.position"), "    plan: {", "    lamp: {")),
-            "50:3: unknowns: 'lamp.position' could be that of a light or of a sensor; give them "
-            "different names");
+TEST(SceneMistakes, AMeshShinesOnce) {
   EXPECT_EQ(ProblemOf(kRichConfig, {"scene.lights.sky={type: area, mesh: bulb}"}),
             "33:30: scene.lights.glow.mesh: mesh 'bulb' has an area light already");
-  ExpectProblems({{"unknowns.lamp.position.transform=log",
-                   "unknowns.lamp.position.transform: log does not fit position"},
-                  {"unknowns.clear.eta.bounds=[0.5, 2]",
-                   "unknowns.clear.eta.bounds: 0.5 is out of range (allowed: at least 1.001)"}});
 }
 
 }  // namespace

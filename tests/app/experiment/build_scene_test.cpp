@@ -165,10 +165,12 @@ TEST(BuildFitSpec, StagesTakeTheirBudgetsAndTheTermsOfRender) {
   renderer::Scene scene;
   scene.meshes = {{"mug", {}, 0}, {"disc", {}, 1}};
   scene.materials = {{"glaze", renderer::MetallicRoughnessBsdf{}}, {"paint", {}}};
+  scene.materials[0].vertex_colors = true;
   scene.meshes[0].mesh.positions = {{}};
   scene.meshes[0].mesh.colors = {{}};
-  scene.emitters = {{"room", {}, {}, renderer::EnvironmentEmitter{}},
-                    {"lamp", {}, {}, renderer::PointEmitter{}}};
+  renderer::EnvironmentEmitter room;
+  room.texels.resize(2);
+  scene.emitters = {{"room", {}, {}, room}, {"lamp", {}, {}, renderer::PointEmitter{}}};
   const optim::FitSpec fit = BuildFitSpec(config, scene);
   EXPECT_EQ(fit.stages[1].samples.spp_direct, 3.0);
   EXPECT_EQ(fit.stages[1].samples.spp_indirect, 0.5);

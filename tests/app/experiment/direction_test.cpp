@@ -99,16 +99,17 @@ TEST(Direction, ObjectsMayHaveDotsInTheirNames) {
 TEST(Direction, WhatIsWrongIsSaid) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"tri", "expected OBJECT.PROPERTY, for example axe.vertices.x"},
-      {"tri.vertexes", "no property is called 'vertexes' (did you mean 'vertices'?)"},
-      {"tir.vertices", "nothing that has vertices is called 'tir' (did you mean 'tri'?)"},
+      {"tri.vertexes",
+       "nothing in the scene is called 'tri.vertexes' (did you mean 'tri.vertices'?)"},
+      {"tir.vertices", "no mesh is called 'tir' (did you mean 'tri'?)"},
       {"tri.vertices[3]", "the index must be below 3"},
       {"tri.vertices[a]", "expected a whole number in the brackets"},
       {"tri.vertices.r", "the component must be one of x, y, z"},
       {"tri.scale.x", "this property is a single number, without components"},
       {"tri.translation", "a component is needed behind it: one of x, y, z"},
-      {"lamp.normals", "'lamp' has no normals"},
-      {"lamp.position.x", "'lamp' has no position"},
-      {"frost.metallic", "'frost' has no metallic"},
+      {"lamp.normals", "'lamp.normals' needs a mesh with normals"},
+      {"lamp.position.x", "'lamp.position' needs a light of type point, spot or projector"},
+      {"frost.metallic", "'frost.metallic' needs a material of model metallic_roughness"},
       {"spot.position.x",
        "'spot.position' could be that of a light or of a sensor; give them different names"}};
   for (const auto& [name, expected] : cases) {

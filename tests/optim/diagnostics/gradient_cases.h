@@ -97,7 +97,7 @@ inline void CheckKind(const std::string& name,
   renderer::ParameterLayout layout(scene);
   layout.Add(kind, object);
   const bool moves = kind == renderer::ParameterKind::kVertexPositions;
-  const int sensor = renderer::ObjectListOf(kind) == renderer::ObjectList::kSensors ? 0 : -1;
+  const int sensor = renderer::TraitsOf(kind).list == renderer::ObjectList::kSensors ? 0 : -1;
   std::vector<double> direction = RandomDirection(layout, 5);
   for (double& d : direction) d *= scale;
   const auto result =

@@ -101,7 +101,7 @@ void CheckMoving(const Case& c, DerivativeForm form, PixelFilter::Shape filter) 
     scene.sensors[0].filter = {filter, 1.0};
     name += ", tent";
   }
-  const bool camera = renderer::ObjectListOf(c.kind) == renderer::ObjectList::kSensors;
+  const bool camera = renderer::TraitsOf(c.kind).list == renderer::ObjectList::kSensors;
   GradientCheckOptions options =
       Budget(form, form == DerivativeForm::kImage && !camera ? 32 : 96, 160, 2e-2);
   double min_signal = kMinSignal;

@@ -44,7 +44,7 @@ class FitRecoversTest : public testing::Test {
     return optim::RunFit(start_, tests::Photograph(truth_, 256), spec_, observer_, {});
   }
 
-  static std::vector<renderer::Rgb>& Texels(renderer::Scene& scene) {
+  static renderer::SharedVector<renderer::Rgb>& Texels(renderer::Scene& scene) {
     return std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light).texels;
   }
 

@@ -245,7 +245,7 @@ TEST(PixelBoundary, BothFormsAgreePerPixel) {
       const auto image = tests::DerivativeFilms(scene, motion, options, kReplicates);
       scores.Compare(material,
                      image,
-                     std::string(PropertyName(c.kind)) + " of " + std::to_string(c.object) +
+                     std::string(TraitsOf(c.kind).property) + " of " + std::to_string(c.object) +
                          ", radius " + std::to_string(filter.radius) +
                          (projection == ProjectionKind::kOrthographic ? ", parallel" : ""));
     }

@@ -81,5 +81,100 @@ TEST(ParameterLayout, RefusesWhatIsNotThereOrListedTwice) {
   EXPECT_EQ(layout.NumScalars(), 1) << "refused groups leave nothing behind";
 }
 
+TEST(ParameterLayout, EverySensorIsOneGroup) {
+  Scene scene = tests::BallAndWall();
+  scene.sensors.push_back(scene.sensors[0]);
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kFocal, -1);
+  ASSERT_EQ(layout.groups().size(), 2U);
+  EXPECT_EQ(layout.groups()[1].object, 1);
+}
+
+TEST(ParameterLayout, OfScalarTexturesOneNumberIsAllChannels) {
+  Scene scene = tests::BallAndWall();
+  Texture& texture = scene.textures.emplace_back();
+  texture.name = "worn";
+  texture.width = 2;
+  texture.texels = {Rgb::Constant(0.25), Rgb::Constant(0.5)};
+  texture.scalar = true;
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kTextureTexels, 0);
+  EXPECT_EQ(layout.Gather(scene), (std::vector<double>{0.25, 0.5}));
+  EXPECT_EQ(layout.ScalarName(1, 0), "worn.texels[1]");
+  layout.Scatter({0.75, 1.0}, scene);
+  EXPECT_EQ(scene.textures[0].texels[0], Rgb::Constant(0.75));
+  EXPECT_EQ(scene.textures[0].texels[1], Rgb::Constant(1.0));
+}
+
+TEST(ParameterLayout, WritingOneListLeavesTheOthersShared) {
+  const Scene scene = tests::BallAndWall();
+  Scene moved = scene;
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kVertexPositions, 0);
+  std::vector<double> values = layout.Gather(scene);
+  values[0] += 1.0;
+  layout.Scatter(values, moved);
+  EXPECT_FALSE(moved.meshes[0].mesh.positions.SharesWith(scene.meshes[0].mesh.positions));
+  EXPECT_EQ(layout.Gather(scene)[0], values[0] - 1.0);
+  EXPECT_TRUE(moved.meshes[0].mesh.colors.SharesWith(scene.meshes[0].mesh.colors));
+  EXPECT_TRUE(moved.meshes[0].mesh.triangles.SharesWith(scene.meshes[0].mesh.triangles));
+  EXPECT_TRUE(moved.meshes[1].mesh.positions.SharesWith(scene.meshes[1].mesh.positions));
+  EXPECT_TRUE(std::get<EnvironmentEmitter>(moved.emitters[0].light)
+                  .texels.SharesWith(std::get<EnvironmentEmitter>(scene.emitters[0].light).texels));
+}
+
+TEST(ParameterTraits, EveryKindHasAName) {
+  for (int k = 0; k < static_cast<int>(ParameterKind::kCount); ++k) {
+    const auto kind = static_cast<ParameterKind>(k);
+    const ParameterTraits& traits = TraitsOf(kind);
+    EXPECT_EQ(traits.kind, kind);
+    EXPECT_STRNE(traits.property, "");
+    EXPECT_LE(traits.NumComponents(), 3);
+  }
+}
+
+TEST(ParameterTraits, RowsOfAKindStandTogetherAndAgree) {
+  const ParameterTraits* before = nullptr;
+  for (const ParameterTraits& row : AllParameterTraits()) {
+    if (before != nullptr) {
+      EXPECT_LE(before->kind, row.kind);
+    }
+    const ParameterTraits& first = TraitsOf(row.kind);
+    EXPECT_STREQ(first.property, row.property);
+    EXPECT_EQ(first.list, row.list);
+    EXPECT_EQ(first.moves, row.moves);
+    EXPECT_LE(row.smallest, row.lower) << row.property;
+    EXPECT_GE(row.largest, row.upper) << row.property;
+    before = &row;
+  }
+}
+
+TEST(ParameterTraits, EveryObjectFitsOneRow) {
+  Scene scene = tests::BallAndWall();
+  scene.materials.push_back({"gold", RoughConductorBsdf{}});
+  scene.materials.push_back({"glass", SmoothDielectricBsdf{}});
+  scene.textures.resize(2);
+  scene.textures[1].scalar = true;
+  scene.emitters.push_back({"spot", LightFrame::kWorld, {}, SpotEmitter{}});
+  scene.emitters.push_back({"beamer", LightFrame::kWorld, {}, ProjectorEmitter{}});
+  scene.emitters.push_back({"panel", LightFrame::kWorld, {}, AreaEmitter{0}});
+  for (int k = 0; k < static_cast<int>(ParameterKind::kCount); ++k) {
+    const auto kind = static_cast<ParameterKind>(k);
+    const auto names = ObjectNames(scene, TraitsOf(kind).list);
+    for (int object = 0; object < static_cast<int>(names.size()); ++object) {
+      int fitting = 0;
+      for (const ParameterTraits& row : AllParameterTraits()) {
+        fitting += row.kind == kind && row.is_for(scene, object) ? 1 : 0;
+      }
+      EXPECT_EQ(fitting, 1) << TraitsOf(kind).property << " of "
+                            << names[static_cast<std::size_t>(object)];
+      const ParameterTraits& row = TraitsOf(kind, scene, object);
+      const auto blocks = row.read(scene, object);
+      EXPECT_TRUE(blocks.num_blocks == 0 || blocks.block_size == row.NumComponents())
+          << row.property << " of " << names[static_cast<std::size_t>(object)];
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pathfit::renderer

@@ -1,0 +1,226 @@
+// Unknowns are looked up in the scene that was built; what is wrong keeps its place in the file.
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "app/experiment/experiment.h"
+#include "tests/app/config/config_text.h"
+
+namespace pathfit::app {
+namespace {
+
+using optim::Parameterization;
+using renderer::ParameterKind;
+
+/// Something of every kind; the unknowns begin on line 38.
+const char* const kScene = R"(schema: 1
+scene:
+  geometry:
+    floor: {primitive: {rectangle: {}}, material: wood}
+    pane: {primitive: {disk: {segments: 12}}, material: clear}
+    tri:
+      mesh:
+        vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        triangles: [[0, 1, 2]]
+        normals: [[0, 0, 1], [0, 0, 2], [1, 0, 1]]
+        uvs: [[0, 0], [1, 0], [0, 1]]
+      material: chrome
+    bulb: {primitive: {sphere: {subdivisions: 1}}, material: wall}
+    mug: {primitive: {sphere: {subdivisions: 1}}, material: glaze}
+  materials:
+    wood: {model: metallic_roughness, base_color: {texture: oak}, roughness: {texture: worn}, metallic: {constant: 0.1}}
+    glaze: {model: metallic_roughness, base_color: {vertex: [0.5, 0.4, 0.3]}, roughness: {constant: 0.4}}
+    wall: {model: diffuse, base_color: {constant: [0.5, 0.5, 0.5]}}
+    brass: {model: conductor, metal: copper, roughness: {constant: 0.3}}
+    chrome: {model: mirror, metal: chromium}
+    plain: {model: mirror}
+    clear: {model: glass}
+  textures:
+    oak: {size_px: [4, 4], init: {constant: [0.5, 0.4, 0.3]}}
+    worn: {size_px: [8, 4], init: {constant: 0.4}}
+    slide: {size_px: [4, 2], init: {constant: [3, 2, 1]}}
+    spare: {size_px: [4, 2], init: {constant: [0.1, 0.2, 0.3]}}
+  lights:
+    room: {type: envmap, size_px: [16, 8]}
+    lamp: {type: spot, position_m: [0, 2, 0], target_m: [0, 0, 0], outer_deg: 40, intensity: [9, 8, 7]}
+    beamer: {type: projector, position_m: [0, 0, 3], target_m: [0, 0, 0], fov_deg: 30, texture: slide}
+    glow: {type: area, mesh: bulb, radiance: [3, 3, 3]}
+  sensors:
+    front: {size_px: [64, 32], fov_deg: 90, pose: {look_at: {origin_m: [0, 1, 3], target_m: [0, 0, 0]}}}
+    plan: {type: orthographic, size_px: [40, 20], height_m: 5, pose: {look_at: {origin_m: [0, 9, 0], target_m: [0, 0, 0], up: [0, 0, -1]}}}
+render: {spp: 16}
+unknowns:
+  floor.uvs: {}
+)";
+
+Experiment Build(const std::string& text, const std::vector<std::string>& sets = {}) {
+  const ConfigFile file(text);
+  return BuildExperiment(LoadExperimentConfig(file.path(), Sets(sets)));
+}
+
+/// All of them joined by newlines; empty if accepted.
+std::string ProblemOf(const std::string& text, const std::vector<std::string>& sets = {}) {
+  const ConfigFile file(text);
+  try {
+    BuildExperiment(LoadExperimentConfig(file.path(), Sets(sets)));
+    return {};
+  } catch (const ConfigError& error) {
+    std::string out;
+    for (const std::string& line : ProblemsIn(error, file)) out += (out.empty() ? "" : "\n") + line;
+    return out;
+  }
+}
+
+/// The scene with these lines in place of its unknown.
+std::string With(const std::string& unknowns) {
+  return Replaced(kScene, "  floor.uvs: {}", "  " + unknowns);
+}
+
+optim::UnknownSpec Only(const std::string& name, const std::string& settings = "{}") {
+  return Build(With(name + ": " + settings)).fit.unknowns.at(0);
+}
+
+TEST(ReadUnknowns, DefaultsFollowTheUse) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto expect = [&](const char* name, double lower, double upper, bool log) {
+    const optim::UnknownSpec unknown = Only(name);
+    EXPECT_EQ(unknown.name, name);
+    EXPECT_DOUBLE_EQ(unknown.lower, lower) << name;
+    EXPECT_DOUBLE_EQ(unknown.upper, upper) << name;
+    EXPECT_EQ(unknown.parameterization == Parameterization::kLog, log) << name;
+  };
+  expect("oak.texels", 0.01, 0.99, false);
+  expect("worn.texels", 0.1, 1.0, false);
+  expect("slide.texels", 1e-4, infinity, true);
+  expect("brass.eta", 0.02, 20.0, true);
+  expect("clear.eta", 1.01, 3.0, true);
+  expect("bulb.scale", 1e-3, infinity, true);
+  expect("bulb.rotation", -infinity, infinity, false);
+  expect("lamp.position", -infinity, infinity, false);
+  expect("mug.vertices", -infinity, infinity, false);
+  expect("mug.colors", 0.01, 0.99, false);
+  expect("wall.base_color", 0.01, 0.99, false);
+  expect("glaze.roughness", 0.1, 1.0, false);
+  expect("room.texels", 1e-4, infinity, true);
+  expect("front.focal", 1.0, infinity, false);
+}
+
+TEST(ReadUnknowns, ReadsWhatIsWritten) {
+  EXPECT_EQ(Only("camera.position").object, -1);
+  EXPECT_EQ(Only("plan.position").object, 1);
+  EXPECT_EQ(Only("exposure").kind, ParameterKind::kExposure);
+  EXPECT_TRUE(Only("glaze.metallic", "{hold: true}").hold);
+  const optim::UnknownSpec mug =
+      Only("mug.vertices",
+           "{parametrisation: {large_steps: {lambda: 3}}, priors: [{laplacian: {weight: 1e-2}}]}");
+  EXPECT_DOUBLE_EQ(mug.large_steps_lambda, 3.0);
+  EXPECT_DOUBLE_EQ(mug.laplacian_weight, 1e-2);
+  const optim::UnknownSpec room = Only(
+      "room.texels",
+      "{bounds: [0, 7], transform: identity, priors: [{smooth: {weight: 2}}, {neutral: {weight: "
+      "3}}]}");
+  EXPECT_EQ(room.lower, 0.0);
+  EXPECT_EQ(room.upper, 7.0);
+  EXPECT_EQ(room.parameterization, Parameterization::kIdentity);
+  EXPECT_EQ(room.smooth_weight, 2.0);
+  EXPECT_EQ(room.neutral_weight, 3.0);
+  const optim::UnknownSpec wall =
+      Only("wall.base_color", "{priors: [{gaussian: {mean: [0.2, 0.3, 0.4], sigma: 0.1}}]}");
+  ASSERT_TRUE(wall.gaussian);
+  EXPECT_EQ(wall.gaussian->mean, (std::vector<double>{0.2, 0.3, 0.4}));
+  EXPECT_EQ(wall.gaussian->sigma, 0.1);
+}
+
+TEST(ReadUnknowns, NamesMustFitTheScene) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"wood.base_color", "'wood.base_color' is a texture; write oak.texels"},
+      {"wood.roughness", "'wood.roughness' is a texture; write worn.texels"},
+      {"glaze.base_color",
+       "'glaze.base_color' needs base_color: {constant: …}; this one is per vertex, write "
+       "MESH.colors"},
+      {"wall.eta", "'wall.eta' needs a material of model conductor, mirror, dielectric or glass"},
+      {"wall.roughness",
+       "'wall.roughness' needs a material of model metallic_roughness, conductor or dielectric"},
+      {"plain.eta", "'plain.eta' needs a mirror with metal, or eta and k"},
+      {"spare.texels", "'spare.texels' is used by no material and no light"},
+      {"glow.position", "'glow.position' needs a light of type point, spot or projector"},
+      {"lamp.texels", "'lamp.texels' needs a light of type envmap; write lamp.intensity"},
+      {"lamp.angels", "nothing in the scene is called 'lamp.angels' (did you mean 'lamp.angles'?)"},
+      {"room.radiance",
+       "nothing in the scene is called 'room.radiance' (known: room.intensity, room.rotation, "
+       "room.texels)"},
+      {"plan.distortion", "'plan.distortion' needs a perspective sensor"},
+      {"camera.distortion", "'camera.distortion' needs a perspective sensor"},
+      {"fornt.position", "no light or sensor is called 'fornt' (did you mean 'front'?)"},
+      {"front.exposure", "'front.exposure' is not known here; write exposure, for all sensors"},
+      {"slid.texels", "no texture or light is called 'slid' (did you mean 'slide'?)"},
+      {"mgu.colors", "no mesh is called 'mgu' (did you mean 'mug'?)"},
+      {"mug.normals", "'mug.normals' needs a mesh with normals"},
+      {"bulb.colors",
+       "'bulb.colors' needs a material with base_color: {vertex: …}; 'wall' has one colour "
+       "everywhere"},
+      {"floor.colors",
+       "'floor.colors' needs a material with base_color: {vertex: …}; 'wood' has a texture"},
+  };
+  for (const auto& [name, expected] : cases) {
+    EXPECT_EQ(ProblemOf(With(name + ": {}")), "38:3: unknowns: " + expected) << name;
+  }
+  EXPECT_EQ(ProblemOf(Replaced(With("front.position: {}"), "    plan: {", "    lamp: {")), "");
+  EXPECT_EQ(ProblemOf(Replaced(With("lamp.position: {}"), "    plan: {", "    lamp: {")),
+            "38:3: unknowns: 'lamp.position' could be that of a light or of a sensor; give them "
+            "different names");
+  const std::string constant =
+      Replaced(kScene, "room: {type: envmap, size_px: [16, 8]}", "room: {type: constant}");
+  EXPECT_EQ(ProblemOf(Replaced(constant, "floor.uvs", "room.rotation")),
+            "38:3: unknowns: 'room.rotation' needs a light of type envmap, directional, spot or "
+            "projector");
+  EXPECT_EQ(ProblemOf(Replaced(constant, "floor.uvs", "room.texels")),
+            "38:3: unknowns: 'room.texels' needs a light of type envmap; write room.intensity");
+}
+
+TEST(ReadUnknowns, SettingsMustFitTheKindAndAreListedTogether) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"glaze.roughness: {bounds: [0.05, 1]}",
+       "38:30: unknowns.glaze.roughness.bounds: 0.05 is out of range (allowed: from 0.1 to 1)"},
+      {"clear.eta: {bounds: [0.5, 2]}",
+       "38:24: unknowns.clear.eta.bounds: 0.5 is out of range (allowed: at least 1.001)"},
+      {"mug.colors: {bounds: [0.5, 0.5]}",
+       "38:24: unknowns.mug.colors.bounds: both bounds are 0.5; to keep a value, write hold: true"},
+      {"mug.colors: {bounds: [0.95, 0.02]}",
+       "38:24: unknowns.mug.colors.bounds: lower bound 0.95 is above upper bound 0.02"},
+      {"mug.vertices: {bounds: [-1, 1]}",
+       "38:26: unknowns.mug.vertices.bounds: bounds of vertices are not supported"},
+      {"exposure: {bounds: [-1, 1]}",
+       "38:22: unknowns.exposure.bounds: bounds of exposure are not supported; write "
+       "input.exposure.max_ev"},
+      {"mug.vertices: {transform: log}",
+       "38:29: unknowns.mug.vertices.transform: log does not fit vertices"},
+      {"lamp.position: {transform: log}",
+       "38:30: unknowns.lamp.position.transform: log does not fit position"},
+      {"mug.colors: {parametrisation: vertices}",
+       "38:33: unknowns.mug.colors.parametrisation: only vertices have one, not colors"},
+      {"glaze.roughness: {priors: [{laplacian: {weight: 1}}]}",
+       "38:31: unknowns.glaze.roughness.priors[0]: prior 'laplacian' does not fit roughness "
+       "(allowed: gaussian)"},
+      {"mug.vertices: {priors: [{laplacian: {weight: 1}}, {laplacian: {weight: 1}}]}",
+       "38:54: unknowns.mug.vertices.priors[1]: prior 'laplacian' is given twice"},
+      {"glaze.roughness: {priors: [{gaussian: {mean: [1, 1, 1], sigma: 1}}]}",
+       "38:48: unknowns.glaze.roughness.priors[0].gaussian.mean: roughness is one number"},
+      {"wall.base_color: {priors: [{gaussian: {mean: [1, 1], sigma: 1}}]}",
+       "38:48: unknowns.wall.base_color.priors[0].gaussian.mean: base_color has 3 numbers, not 2"},
+      {"mug.color: {}\n  oak.texels: {bounds: [-1, 1]}\n  wall.k: {}",
+       "38:3: unknowns: nothing in the scene is called 'mug.color' (did you mean 'mug.colors'?)\n"
+       "39:25: unknowns.oak.texels.bounds: -1 is out of range (allowed: from 0 to 1)\n"
+       "40:3: unknowns: 'wall.k' needs a material of model conductor or mirror"},
+  };
+  for (const auto& [text, expected] : cases) EXPECT_EQ(ProblemOf(With(text)), expected) << text;
+  EXPECT_EQ(ProblemOf(kScene, {"unknowns={oak.texel: {}}"}),
+            "--set #1: unknowns: nothing in the scene is called 'oak.texel' (did you mean "
+            "'oak.texels'?)");
+}
+
+}  // namespace
+}  // namespace pathfit::app
