@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace pathfit::renderer {
@@ -11,9 +12,6 @@ namespace {
 // Edge and segment are parallel below this sine: no plane is defined.
 constexpr double kMinSinPhi = 1e-9;
 
-// An edge this close to another surface, as a multiple of the offset of secondary rays, touches it.
-constexpr double kTouch = 2.0;
-
 // How far inside the shadow of an edge visibility is tested, and outside it a source that touches
 // the edge is shaded, as a multiple of the same offset.
 constexpr double kIntoShadow = 4.0;
@@ -21,11 +19,12 @@ constexpr double kIntoShadow = 4.0;
 constexpr double kMinTangent = 0.1;
 // Planes of triangles whose normals' cosine differs less from 1 are one.
 constexpr double kCoplanar = 1e-9;
-// So many triangles of the surface that touches an edge may meet in one of its points.
-constexpr std::size_t kMaxTouching = 8;
+// Slopes that differ less are those of one plane: in it a face of the edge is before what touches
+// it.
+constexpr double kOnePlane = 1e-6;
 
-double TouchDistance(const BoundaryContext& context) {
-  return kTouch * context.path.world->caster().Offset();
+double TouchDistance(const BoundaryContext& context, const BoundarySegment& segment) {
+  return kTouch * context.path.world->caster().Offset(segment.x_b);
 }
 
 using RowMotion = MotionAdjoint<Vec3, MotionRow>;
@@ -124,8 +123,10 @@ std::optional<Connection> Connect(const BoundaryContext& context,
                           (ShadingCorrection(p, detector.wi) *
                            std::abs(Dot(p.ng, Cross(projection->du, projection->dv))));
   if (IsBlack(connection.importance) ||
-      caster.Occluded({RayStart(caster, p, p.wo) + step, p.wo},
-                      ShadowDistance(caster, connection.view.distance))) {
+      caster.Occluded(
+          {RayStart(caster, p, p.wo) + step, p.wo},
+          ShadowDistance(
+              caster, connection.view.distance, detector.x + p.wo * connection.view.distance))) {
     return std::nullopt;
   }
   connection.view.u = projection->u;
@@ -181,10 +182,62 @@ bool Advance(const BoundaryContext& context,
   return true;
 }
 
-std::array<TriangleId, 2> FacesOf(const BoundaryContext& context, const BoundarySegment& s) {
+PassedFaces PassedBy(const BoundaryContext& context, const BoundarySegment& s) {
   const MeshEdge& edge =
       context.path.world->topology(s.edge->mesh).edges[static_cast<std::size_t>(s.edge->edge)];
-  return {TriangleId{s.edge->mesh, edge.faces[0]}, TriangleId{s.edge->mesh, edge.faces[1]}};
+  return {s.edge->mesh, edge, s.touching};
+}
+
+/// Finds what touches the edge point, where it goes on beside the edge, and whether it hides the
+/// edge.
+bool PlaceContacts(const BoundaryContext& context, const MeshEdge& edge, BoundarySegment& s) {
+  const World& world = *context.path.world;
+  const RayCaster& caster = world.caster();
+  s.touching = TouchingFaces(caster, world.mesh(s.edge->mesh), s.edge->mesh, edge, s.x_b);
+  if (s.touching.faces().empty()) {
+    return true;
+  }
+  double own = std::numeric_limits<double>::infinity();
+  for (const std::int32_t face : edge.faces) {
+    if (face >= 0) {
+      const auto slope = SlopeBeside(caster.Geometry({s.edge->mesh, face}), s.w, s.n_b);
+      own = std::min(own, slope.value_or(own));
+    }
+  }
+  const Vec3 along = Normalized(s.edge->b - s.edge->a);
+  double nearest = 0.0;
+  std::array<bool, TouchingFaces::kMost> covered{};  // whether it lies on the edge's own side
+  TriangleId beside;
+  bool ends = false;  // at the edge
+  for (std::size_t i = 0; i < s.touching.faces().size(); ++i) {
+    const TriangleId id = s.touching.faces()[i];
+    const TriangleGeometry& triangle = caster.Geometry(id);
+    const auto slope = SlopeBeside(triangle, s.w, s.n_b);
+    if (!slope) {
+      continue;
+    }
+    const int border = BorderAlong(triangle, s.x_b, along, caster);
+    const double apex = border < 0 ? 0.0 : Dot(s.n_b, ApexOf(triangle, border) - s.x_b);
+    covered[i] = apex >= 0.0;
+    if (covered[i] && *slope < own - kOnePlane * (1.0 + std::abs(own))) {
+      return false;
+    }
+    if (apex <= 0.0 && (!beside.IsValid() || -*slope < nearest)) {
+      nearest = -*slope;
+      beside = id;
+      ends = border >= 0;
+    }
+  }
+  if (beside.IsValid()) {
+    const TriangleGeometry& triangle = caster.Geometry(beside);
+    s.beside = HitInside(beside, IntersectPlane(triangle, s.x_b, triangle.n));
+    s.beside->distance = 0.0;
+    for (std::size_t i = 0; i < s.touching.faces().size(); ++i) {
+      ends = ends && !(covered[i] && s.touching.faces()[i].mesh == beside.mesh);
+    }
+    s.share = ends ? 0.5 : 1.0;
+  }
+  return true;
 }
 
 /// What the line meets beyond x_B.
@@ -194,7 +247,7 @@ std::optional<Hit> TraceIgnoring(const BoundaryContext& context,
                                  std::span<const TriangleId> ignored) {
   // The ray starts a little before the edge point: a surface that touches the edge there is met,
   // which rounding would otherwise decide by chance.
-  const double start = TouchDistance(context);
+  const double start = TouchDistance(context, s);
   auto hit = context.path.world->caster().IntersectIgnoring(
       {s.x_b - direction * start, direction}, 0.0, ignored);
   if (hit) {
@@ -210,12 +263,16 @@ std::int64_t SamplesPerPixel(const BoundaryContext& context, double spp) {
   return static_cast<std::int64_t>(spp * (static_cast<double>(camera.width) * camera.height));
 }
 
-Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segment, TriangleId id) {
+Vec3 StepIntoShadow(const BoundaryContext& context,
+                    const BoundarySegment& segment,
+                    TriangleId id,
+                    const Vec3& x) {
   const RayCaster& caster = context.path.world->caster();
   const Vec3& n = caster.Geometry(id).n;
   const Vec3 tangent = segment.n_b - n * Dot(n, segment.n_b);
   const double length = std::max(Norm(tangent), kMinTangent);
-  return tangent * (kIntoShadow * caster.Offset() / (length * length));
+  return tangent *
+         (kIntoShadow * std::max(caster.Offset(x), caster.Offset(segment.x_b)) / (length * length));
 }
 
 bool StartSegment(const BoundaryContext& context,
@@ -242,36 +299,34 @@ bool StartSegment(const BoundaryContext& context,
   const Vec3& apex = mesh.positions[static_cast<std::size_t>(mesh_edge.apex[0])];
   const double sign = Dot(normal, apex - edge.a) > 0.0 ? 1.0 : -1.0;
   segment.n_b = normal * (sign / segment.sin_phi);
-  return true;
+  return !edge.may_touch || PlaceContacts(context, mesh_edge, segment);
 }
 
-bool TouchesEdge(const BoundaryContext& context, double distance) {
-  return distance <= TouchDistance(context);
+bool TouchesEdge(const BoundaryContext& context, const BoundarySegment& segment, double distance) {
+  return distance <= TouchDistance(context, segment);
 }
 
-std::optional<Hit> TraceFromEdge(const BoundaryContext& context,
-                                 const BoundarySegment& segment,
-                                 const Vec3& direction) {
-  return TraceIgnoring(context, segment, direction, FacesOf(context, segment));
+std::optional<Hit> TraceSourceEnd(const BoundaryContext& context, const BoundarySegment& segment) {
+  return segment.beside
+             ? segment.beside
+             : TraceIgnoring(context, segment, segment.w, PassedBy(context, segment).All());
 }
 
 bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment) {
   const RayCaster& caster = context.path.world->caster();
-  const std::array<TriangleId, 2> faces = FacesOf(context, segment);
-  std::array<TriangleId, kMaxTouching> ignored{faces[0], faces[1]};
-  std::size_t count = faces.size();
-  auto hit = TraceIgnoring(context, segment, -segment.w, {ignored.data(), count});
+  PassedFaces passed = PassedBy(context, segment);
+  auto hit = TraceIgnoring(context, segment, -segment.w, passed.All());
   const auto* x_s = std::get_if<MaterialPoint>(&segment.source);
-  if (x_s != nullptr && TouchesEdge(context, segment.t2)) {
+  if (x_s != nullptr && TouchesEdge(context, segment, segment.t2)) {
     // The ray starts behind the source's plane, which may be made of several triangles here.
     const Vec3& n = caster.Geometry(x_s->id).n;
-    while (hit && TouchesEdge(context, hit->distance) && count < ignored.size() &&
+    while (hit && TouchesEdge(context, segment, hit->distance) && !passed.IsFull() &&
            std::abs(Dot(n, caster.Geometry(hit->id).n)) > 1.0 - kCoplanar) {
-      ignored[count++] = hit->id;
-      hit = TraceIgnoring(context, segment, -segment.w, {ignored.data(), count});
+      passed.Add(hit->id);
+      hit = TraceIgnoring(context, segment, -segment.w, passed.All());
     }
   }
-  if (!hit || TouchesEdge(context, hit->distance)) {
+  if (!hit || TouchesEdge(context, segment, hit->distance)) {
     return false;
   }
   segment.d = *hit;
@@ -293,7 +348,7 @@ void ConnectDetectors(const BoundaryContext& context,
     return;  // a moving direct reflection has no boundary segment that could be sampled
   }
   Detector detector{segment.d.id, segment.d.b1, segment.d.b2, segment.x_d, segment.w};
-  Rgb throughput = Rgb::Constant(weight * segment.sin_phi);
+  Rgb throughput = Rgb::Constant(weight * segment.sin_phi * segment.share);
   MotionRow row;
   bool has_material_row = false;
   for (int k = 0; k < max_bounces; ++k) {
@@ -304,7 +359,8 @@ void ConnectDetectors(const BoundaryContext& context,
     if (!delta && !IsBlack(radiance)) {
       // The border of a shadow is seen where its dark side is, too. A light in the camera's own
       // place casts shadows exactly behind what it lights, which rounding would show or hide.
-      const Vec3 step = k == 0 ? StepIntoShadow(context, segment, segment.d.id) : Vec3{};
+      const Vec3 step =
+          k == 0 ? StepIntoShadow(context, segment, segment.d.id, segment.x_d) : Vec3{};
       if (const auto connection = Connect(context, detector, step)) {
         const bool image = k == 0 && context.options.form == DerivativeForm::kImage;
         if (image) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "renderer/boundary/boundary_technique.h"
+#include "renderer/geometry/edge_contact.h"
 
 namespace pathfit::renderer {
 
@@ -12,36 +13,40 @@ struct BoundarySegment {
   Vec3 w;                ///< unit, from D to S
   Vec3 n_b;              ///< unit, normal to edge and segment, points into the occluder
   double sin_phi = 0.0;  ///< between edge and segment
-  Hit d;                 ///< detector end; distance is t1 = |x_B - x_D|
+  double share = 1.0;    ///< of the contribution: the line may be an edge of another surface, too
+  TouchingFaces touching;
+  std::optional<Hit> beside;  ///< what touches the edge and goes on beside it, where it is free
+  Hit d;                      ///< detector end; distance is t1 = |x_B - x_D|
   Vec3 x_d;
   double t2 = 0.0;  ///< |x_S - x_B|; infinity for lights at infinity
   LightEnd source;  ///< x_S, or what shines from the direction w
 };
 
-/// Fills edge point and frame of a segment for direction w; false if the edge is no silhouette for
-/// it.
+/// Fills edge point, frame and contacts of a segment for direction w; false if the edge is no
+/// silhouette for it, or something that touches it hides it from the detector side.
 bool StartSegment(const BoundaryContext& context,
                   const BoundaryEdge& edge,
                   double t,
                   const Vec3& w,
                   BoundarySegment& segment);
 
-/// What the line meets beyond x_B in a direction, the edge's own faces left out.
-std::optional<Hit> TraceFromEdge(const BoundaryContext& context,
-                                 const BoundarySegment& segment,
-                                 const Vec3& direction);
+/// What the line meets beyond x_B, the edge's own faces left out.
+std::optional<Hit> TraceSourceEnd(const BoundaryContext& context, const BoundarySegment& segment);
 
 /// Finds the detector end by tracing against w; false if there is none. Set source and t2 first.
 /// Where a surface touches the edge, it can be the source and not the detector: a point that gets
 /// covered is covered from both its neighbours on a path at once, and counts once.
 bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment);
 
-/// Small step along the surface of a segment's end, to the side that the edge hides from the other
-/// end.
-Vec3 StepIntoShadow(const BoundaryContext& context, const BoundarySegment& segment, TriangleId id);
+/// Small step along the surface of a segment's end `x`, to the side that the edge hides from the
+/// other end.
+Vec3 StepIntoShadow(const BoundaryContext& context,
+                    const BoundarySegment& segment,
+                    TriangleId id,
+                    const Vec3& x);
 
 /// Whether a surface at this distance from x_B touches the edge.
-bool TouchesEdge(const BoundaryContext& context, double distance);
+bool TouchesEdge(const BoundaryContext& context, const BoundarySegment& segment, double distance);
 
 /// Number of samples of a budget per pixel of the image.
 std::int64_t SamplesPerPixel(const BoundaryContext& context, double spp);

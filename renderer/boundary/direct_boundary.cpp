@@ -109,7 +109,7 @@ double DirectBoundary::LightShare(double pdf) const {
 }
 
 bool DirectBoundary::IsHidden(const BoundarySegment& segment) const {
-  const auto hit = TraceFromEdge(context_, segment, segment.w);
+  const auto hit = TraceSourceEnd(context_, segment);
   const auto* x_s = std::get_if<MaterialPoint>(&segment.source);
   return hit && !(x_s != nullptr && hit->id == x_s->id) &&
          hit->distance < segment.t2 * (1.0 - kReachTolerance);
@@ -156,7 +156,7 @@ void DirectBoundary::SampleWedgeFirst(const BoundaryDraw& draw, SplatBuffer& spl
   const LightSet& lights = context_.path.lights;
   Rgb radiance;
   double light_pdf = 0.0;
-  if (const auto hit = TraceFromEdge(context_, segment, w)) {
+  if (const auto hit = TraceSourceEnd(context_, segment)) {
     const LightSet::AreaLight* light = lights.AreaLightOf(hit->id.mesh);
     if (light == nullptr) {
       return;

@@ -45,7 +45,7 @@ void IndirectBoundary::Sample(std::size_t /*way*/,
           context_, edge, pick.remainder, SampleWedge(edge, draw.u[1], draw.u[2]), segment)) {
     return;
   }
-  const auto hit = TraceFromEdge(context_, segment, segment.w);
+  const auto hit = TraceSourceEnd(context_, segment);
   if (!hit) {
     return;
   }
@@ -56,8 +56,9 @@ void IndirectBoundary::Sample(std::size_t /*way*/,
   }
   const PathContext& path = context_.path;
   Vec3 x = path.world->caster().Geometry(hit->id).Point(hit->b1, hit->b2);
-  if (TouchesEdge(context_, segment.t2)) {  // shade what is seen of it, not what lies in the dark
-    x -= StepIntoShadow(context_, segment, hit->id);
+  if (TouchesEdge(
+          context_, segment, segment.t2)) {  // shade what is seen of it, not what lies in the dark
+    x -= StepIntoShadow(context_, segment, hit->id, x);
   }
   const SurfacePoint source =
       MakeSurfacePoint(*path.world, hit->id, hit->b1, hit->b2, x, -segment.w);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "renderer/boundary/visible_point.h"
+#include "renderer/geometry/edge_contact.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -22,10 +23,11 @@ constexpr double kNearby = 0.1;
 // It stays on its triangle, which ends at most this share of the way to the border: a surface seen
 // under a grazing angle goes on elsewhere than its plane.
 constexpr double kMostOfTriangle = 0.9;
-// An edge point is hidden if something lies this share of the scene's extent in front of it.
-constexpr double kDepthTolerance = 2e-5;
-// A face seen under a smaller cosine covers nothing.
-constexpr double kEdgeOn = 1e-12;
+// An edge point is hidden if something lies this many offsets of rays in front of it.
+constexpr double kDepthTolerance = 5.0;
+// Slopes that differ less, relative to their size, are those of one plane: its own face hides what
+// lies in the plane of a face of the edge.
+constexpr double kOnePlane = 1e-6;
 
 /// From a point of a triangle towards another one of its plane, as far as the triangle allows.
 Vec2 MoveInside(const Hit& from, const PlaneHit& to) {
@@ -50,6 +52,7 @@ struct PrimaryBoundary::EdgePoint {
   LatticeSampler sampler;
   const MeshEdge* edge = nullptr;
   int mesh = 0;
+  TouchingFaces touching;
   double t = 0.0;
   Vec3 a, b, x;
   Ray ray;                // of the sensor, through x
@@ -58,15 +61,14 @@ struct PrimaryBoundary::EdgePoint {
   Vec2 m;                // normal of the edge's image, times |du/dt|; points to the plus side
   Vec3 g;                // gradient of m . u by x: normal of the plane of edge and ray
   double density = 0.0;  // of the sample, per t
-
-  [[nodiscard]] std::array<TriangleId, 2> Faces() const {
-    return {TriangleId{mesh, edge->faces[0]}, TriangleId{mesh, edge->faces[1]}};
-  }
 };
 
-/// The face seen on each side of the edge; invalid where the background is seen.
-struct PrimaryBoundary::Sides {
-  TriangleId minus, plus;
+/// The face seen on one side of the edge; invalid where the background is seen.
+struct PrimaryBoundary::Side {
+  TriangleId face;
+  bool own = false;  // of the edge
+  int border = -1;   // of another face: its side on which the edge point lies, if any
+  double slope = 0.0;
 };
 
 std::vector<BoundaryWay> PrimaryBoundary::Ways() const {
@@ -121,30 +123,47 @@ std::optional<PrimaryBoundary::EdgePoint> PrimaryBoundary::PointAt(const Boundar
   point.g = projection->du * point.m.x + projection->dv * point.m.y;
   const Ray to_sensor = camera.RayTo(point.x, point.distance);
   point.ray = {point.x + to_sensor.direction * point.distance, -to_sensor.direction};
+  if (view_edge.may_touch) {
+    point.touching =
+        TouchingFaces(context_.path.world->caster(), mesh, view_edge.mesh, edge, point.x);
+  }
   return point;
 }
 
-PrimaryBoundary::Sides PrimaryBoundary::FacesBySide(const EdgePoint& point) const {
+std::array<PrimaryBoundary::Side, 2> PrimaryBoundary::FacesBySide(const EdgePoint& point) const {
+  const RayCaster& caster = context_.path.world->caster();
   const Mesh& mesh = context_.path.world->mesh(point.mesh);
-  Sides sides;
-  std::array<double, 2> nearest{};  // minus, plus
+  std::array<Side, 2> sides;
+  // Where several are on one side, the one that falls away least hides the others.
+  const auto offer = [&](bool plus, const Side& face) {
+    Side& side = sides[plus ? 1 : 0];
+    const double tie = face.own ? 0.0 : kOnePlane * (std::abs(face.slope) + Norm(point.g));
+    if (!side.face.IsValid() || face.slope < side.slope - tie) {
+      side = face;
+    }
+  };
   for (std::size_t i = 0; i < 2 && point.edge->faces[i] >= 0; ++i) {
     const TriangleId face{point.mesh, point.edge->faces[i]};
     const Vec3& apex = mesh.positions[static_cast<std::size_t>(point.edge->apex[i])];
-    const bool on_plus = Dot(point.g, apex - point.a) > 0.0;
-    // How fast the face falls away from the sensor with the distance from the edge: where both are
-    // on one side, the nearer one hides the other.
-    const Vec3& n = context_.path.world->caster().Geometry(face).n;
-    const double cosine = Dot(n, point.ray.direction);
-    if (std::abs(cosine) < kEdgeOn) {
+    const bool plus = Dot(point.g, apex - point.a) > 0.0;
+    if (const auto slope = SlopeBeside(caster.Geometry(face), point.ray.direction, point.g)) {
+      offer(plus, {face, true, -1, plus ? *slope : -*slope});
+    }
+  }
+  const Vec3 along = Normalized(point.b - point.a);
+  for (const TriangleId face : point.touching.faces()) {
+    const TriangleGeometry& triangle = caster.Geometry(face);
+    const auto slope = SlopeBeside(triangle, point.ray.direction, point.g);
+    if (!slope) {
       continue;
     }
-    const double slope = Dot(n, point.g) / cosine * (on_plus ? -1.0 : 1.0);
-    TriangleId& side = on_plus ? sides.plus : sides.minus;
-    double& best = nearest[on_plus ? 1 : 0];
-    if (!side.IsValid() || slope < best) {
-      side = face;
-      best = slope;
+    const int border = BorderAlong(triangle, point.x, along, caster);
+    const double apex = border < 0 ? 0.0 : Dot(point.g, ApexOf(triangle, border) - point.x);
+    if (apex >= 0.0) {
+      offer(true, {face, false, border, *slope});
+    }
+    if (apex <= 0.0) {
+      offer(false, {face, false, border, -*slope});
     }
   }
   return sides;
@@ -155,7 +174,7 @@ Rgb PrimaryBoundary::ShadeFace(const EdgePoint& point, TriangleId face) const {
   const TriangleGeometry& geometry = caster.Geometry(face);
   const PlaneHit at_edge = IntersectPlane(geometry, point.ray.origin, point.ray.direction);
   const double to_center = Norm(geometry.Point(1.0 / 3.0, 1.0 / 3.0) - point.x);
-  const double inset = std::min(kMaxInset, kInset * caster.Offset() / to_center);
+  const double inset = std::min(kMaxInset, kInset * caster.Offset(point.x) / to_center);
   const double b1 = at_edge.b1 + inset * (1.0 / 3.0 - at_edge.b1);
   const double b2 = at_edge.b2 + inset * (1.0 / 3.0 - at_edge.b2);
   const SurfacePoint p = MakeSurfacePoint(
@@ -177,7 +196,11 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
   const RayCaster& caster = context_.path.world->caster();
   // Moving x by v along g moves the image by m . u' = |g| v across the edge.
   const double pixels_per_metre = Norm(point.g) / std::hypot(point.m.x, point.m.y);
-  const double step = side * kClearance * caster.Offset() * pixels_per_metre;
+  // The shadow ray starts beside the background, which moves it less at the edge.
+  const Vec3 x = point.ray.origin + point.ray.direction * hit->distance;
+  const double offset =
+      std::max(caster.Offset(point.x), caster.Offset(x) * point.distance / hit->distance);
+  const double step = side * kClearance * offset * pixels_per_metre;
   const Vec2 shift = point.m * (step / std::hypot(point.m.x, point.m.y));
   const Ray ray =
       context_.camera.RayThrough(point.projection.u + shift.x, point.projection.v + shift.y);
@@ -206,10 +229,24 @@ void PrimaryBoundary::Sample(std::size_t /*way*/,
     return;
   }
   const RayCaster& caster = context_.path.world->caster();
-  const auto beyond = caster.IntersectIgnoring(point->ray, 0.0, point->Faces());
-  if (beyond && beyond->distance < point->distance - kDepthTolerance * caster.Extent()) {
+  auto behind = caster.IntersectIgnoring(
+      point->ray, 0.0, PassedFaces(point->mesh, *point->edge, point->touching).All());
+  const std::array<Side, 2> sides = FacesBySide(*point);
+  const bool hidden =
+      behind && behind->distance < point->distance - kDepthTolerance * caster.Offset(point->x);
+  if (hidden || !(sides[0].own || sides[1].own)) {
     ++splats.stats.edge_samples_hidden;
     return;
+  }
+  // The same line may be an edge of what touches this one: each counts a share.
+  double share = 1.0;
+  for (const Side& side : sides) {
+    if (!side.own && side.face.IsValid()) {
+      behind = HitInside(
+          side.face,
+          IntersectPlane(caster.Geometry(side.face), point->ray.origin, point->ray.direction));
+      share = side.border >= 0 && edges_.Contains(side.face, side.border) ? 0.5 : 1.0;
+    }
   }
 
   MotionRow of_edge;
@@ -218,28 +255,27 @@ void PrimaryBoundary::Sample(std::size_t /*way*/,
   motion.Vertex(point->mesh, point->edge->vertices[0], point->a, point->g * (1.0 - point->t));
   motion.Vertex(point->mesh, point->edge->vertices[1], point->b, point->g * point->t);
   motion.PixelOfFixedPoint(point->x, point->projection, point->m.x, point->m.y);
-  const bool background_in_image = IsInImageForm(context_, beyond);
+  const bool background_in_image = IsInImageForm(context_, behind);
   MotionRow relative = of_edge;
   if (!background_in_image) {
-    AddMotionOfVisiblePoint(context_, beyond, point->ray, {-point->m.x, -point->m.y}, relative);
+    AddMotionOfVisiblePoint(context_, behind, point->ray, {-point->m.x, -point->m.y}, relative);
   }
 
-  const Sides sides = FacesBySide(*point);
   Rgba in_image;
   Rgb in_material;
-  const auto add = [&](TriangleId face, double side) {
-    if (face.IsValid()) {
+  const auto add = [&](const Side& face, double side) {
+    if (face.own) {
       const bool counts = context_.options.form == DerivativeForm::kImage && !of_edge.Empty();
-      in_image += Rgba(counts ? ShadeFace(*point, face) : Rgb{}, 1.0) * -side;
+      in_image += Rgba(counts ? ShadeFace(*point, face.face) : Rgb{}, 1.0) * -side;
       return;
     }
     const bool counts = !(background_in_image ? of_edge : relative).Empty();
-    const Rgb radiance = counts ? ShadeBackground(*point, beyond, side) : Rgb{};
-    in_image += Rgba(background_in_image ? radiance : Rgb{}, beyond ? 1.0 : 0.0) * -side;
+    const Rgb radiance = counts ? ShadeBackground(*point, behind, side) : Rgb{};
+    in_image += Rgba(background_in_image ? radiance : Rgb{}, behind ? 1.0 : 0.0) * -side;
     in_material += (background_in_image ? Rgb{} : radiance) * -side;
   };
-  add(sides.minus, -1.0);
-  add(sides.plus, 1.0);
+  add(sides[0], -1.0);
+  add(sides[1], 1.0);
   const double weight = draw.weight / point->density;
   const auto splat = [&](const Rgba& color, const MotionRow& row) {
     if (!row.Empty() && !(color == Rgba())) {
@@ -247,7 +283,7 @@ void PrimaryBoundary::Sample(std::size_t /*way*/,
           context_.camera.camera(), point->projection.u, point->projection.v, color * weight, row);
     }
   };
-  splat(in_image, of_edge);
+  splat(in_image * share, of_edge);
   splat(Rgba(in_material, 0.0), relative);
 }
 

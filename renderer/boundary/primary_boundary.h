@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "renderer/boundary/view_edges.h"
@@ -26,10 +27,11 @@ class PrimaryBoundary : public BoundaryTechnique {
 
  private:
   struct EdgePoint;
-  struct Sides;
+  struct Side;
   /// The point on an edge that is drawn; empty if no pixel's filter covers it.
   [[nodiscard]] std::optional<EdgePoint> PointAt(const BoundaryDraw& draw) const;
-  [[nodiscard]] Sides FacesBySide(const EdgePoint& point) const;
+  /// What is seen on the minus and on the plus side.
+  [[nodiscard]] std::array<Side, 2> FacesBySide(const EdgePoint& point) const;
   /// Radiance of a face at the edge point.
   [[nodiscard]] Rgb ShadeFace(const EdgePoint& point, TriangleId face) const;
   /// Radiance of what lies behind the edge; `side` is +1 where the plus side sees it, -1 for the

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "renderer/boundary/visible_point.h"
+#include "renderer/geometry/edge_contact.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -202,11 +203,23 @@ class FieldOfView {
   double x0_, x1_, y0_, y1_;
 };
 
+/// The corner of a triangle from which an edge of it starts.
+std::size_t FirstCorner(const Triangle& t, const MeshEdge& edge) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    if ((t[i] == edge.vertices[0] && t[i + 1] == edge.vertices[1]) ||
+        (t[i] == edge.vertices[1] && t[i + 1] == edge.vertices[0])) {
+      return i;
+    }
+  }
+  return 2;
+}
+
 }  // namespace
 
 ViewEdges::ViewEdges(const BoundaryContext& context) {
   const World& world = *context.path.world;
   const FieldOfView field(context.camera);
+  sides_.resize(static_cast<std::size_t>(world.NumMeshes()));
   std::vector<double> weights;
   for (int m = 0; m < world.NumMeshes(); ++m) {
     const Mesh& mesh = world.mesh(m);
@@ -217,6 +230,9 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
     const bool solid = world.topology(m).solid && IsViewedFromOutside(mesh, context.camera);
     const SeamKinds seams = SeamKindsOf(context, m, world.MaterialOf(m));
     const auto& edges = world.topology(m).edges;
+    const MeshContactBounds contacts(world.caster(), m, world.NumMeshes());
+    std::vector<std::uint8_t>& sides = sides_[static_cast<std::size_t>(m)];
+    sides.assign(mesh.triangles.size(), 0);
     for (std::size_t e = 0; e < edges.size(); ++e) {
       const auto end = [&](std::size_t i) {
         return mesh.positions[static_cast<std::size_t>(edges[e].vertices[i])];
@@ -231,7 +247,18 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
         continue;
       }
       weights.push_back(jump * part->length * (candidates.resting ? kRestingWeight : 1.0));
-      edges_.push_back({m, static_cast<std::int32_t>(e), part->t0, part->t1, part->depth_ratio});
+      edges_.push_back({m,
+                        static_cast<std::int32_t>(e),
+                        part->t0,
+                        part->t1,
+                        part->depth_ratio,
+                        contacts.MayTouch(edges[e], end(0), end(1))});
+      for (const std::int32_t face : edges[e].faces) {
+        if (face >= 0) {
+          const auto f = static_cast<std::size_t>(face);
+          sides[f] |= static_cast<std::uint8_t>(1U << FirstCorner(mesh.triangles[f], edges[e]));
+        }
+      }
     }
   }
   distribution_ = Distribution1D(weights);

@@ -13,6 +13,7 @@ struct ViewEdge {
   std::int32_t edge = 0;      ///< into MeshTopology::edges
   double t0 = 0.0, t1 = 1.0;  ///< visible part, as parameter between its two vertices
   double depth_ratio = 1.0;   ///< depth at t0 over depth at t1; 1 for parallel rays
+  bool may_touch = false;     ///< other surfaces may pass through it: TouchingFaces
 
   /// Parameter of the point at share `s` of the visible part's image (distortion left aside), and
   /// its derivative by s.
@@ -41,11 +42,17 @@ class ViewEdges {
 
   [[nodiscard]] const Distribution1D& distribution() const { return distribution_; }
   [[nodiscard]] const ViewEdge& edge(int i) const { return edges_[static_cast<std::size_t>(i)]; }
+  /// Whether the side of a triangle from its corner `corner` on is one of the edges.
+  [[nodiscard]] bool Contains(TriangleId id, int corner) const {
+    const std::vector<std::uint8_t>& sides = sides_[static_cast<std::size_t>(id.mesh)];
+    return !sides.empty() && (sides[static_cast<std::size_t>(id.triangle)] >> corner & 1U) != 0;
+  }
 
   static constexpr double kMinJump = 0.05;
 
  private:
   std::vector<ViewEdge> edges_;
+  std::vector<std::vector<std::uint8_t>> sides_;  // by mesh and triangle: bits of Contains
   Distribution1D distribution_;
 };
 

@@ -13,39 +13,36 @@ NearMotion::NearMotion(const RayCaster& caster,
       image_form_(options.form == DerivativeForm::kImage) {
   any_ = active.any_mesh_moves || (camera_moves_ && image_form_);
   const std::size_t count = active.meshes.size();
-  for (const auto& mesh : active.meshes) {
-    moving_.push_back(mesh.moves);
-  }
   own_corners_.resize(count);
-  all_but_.resize(count);
   for (std::size_t m = 0; m < count; ++m) {
-    const bool slides = image_form_ && (camera_moves_ || moving_[m]);
-    if (slides || moving_[m]) {
-      all_but_[m].assign(count, true);
-      all_but_[m][m] = false;
-    }
+    const int mesh = static_cast<int>(m);
+    const bool moves = active.meshes[m].moves;
+    const double size = kLarge * caster.Bounds(mesh).HalfDiagonal();
+    reach_.push_back(kReach * std::min(caster.Extent(), size));
+    reach_of_moving_.push_back(moves ? reach_.back() : 0.0);
+    const bool slides = image_form_ && (camera_moves_ || moves);
     if (slides && options.terms.interior && options.max_bounces > 0) {
-      own_corners_[m] = std::make_unique<OwnCorners>(
-          caster, static_cast<int>(m), count, kReach * caster.Extent());
+      own_corners_[m] = std::make_unique<OwnCorners>(caster, mesh, count, reach_.back());
     }
   }
 }
 
-double NearMotion::DistanceToMotion(const SurfacePoint& p, bool slides, double reach) const {
+double NearMotion::NearnessOfMotion(const SurfacePoint& p, bool slides, double most) const {
   const auto mesh = static_cast<std::size_t>(p.id.mesh);
   slides = slides && own_corners_[mesh] != nullptr;
-  const std::vector<bool>& against = slides || moving_[mesh] ? all_but_[mesh] : moving_;
-  double distance = reach;
+  const RayCaster::Reach against{
+      slides || reach_of_moving_[mesh] > 0.0 ? reach_ : reach_of_moving_, reach_[mesh], p.id.mesh};
+  double nearness = most;
   for (const double side : {1.0, -1.0}) {
     if (side < 0.0 && !IsTransmissive(p.material->bsdf)) {
       break;
     }
     if (slides) {
-      distance = std::min(distance, own_corners_[mesh]->DistanceAt(p, side));
+      nearness = std::min(nearness, own_corners_[mesh]->NearnessAt(p, side));
     }
-    distance = caster_.DistanceBefore(p.x, p.ng * side, against, distance);
+    nearness = caster_.Nearness(p.x, p.ng * side, against, nearness);
   }
-  return distance;
+  return nearness;
 }
 
 NearMotion::Split NearMotion::FirstSplit(const PathRecord& path,
@@ -55,8 +52,6 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecord& path,
   if (!any_) {
     return {};
   }
-  const double reach = kReach * caster_.Extent() * share;
-  const double touch = kTouch * caster_.Offset();
   // The last reflection only looks for light.
   const auto last = static_cast<std::size_t>(context.max_bounces) -
                     (context.lights.areas.empty() && context.max_bounces > 0 ? 1 : 0);
@@ -69,14 +64,14 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecord& path,
     // The last reflection meets surfaces that shine only.
     const bool meets_itself = static_cast<int>(k) + 1 < context.max_bounces ||
                               context.lights.AreaLightOf(v.p.id.mesh) != nullptr;
-    const double distance =
-        DistanceToMotion(v.p, visible && image_form_ && meets_itself, std::max(reach, touch));
+    const double nearness =
+        NearnessOfMotion(v.p, visible && image_form_ && meets_itself, std::max(share, kTouch));
     visible = false;
-    if (distance < touch) {
+    if (nearness < kTouch) {
       return {static_cast<int>(k), 1, true};
     }
-    if (distance < reach) {
-      return {static_cast<int>(k), 2 * static_cast<int>(std::ceil(0.5 * reach / distance))};
+    if (nearness < share) {
+      return {static_cast<int>(k), 2 * static_cast<int>(std::ceil(0.5 * share / nearness))};
     }
   }
   return {};

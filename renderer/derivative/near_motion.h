@@ -36,22 +36,26 @@ class NearMotion {
                                  int first,
                                  double share) const;
 
-  static constexpr double kReach = 0.03;  ///< splits begin at this distance, half diagonals
-  /// Closer, in ray offsets, rays no longer meet what is near as they should. What leaves so narrow
-  /// a strip has a bounded derivative, which is left out: a share of about kTouch * kRayOffset.
-  static constexpr double kTouch = 32.0;
+  /// Splits begin at this distance, in half diagonals of the scene, or of kLarge times the smaller
+  /// of the two meshes if that is less.
+  static constexpr double kReach = 0.03;
+  static constexpr double kLarge = 8.0;
+  /// Closer, as a share of that distance, a vertex touches: what leaves so narrow a strip has a
+  /// bounded derivative, which is left out, and with it the largest outliers.
+  static constexpr double kTouch = 1.0 / 256.0;
 
  private:
-  /// Distance to what moves against a vertex, at most `reach`.
-  [[nodiscard]] double DistanceToMotion(const SurfacePoint& p, bool slides, double reach) const;
+  /// How near what moves against a vertex is, as a share of the distance at which splits begin; at
+  /// most `most`.
+  [[nodiscard]] double NearnessOfMotion(const SurfacePoint& p, bool slides, double most) const;
 
   const RayCaster& caster_;
   bool any_ = false;
   bool camera_moves_ = false;
   bool image_form_ = false;
-  // By mesh; all_but_ of those that move or slide, own_corners_ of those that slide.
-  std::vector<bool> moving_;
-  std::vector<std::vector<bool>> all_but_;
+  // By mesh: distance at which splits begin, of all, of those that move; own_corners_ of those that
+  // slide.
+  std::vector<double> reach_, reach_of_moving_;
   std::vector<std::unique_ptr<OwnCorners>> own_corners_;
 };
 

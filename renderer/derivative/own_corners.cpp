@@ -16,8 +16,8 @@ double LongestEdge(const TriangleGeometry& t) {
 }  // namespace
 
 OwnCorners::OwnCorners(const RayCaster& caster, int mesh, std::size_t num_meshes, double reach)
-    : caster_(caster), only_(num_meshes, false), reach_(reach) {
-  only_[static_cast<std::size_t>(mesh)] = true;
+    : caster_(caster), only_(num_meshes, 0.0), reach_(reach) {
+  only_[static_cast<std::size_t>(mesh)] = reach;
   const std::size_t count = 2 * caster.NumTriangles(mesh);
   radius_ = std::make_unique<std::atomic<float>[]>(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -25,7 +25,7 @@ OwnCorners::OwnCorners(const RayCaster& caster, int mesh, std::size_t num_meshes
   }
 }
 
-double OwnCorners::DistanceAt(const SurfacePoint& p, double side) const {
+double OwnCorners::NearnessAt(const SurfacePoint& p, double side) const {
   const TriangleGeometry& t = caster_.Geometry(p.id);
   const Vec3 n = p.ng * side;
   const double size = LongestEdge(t);
@@ -36,11 +36,11 @@ double OwnCorners::DistanceAt(const SurfacePoint& p, double side) const {
     radius = known.load(std::memory_order_relaxed);
     if (radius < 0.0F) {
       radius = static_cast<float>(
-          caster_.SearchRadius(t.Point(1.0 / 3.0, 1.0 / 3.0), n, only_, reach_, size));
+          caster_.SearchRadius(t.Point(1.0 / 3.0, 1.0 / 3.0), n, {only_, reach_}, size));
       known.store(radius, std::memory_order_relaxed);
     }
   }
-  return radius > 0.0F ? caster_.DistanceBefore(p.x, n, only_, reach_, radius) : reach_;
+  return radius > 0.0F ? caster_.Nearness(p.x, n, {only_, reach_}, 1.0, radius) : 1.0;
 }
 
 }  // namespace pathfit::renderer

@@ -16,13 +16,13 @@ class OwnCorners {
   /// `caster` must outlive the result.
   OwnCorners(const RayCaster& caster, int mesh, std::size_t num_meshes, double reach);
 
-  /// RayCaster::DistanceBefore within the point's own mesh, before the surface (`side` 1) or behind
-  /// it (-1), at most `reach`.
-  [[nodiscard]] double DistanceAt(const SurfacePoint& p, double side) const;
+  /// RayCaster::Nearness within the point's own mesh, before the surface (`side` 1) or behind it
+  /// (-1).
+  [[nodiscard]] double NearnessAt(const SurfacePoint& p, double side) const;
 
  private:
   const RayCaster& caster_;
-  std::vector<bool> only_;
+  std::vector<double> only_;
   double reach_;
   // RayCaster::SearchRadius of front and back of each triangle; negative: not yet known.
   std::unique_ptr<std::atomic<float>[]> radius_;

@@ -64,8 +64,7 @@ bool Reaches(const Vec3& a, const Vec3& b, double depth, const RayCaster& other)
 enum class Contact { kNone, kTouch, kCut };
 
 /// What the edges of `mesh` do to the one mesh of `other`.
-Contact ContactOfEdges(const Mesh& mesh, const RayCaster& other) {
-  const double depth = kTouchDepth * other.Extent();
+Contact ContactOfEdges(const Mesh& mesh, const RayCaster& other, double depth) {
   Contact contact = Contact::kNone;
   for (const Triangle& t : mesh.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -77,7 +76,7 @@ Contact ContactOfEdges(const Mesh& mesh, const RayCaster& other) {
       if (Pierces(a, b, depth, other)) {
         return Contact::kCut;
       }
-      if (contact == Contact::kNone && Reaches(a, b, depth, other)) {
+      if (contact == Contact::kNone && Reaches(a, b, std::max(depth, other.Offset(a)), other)) {
         contact = Contact::kTouch;
       }
     }
@@ -107,9 +106,10 @@ std::vector<MeshContact> MeshContacts(const std::vector<const Mesh*>& meshes) {
       if (!Overlap(boxes[i], boxes[j])) {
         continue;
       }
-      Contact contact = ContactOfEdges(*meshes[i], caster(j));
+      const double depth = kTouchDepth * std::min(caster(i).Extent(), caster(j).Extent());
+      Contact contact = ContactOfEdges(*meshes[i], caster(j), depth);
       if (contact != Contact::kCut) {
-        contact = std::max(contact, ContactOfEdges(*meshes[j], caster(i)));
+        contact = std::max(contact, ContactOfEdges(*meshes[j], caster(i), depth));
       }
       if (contact != Contact::kNone) {
         contacts.push_back({static_cast<int>(i), static_cast<int>(j), contact == Contact::kCut});

@@ -15,7 +15,8 @@ struct MeshContact {
 
 /// Contacts of meshes in one frame, each pair once. They cut each other where an edge of one passes
 /// through the inside of a triangle of the other and reaches deeper than kTouchDepth, in half
-/// diagonals of that mesh, on both sides; they touch where an edge comes as near as that.
+/// diagonals of the smaller of the two, on both sides; they touch where an edge comes as near as
+/// that.
 std::vector<MeshContact> MeshContacts(const std::vector<const Mesh*>& meshes);
 
 inline constexpr double kTouchDepth = 1e-5;

@@ -27,27 +27,168 @@ void FillRay(const Ray& ray, const Vec3& center, double near, double far, RTCRay
   out.flags = 0;
 }
 
-void AddMesh(RTCDevice device, RTCScene scene, const Mesh& mesh, const Vec3& center) {
+// A piece of a triangle is at most so many times longer than its distance from the centre.
+constexpr double kPieceLength = 4.0;
+// Distances from the centre below this share of the size of the mesh there do not count.
+constexpr double kLeastDistance = 0.125;
+// Vertices of a mesh that are looked at for its middle.
+constexpr std::size_t kMiddleSamples = 1024;
+// Cuts of cuts, against endless ones of what is thinner than rounding.
+constexpr int kMaxCuts = 64;
+
+/// The mean of the two middle values.
+double Median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return values.size() % 2 == 1 ? *middle
+                                : 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+/// Where most of a mesh is, and how far it reaches from there: few far corners do not matter.
+struct Middle {
+  Vec3 at;
+  double size = 0.0;
+};
+Middle MiddleOf(const Mesh& mesh) {
+  const std::size_t step = (mesh.positions.size() + kMiddleSamples - 1) / kMiddleSamples;
+  std::vector<Vec3> points;
+  for (std::size_t i = 0; i < mesh.positions.size(); i += step) {
+    points.push_back(mesh.positions[i]);
+  }
+  std::vector<double> values(points.size());
+  const auto median_of = [&](const auto& value) {
+    std::transform(points.begin(), points.end(), values.begin(), value);
+    return Median(values);
+  };
+  Middle middle;
+  for (int i = 0; i < 3; ++i) {
+    middle.at[i] = median_of([&](const Vec3& p) { return p[i]; });
+  }
+  middle.size = median_of([&](const Vec3& p) { return Norm(p - middle.at); });
+  return middle;
+}
+
+/// The middle from which the worst ratio of a mesh's distance to its size is least.
+Middle ChooseMiddle(const std::vector<const Mesh*>& meshes) {
+  std::vector<Middle> middles;
+  for (const Mesh* mesh : meshes) {
+    if (!mesh->positions.empty()) {
+      middles.push_back(MiddleOf(*mesh));
+    }
+  }
+  Middle best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Middle& middle : middles) {
+    double worst = 0.0;
+    for (const Middle& other : middles) {
+      worst = std::max(worst, Norm(other.at - middle.at) / other.size);
+      if (worst >= least) {
+        break;
+      }
+    }
+    if (worst < least) {
+      least = worst;
+      best = middle;
+    }
+  }
+  return best;
+}
+
+using Corners = std::array<Vec3, 3>;
+
+/// Cuts a triangle, its corners relative to the centre, until no piece is long for its distance.
+/// Where a side is cut depends on its ends alone, so that neighbours stay joined.
+void CutTriangle(const Corners& c, double least, int cuts, std::vector<Corners>& pieces) {
+  const auto limit = [&](const Vec3& nearest) {
+    return kPieceLength * std::max(Norm(nearest), least);
+  };
+  std::size_t longest = 3;
+  double length = 0.0;
+  double longest_side = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3& a = c[i];
+    const Vec3& b = c[(i + 1) % 3];
+    const double side = Norm(b - a);
+    longest_side = std::max(longest_side, side);
+    if (side > length && side > kPieceLength * least &&
+        side > limit(ClosestPointOfSegment({}, a, b))) {
+      longest = i;
+      length = side;
+    }
+  }
+  if (cuts < kMaxCuts && longest < 3) {
+    const Vec3& a = c[longest];
+    const Vec3& b = c[(longest + 1) % 3];
+    const Vec3& apex = c[(longest + 2) % 3];
+    const Vec3 middle = (a + b) * 0.5;
+    CutTriangle({a, middle, apex}, least, cuts + 1, pieces);
+    CutTriangle({middle, b, apex}, least, cuts + 1, pieces);
+    return;
+  }
+  const TriangleGeometry t = TriangleGeometry::Make(c[0], c[1], c[2]);
+  if (cuts < kMaxCuts && longest_side > kPieceLength * least &&
+      longest_side > limit(ClosestPointOfTriangle({}, t))) {
+    const Vec3 middle = t.Point(1.0 / 3.0, 1.0 / 3.0);
+    for (std::size_t i = 0; i < 3; ++i) {
+      CutTriangle({c[i], c[(i + 1) % 3], middle}, least, cuts + 1, pieces);
+    }
+    return;
+  }
+  pieces.push_back(c);
+}
+
+/// Adds a mesh; returns whose piece each primitive is, nothing if all are whole.
+std::vector<std::int32_t> AddMesh(
+    RTCDevice device, RTCScene scene, const Mesh& mesh, const Vec3& center, double least) {
+  std::vector<Vec3> positions(mesh.positions.size());
+  std::transform(
+      mesh.positions.begin(), mesh.positions.end(), positions.begin(), [&](const Vec3& p) {
+        return p - center;
+      });
+  std::vector<Triangle> triangles;
+  std::vector<std::int32_t> origin;
+  bool cut = false;
+  std::vector<Corners> pieces;
+  triangles.reserve(mesh.triangles.size());
+  origin.reserve(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle& t = mesh.triangles[i];
+    const auto p = [&](std::size_t k) { return positions[static_cast<std::size_t>(t[k])]; };
+    // A bound of what may be cut: most triangles are small.
+    const double reach = Norm(p(1) - p(0)) + Norm(p(2) - p(0));
+    pieces.clear();
+    if (reach > kPieceLength * std::max(Norm(p(0)) - reach, least)) {
+      CutTriangle({p(0), p(1), p(2)}, least, 0, pieces);
+    }
+    if (pieces.size() <= 1) {
+      triangles.push_back(t);
+      origin.push_back(static_cast<std::int32_t>(i));
+      continue;
+    }
+    cut = true;
+    for (const Corners& corners : pieces) {
+      const auto first = static_cast<std::int32_t>(positions.size());
+      positions.insert(positions.end(), corners.begin(), corners.end());
+      triangles.push_back({first, first + 1, first + 2});
+      origin.push_back(static_cast<std::int32_t>(i));
+    }
+  }
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry,
-                                                               RTC_BUFFER_TYPE_VERTEX,
-                                                               0,
-                                                               RTC_FORMAT_FLOAT3,
-                                                               3 * sizeof(float),
-                                                               mesh.positions.size()));
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
   auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry,
                                                                  RTC_BUFFER_TYPE_INDEX,
                                                                  0,
                                                                  RTC_FORMAT_UINT3,
                                                                  3 * sizeof(unsigned),
-                                                                 mesh.triangles.size()));
+                                                                 triangles.size()));
   if (vertices != nullptr && indices != nullptr) {
-    for (const Vec3& p : mesh.positions) {
-      *vertices++ = static_cast<float>(p.x - center.x);
-      *vertices++ = static_cast<float>(p.y - center.y);
-      *vertices++ = static_cast<float>(p.z - center.z);
+    for (const Vec3& p : positions) {
+      *vertices++ = static_cast<float>(p.x);
+      *vertices++ = static_cast<float>(p.y);
+      *vertices++ = static_cast<float>(p.z);
     }
-    for (const Triangle& t : mesh.triangles) {
+    for (const Triangle& t : triangles) {
       for (const std::int32_t index : t) {
         *indices++ = static_cast<unsigned>(index);
       }
@@ -56,6 +197,7 @@ void AddMesh(RTCDevice device, RTCScene scene, const Mesh& mesh, const Vec3& cen
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
+  return cut ? origin : std::vector<std::int32_t>{};
 }
 
 }  // namespace
@@ -83,18 +225,25 @@ RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Vec3 low{kInfinity, kInfinity, kInfinity};
-  Vec3 high = -low;
+  const Vec3 infinite{kInfinity, kInfinity, kInfinity};
+  const auto include = [](const Vec3& p, Box& box) {
+    for (int i = 0; i < 3; ++i) {
+      box.low[i] = std::min(box.low[i], p[i]);
+      box.high[i] = std::max(box.high[i], p[i]);
+    }
+  };
+  Box all{infinite, -infinite};
   first_triangle_.clear();
   triangles_.clear();
+  bounds_.clear();
   for (const Mesh* mesh : meshes) {
     first_triangle_.push_back(static_cast<std::int64_t>(triangles_.size()));
+    Box& box = bounds_.emplace_back(Box{infinite, -infinite});
     for (const Vec3& p : mesh->positions) {
-      for (int i = 0; i < 3; ++i) {
-        low[i] = std::min(low[i], p[i]);
-        high[i] = std::max(high[i], p[i]);
-      }
+      include(p, box);
     }
+    include(box.low, all);
+    include(box.high, all);
     for (const Triangle& t : mesh->triangles) {
       const auto corner = [&](int i) {
         return mesh->positions[static_cast<std::size_t>(t[static_cast<std::size_t>(i)])];
@@ -103,9 +252,10 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
     }
   }
   const bool empty = triangles_.empty();
-  center_ = empty ? Vec3{} : (low + high) * 0.5;
-  extent_ = empty ? 1.0 : 0.5 * Norm(high - low);
-  offset_ = kRayOffset * extent_;
+  extent_ = empty ? 1.0 : all.HalfDiagonal();
+  const Middle middle = ChooseMiddle(meshes);
+  center_ = middle.at;
+  least_distance_ = empty ? extent_ : kLeastDistance * middle.size;
 
   if (handles_->scene != nullptr) {
     rtcReleaseScene(handles_->scene);
@@ -113,8 +263,9 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
   handles_->scene = rtcNewScene(handles_->device);
   rtcSetSceneFlags(handles_->scene,
                    static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | kEmbreeFilterFlag));
+  pieces_.clear();
   for (const Mesh* mesh : meshes) {
-    AddMesh(handles_->device, handles_->scene, *mesh, center_);
+    pieces_.push_back(AddMesh(handles_->device, handles_->scene, *mesh, center_, least_distance_));
   }
   rtcCommitScene(handles_->scene);
   if (const RTCError error = rtcGetDeviceError(handles_->device); error != RTC_ERROR_NONE) {
@@ -139,8 +290,8 @@ void SkipIgnored(const RTCFilterFunctionNArguments* arguments) {
   // The context is the base of an IgnoringQuery.
   const auto* context = reinterpret_cast<const EmbreeFilteredContext*>(arguments->context);
   const auto& query = *static_cast<const IgnoringQuery*>(context);
-  const TriangleId id{static_cast<std::int32_t>(RTCHitN_geomID(arguments->hit, arguments->N, 0)),
-                      static_cast<std::int32_t>(RTCHitN_primID(arguments->hit, arguments->N, 0))};
+  const TriangleId id = query.caster->TriangleOf(RTCHitN_geomID(arguments->hit, arguments->N, 0),
+                                                 RTCHitN_primID(arguments->hit, arguments->N, 0));
   if (std::find(query.ignored.begin(), query.ignored.end(), id) != query.ignored.end()) {
     arguments->valid[0] = 0;
     return;
@@ -177,8 +328,7 @@ std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
     return std::nullopt;
   }
-  const TriangleId id{static_cast<std::int32_t>(query.hit.geomID),
-                      static_cast<std::int32_t>(query.hit.primID)};
+  const TriangleId id = TriangleOf(query.hit.geomID, query.hit.primID);
   const PlaneHit hit = IntersectPlane(Geometry(id), ray.origin, ray.direction);
   return Hit{id, hit.b1, hit.b2, hit.distance};
 }
@@ -194,24 +344,32 @@ namespace {
 
 // A triangle that rises less above the plane of a point, as a sine, is in it.
 constexpr double kFlat = 1e-3;
-// Rounding of points on triangles, relative to the scene's extent.
-constexpr double kRounding = 1e-9;
+// Rounding of points on triangles, in offsets of rays.
+constexpr double kRounding = 2.5e-4;
+// Nearer than so many offsets, rays from a point that start beside it miss much of a triangle.
+constexpr double kMissed = 32.0;
 
-struct NearestQuery {
+struct NearQuery {
   const RayCaster& caster;
-  const std::vector<bool>& wanted;
+  const RayCaster::Reach& reach;
   Vec3 x, n;
-  double limit;  // what is not nearer, over its rise, does not count
-  double slack;
+  double most;   // what is not nearer, over its rise and the reach, does not count
+  double slack;  // seen from up to so much nearer
   double radius = 0.0;
 };
 
-/// How near a triangle is to the query's point, and how steeply it rises above its plane, seen from
-/// up to `slack` nearer. No rise: in or below the plane, or beyond the limit.
+/// How near a triangle is to the query's point, how steeply it rises above its plane, and its
+/// reach. No rise: in or below the plane, or beyond the reach.
 struct Corner {
-  double distance = 0.0, rise = 0.0;
+  double distance = 0.0, rise = 0.0, reach = 0.0;
 };
-Corner CornerWith(const NearestQuery& query, const TriangleGeometry& t) {
+Corner VisitedCorner(const RTCPointQueryFunctionArguments* arguments, const NearQuery& query) {
+  const TriangleId id = query.caster.TriangleOf(arguments->geomID, arguments->primID);
+  const double reach = query.reach.Of(id.mesh);
+  if (!(reach > 0.0)) {
+    return {};
+  }
+  const TriangleGeometry& t = query.caster.Geometry(id);
   const std::array<Vec3, 3> to_corners = {
       t.p0 - query.x, t.p0 + t.e1 - query.x, t.p0 + t.e2 - query.x};
   if (std::all_of(to_corners.begin(), to_corners.end(), [&](const Vec3& to) {
@@ -219,13 +377,14 @@ Corner CornerWith(const NearestQuery& query, const TriangleGeometry& t) {
       })) {
     return {};
   }
+  const double limit = query.most * reach;
   const Vec3 to_nearest = ClosestPointOfTriangle(query.x, t) - query.x;
-  Corner corner{Norm(to_nearest), 0.0};
-  if (corner.distance - query.slack >= query.limit) {
+  Corner corner{Norm(to_nearest), 0.0, reach};
+  if (corner.distance - query.slack >= limit) {
     return {};  // a rise is at most 1
   }
   // A point's own triangle is above or below it by rounding only.
-  const double least = kRounding * query.caster.Extent();
+  const double least = kRounding * query.caster.Offset(query.x);
   const auto look_at = [&](const Vec3& to) {
     const double norm = Norm(to);
     const double height = Dot(query.n, to);
@@ -235,36 +394,28 @@ Corner CornerWith(const NearestQuery& query, const TriangleGeometry& t) {
   };
   look_at(to_nearest);
   std::for_each(to_corners.begin(), to_corners.end(), look_at);
-  return corner.rise > kFlat && corner.distance - query.slack < query.limit * corner.rise
-             ? corner
-             : Corner{};
+  return corner.rise > kFlat && corner.distance - query.slack < limit * corner.rise ? corner
+                                                                                    : Corner{};
 }
 
-/// The corner with the triangle that a point query visits.
-Corner VisitedCorner(const RTCPointQueryFunctionArguments* arguments, const NearestQuery& query) {
-  const TriangleId id{static_cast<std::int32_t>(arguments->geomID),
-                      static_cast<std::int32_t>(arguments->primID)};
-  return query.wanted[static_cast<std::size_t>(id.mesh)]
-             ? CornerWith(query, query.caster.Geometry(id))
-             : Corner{};
-}
-
-bool VisitForDistance(RTCPointQueryFunctionArguments* arguments) {
-  auto& query = *static_cast<NearestQuery*>(arguments->userPtr);
+bool VisitForNearness(RTCPointQueryFunctionArguments* arguments) {
+  auto& query = *static_cast<NearQuery*>(arguments->userPtr);
   const Corner corner = VisitedCorner(arguments, query);
   if (!(corner.rise > 0.0)) {
     return false;
   }
-  query.limit = corner.distance / corner.rise;
-  if (query.limit >= static_cast<double>(arguments->query->radius)) {
+  const double distance = corner.distance / corner.rise;
+  query.most = distance < kMissed * query.caster.Offset(query.x) ? 0.0 : distance / corner.reach;
+  const double radius = query.most * query.reach.most;
+  if (radius >= static_cast<double>(arguments->query->radius)) {
     return false;
   }
-  arguments->query->radius = static_cast<float>(query.limit);
+  arguments->query->radius = static_cast<float>(radius);
   return true;
 }
 
 bool VisitForRadius(RTCPointQueryFunctionArguments* arguments) {
-  auto& query = *static_cast<NearestQuery*>(arguments->userPtr);
+  auto& query = *static_cast<NearQuery*>(arguments->userPtr);
   const Corner corner = VisitedCorner(arguments, query);
   if (corner.rise > 0.0) {
     query.radius = std::max(query.radius, corner.distance + query.slack);
@@ -272,9 +423,28 @@ bool VisitForRadius(RTCPointQueryFunctionArguments* arguments) {
   return false;
 }
 
+struct TouchQuery {
+  const RayCaster& caster;
+  Vec3 x;
+  double radius;
+  std::span<TriangleId> found;
+  std::size_t count = 0;
+};
+
+bool VisitForTouch(RTCPointQueryFunctionArguments* arguments) {
+  auto& query = *static_cast<TouchQuery*>(arguments->userPtr);
+  const TriangleId id = query.caster.TriangleOf(arguments->geomID, arguments->primID);
+  const auto end = query.found.begin() + static_cast<std::ptrdiff_t>(query.count);
+  if (query.count < query.found.size() && std::find(query.found.begin(), end, id) == end &&
+      Norm(ClosestPointOfTriangle(query.x, query.caster.Geometry(id)) - query.x) <= query.radius) {
+    query.found[query.count++] = id;
+  }
+  return false;
+}
+
 /// `x` relative to the caster's centre.
 void VisitTriangles(
-    RTCScene scene, const Vec3& x, double radius, RTCPointQueryFunction visit, NearestQuery& user) {
+    RTCScene scene, const Vec3& x, double radius, RTCPointQueryFunction visit, void* user) {
   RTCPointQuery query;
   query.x = static_cast<float>(x.x);
   query.y = static_cast<float>(x.y);
@@ -283,29 +453,33 @@ void VisitTriangles(
   query.radius = static_cast<float>(radius);
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
-  rtcPointQuery(scene, &query, &context, visit, &user);
+  rtcPointQuery(scene, &query, &context, visit, user);
 }
 
 }  // namespace
 
-double RayCaster::DistanceBefore(const Vec3& x,
-                                 const Vec3& n,
-                                 const std::vector<bool>& wanted,
-                                 double max_distance,
-                                 double radius) const {
-  NearestQuery query{*this, wanted, x, n, max_distance, 0.0};
+std::size_t RayCaster::TrianglesNear(const Vec3& x,
+                                     double radius,
+                                     std::span<TriangleId> found) const {
+  TouchQuery query{*this, x, radius, found};
+  VisitTriangles(handles_->scene, x - center_, radius, VisitForTouch, &query);
+  return query.count;
+}
+
+double RayCaster::Nearness(
+    const Vec3& x, const Vec3& n, const Reach& reach, double most, double radius) const {
+  NearQuery query{*this, reach, x, n, most, 0.0};
   VisitTriangles(
-      handles_->scene, x - center_, std::min(radius, max_distance), VisitForDistance, query);
-  return query.limit;
+      handles_->scene, x - center_, std::min(radius, most * reach.most), VisitForNearness, &query);
+  return query.most;
 }
 
 double RayCaster::SearchRadius(const Vec3& x,
                                const Vec3& n,
-                               const std::vector<bool>& wanted,
-                               double max_distance,
+                               const Reach& reach,
                                double slack) const {
-  NearestQuery query{*this, wanted, x, n, max_distance, slack};
-  VisitTriangles(handles_->scene, x - center_, max_distance + slack, VisitForRadius, query);
+  NearQuery query{*this, reach, x, n, 1.0, slack};
+  VisitTriangles(handles_->scene, x - center_, reach.most + slack, VisitForRadius, &query);
   return query.radius;
 }
 

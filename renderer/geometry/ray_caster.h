@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,10 +16,17 @@
 namespace pathfit::renderer {
 
 /// Ray queries against triangle meshes: the only door to Embree, whose float hits are refined in
-/// double on the reported triangle. Geometry is stored relative to its centre, so that float
-/// precision follows the object's size.
+/// double on the reported triangle. Geometry is stored relative to Center(), so that its rounding
+/// is a share of the distance from there. Triangles that are large for their distance from it are
+/// stored in pieces: else all of a large triangle would be as inexact as its corners.
 class RayCaster {
  public:
+  /// Axis-aligned.
+  struct Box {
+    Vec3 low, high;
+    [[nodiscard]] double HalfDiagonal() const { return 0.5 * Norm(high - low); }
+  };
+
   RayCaster();
   ~RayCaster();
   RayCaster(RayCaster&&) noexcept;
@@ -35,29 +44,41 @@ class RayCaster {
   /// Whether anything lies within `max_distance` (infinity allowed).
   [[nodiscard]] bool Occluded(const Ray& ray, double max_distance) const;
 
+  /// The triangles that come within `radius` of x, as many as fit into `found`; returns how many.
+  std::size_t TrianglesNear(const Vec3& x, double radius, std::span<TriangleId> found) const;
+
+  /// Up to which distance the triangles of each mesh count.
+  struct Reach {
+    std::span<const double> of_mesh;  ///< 0: not at all
+    double most = std::numeric_limits<double>::infinity();
+    int except = -1;  ///< a mesh that does not count
+    [[nodiscard]] double Of(int mesh) const {
+      return mesh == except ? 0.0 : std::min(most, of_mesh[static_cast<std::size_t>(mesh)]);
+    }
+  };
   /// How near a surface point x with unit normal n has other surfaces before it: least distance to
-  /// a triangle of the meshes with `wanted[mesh]`, over the sine of how steeply the triangle rises
-  /// above the plane of x, at most `max_distance`. Triangles in or below that plane do not count.
-  [[nodiscard]] double DistanceBefore(const Vec3& x,
-                                      const Vec3& n,
-                                      const std::vector<bool>& wanted,
-                                      double max_distance) const {
-    return DistanceBefore(x, n, wanted, max_distance, max_distance);
-  }
-  /// Looks only for triangles within `radius`.
-  [[nodiscard]] double DistanceBefore(const Vec3& x,
-                                      const Vec3& n,
-                                      const std::vector<bool>& wanted,
-                                      double max_distance,
-                                      double radius) const;
-  /// Radius that is enough for DistanceBefore from all points within `slack` of x in the plane
-  /// through x with normal n; 0 if these find nothing.
+  /// a triangle, over the sine of how steeply the triangle rises above the plane of x, over the
+  /// reach of its mesh; at most `most`, at most 1; 0 where rays no longer meet the triangle as they
+  /// should. Triangles in or below that plane do not count. Looks only for triangles within
+  /// `radius`.
+  [[nodiscard]] double Nearness(const Vec3& x,
+                                const Vec3& n,
+                                const Reach& reach,
+                                double most = 1.0,
+                                double radius = std::numeric_limits<double>::infinity()) const;
+  /// Radius that is enough for Nearness from all points within `slack` of x in the plane through x
+  /// with normal n; 0 if these find nothing.
   [[nodiscard]] double SearchRadius(const Vec3& x,
                                     const Vec3& n,
-                                    const std::vector<bool>& wanted,
-                                    double max_distance,
+                                    const Reach& reach,
                                     double slack) const;
 
+  /// The triangle of which Embree's primitive is all or a piece.
+  [[nodiscard]] TriangleId TriangleOf(unsigned geometry, unsigned primitive) const {
+    const std::vector<std::int32_t>& pieces = pieces_[geometry];
+    return {static_cast<std::int32_t>(geometry),
+            pieces.empty() ? static_cast<std::int32_t>(primitive) : pieces[primitive]};
+  }
   [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
     return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] +
                                                id.triangle)];
@@ -69,29 +90,38 @@ class RayCaster {
                                 : triangles_.size();
     return end - static_cast<std::size_t>(first_triangle_[m]);
   }
-  /// How far beside a surface a ray starts so that it does not meet the surface again, metres:
-  /// kRayOffset times the extent.
-  [[nodiscard]] double Offset() const { return offset_; }
+  /// How far beside a surface at x a ray starts so that it does not meet the surface again, metres:
+  /// kRayOffset times the distance from Center(). All that depends on what rays can tell apart near
+  /// a point is a multiple of it.
+  [[nodiscard]] double Offset(const Vec3& x) const {
+    return kRayOffset * std::max(Norm(x - center_), least_distance_);
+  }
+  [[nodiscard]] const Box& Bounds(int mesh) const {
+    return bounds_[static_cast<std::size_t>(mesh)];
+  }
   /// Half the diagonal of the bounding box, metres.
   [[nodiscard]] double Extent() const { return extent_; }
+  /// The middle of a mesh, chosen so that every mesh lies near for its size.
   [[nodiscard]] const Vec3& Center() const { return center_; }
+
+  /// Well above the float rounding (6e-8) of Embree's geometry and of its tests.
+  static constexpr double kRayOffset = 4e-6;
 
  private:
   struct Handles;
   std::unique_ptr<Handles> handles_;
   std::vector<std::int64_t> first_triangle_;
   std::vector<TriangleGeometry> triangles_;
+  std::vector<Box> bounds_;
+  std::vector<std::vector<std::int32_t>> pieces_;  // by mesh: whose piece it is; empty: none is cut
   Vec3 center_;
   double extent_ = 0.0;
-  double offset_ = 0.0;
+  double least_distance_ = 0.0;
 };
 
 /// Version of the Embree headers.
 std::string EmbreeVersion();
 
-/// Offset of secondary rays relative to the scene's extent: well above float rounding (6e-8) of
-/// Embree's geometry.
-inline constexpr double kRayOffset = 4e-6;
 /// A shadow ray ends this share of its length before its end point.
 inline constexpr double kShadowShortening = 1e-5;
 

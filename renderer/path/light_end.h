@@ -155,9 +155,9 @@ inline double PdfWithoutReceiver(const LightSet::Environment& environment, const
              : 0.25 * std::numbers::inv_pi;
 }
 
-/// A shadow ray's length to a point: short of it by the offset at both ends.
-inline double ShadowDistance(const RayCaster& caster, double distance) {
-  return distance * (1.0 - kShadowShortening) - 2.0 * caster.Offset();
+/// A shadow ray's length to a point `end`: short of it by what rays can tell apart there.
+inline double ShadowDistance(const RayCaster& caster, double distance, const Vec3& end) {
+  return distance * (1.0 - kShadowShortening) - 2.0 * caster.Offset(end);
 }
 
 /// Whether nothing lies between a surface point and a light that it sees. The ray starts off the
@@ -170,7 +170,8 @@ inline bool IsVisible(const RayCaster& caster, const SurfacePoint& p, const Seen
   }
   const Vec3 to_light = p.x + light.w * light.distance - origin;
   const double length = Norm(to_light);
-  return !caster.Occluded({origin, to_light * (1.0 / length)}, ShadowDistance(caster, length));
+  return !caster.Occluded({origin, to_light * (1.0 / length)},
+                          ShadowDistance(caster, length, origin + to_light));
 }
 
 }  // namespace pathfit::renderer

@@ -37,7 +37,7 @@ struct SurfacePoint {
 
 /// How far along p.ng a ray in direction wi starts: beside the surface, on the side of wi.
 inline double RayLift(const RayCaster& caster, const SurfacePoint& p, const Vec3& wi) {
-  return std::copysign(caster.Offset(), Dot(p.ng, wi));
+  return std::copysign(caster.Offset(p.x), Dot(p.ng, wi));
 }
 inline Vec3 RayStart(const RayCaster& caster, const SurfacePoint& p, const Vec3& wi) {
   return p.x + p.ng * RayLift(caster, p, wi);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/geometry/edge_contact.h"
 #include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
@@ -54,6 +55,7 @@ std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& se
     const MeshTopology& topology = world.topology(m);
     const bool moves = selection.moves[static_cast<std::size_t>(m)];
     const bool solid = selection.solid[static_cast<std::size_t>(m)];
+    const MeshContactBounds contacts(world.caster(), m, world.NumMeshes());
     for (std::size_t e = 0; e < topology.edges.size(); ++e) {
       const MeshEdge& edge = topology.edges[e];
       BoundaryEdge out;
@@ -74,6 +76,7 @@ std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& se
           continue;  // concave
         }
       }
+      out.may_touch = contacts.MayTouch(edge, out.a, out.b);
       edges.push_back(out);
     }
   }

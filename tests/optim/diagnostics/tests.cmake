@@ -4,3 +4,5 @@ pathfit_test(optim/diagnostics/gradient_matrix_test LABEL statistical LINK pathf
 pathfit_test(optim/diagnostics/gradient_scenes_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_contacts_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_bounces_test LABEL statistical LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/diagnostics/gradient_borders_test LABEL statistical LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/diagnostics/gradient_surroundings_test LABEL statistical LINK pathfit_optim pathfit_test_support)

@@ -100,36 +100,41 @@ TEST(RayCaster, OffsetPointsClearTheSurface) {
       const double b = rng.Next() * (1.0 - a);
       Vec3 d = SampleUniformHemisphere(rng.Next(), rng.Next());
       if (Dot(d, t.n) < 0.0) d = -d;
-      occluded += caster.Occluded({t.Point(a, b) + t.n * caster.Offset(), d}, kInfinity) ? 1 : 0;
+      occluded +=
+          caster.Occluded({t.Point(a, b) + t.n * caster.Offset(t.Point(a, b)), d}, kInfinity) ? 1
+                                                                                              : 0;
     }
     EXPECT_EQ(occluded, 0) << "scale " << scale;
   }
 }
 
-TEST(RayCaster, DistanceBeforeSeesCornersAndNotWhatLiesBehind) {
+TEST(RayCaster, NearnessSeesCornersAndNotWhatLiesBehind) {
   const Mesh floor = tests::Rectangle();  // [-1, 1]^2, z = 0
   Mesh wall = floor;                      // upright at x = 0.5, from z = 0 to 2
   for (Vec3& p : wall.positions) p = {0.5, p.y, p.x + 1.0};
   Mesh sheet = floor;  // just below the floor
   for (Vec3& p : sheet.positions) p.z -= 1e-4;
   const RayCaster caster = CasterOf({&floor, &wall, &sheet});
-  const std::vector<bool> all = {true, true, true};
+  const std::vector<double> all(3, 0.5);
+  const std::vector<double> others = {0.5, 0.0, 0.5};
   const Vec3 up{0, 0, 1};
   const double d = 0.01;
   // From beside the wall its corners rise almost straight up.
-  EXPECT_NEAR(caster.DistanceBefore({0.5 - d, 0.0, 0.0}, up, all, 0.5), d, 0.2 * d);
-  EXPECT_EQ(caster.DistanceBefore({0.5 - d, 0.0, 0.0}, up, {true, false, true}, 0.5), 0.5);
-  EXPECT_EQ(caster.DistanceBefore({-0.8, 0.0, 0.0}, up, all, 0.5), 0.5);
-  EXPECT_LT(caster.DistanceBefore({-0.8, 0.0, 0.0}, -up, all, 0.5), 2e-4);
+  EXPECT_NEAR(caster.Nearness({0.5 - d, 0.0, 0.0}, up, {all, 0.5}), 2.0 * d, 0.4 * d);
+  EXPECT_EQ(caster.Nearness({0.5 - d, 0.0, 0.0}, up, {others, 0.5}), 1.0);
+  EXPECT_EQ(caster.Nearness({0.5 - d, 0.0, 0.0}, up, {all, 0.5, 1}), 1.0);
+  EXPECT_EQ(caster.Nearness({-0.8, 0.0, 0.0}, up, {all, 0.5}), 1.0);
+  EXPECT_LT(caster.Nearness({-0.8, 0.0, 0.0}, -up, {all, 0.5}), 4e-4);
   // Its own triangle does not count, however rounding has moved a point.
   Mesh ball = MakeIcosphere(2, 1.0);
   const RayCaster of_ball = CasterOf({&ball});
-  CounterRng rng(6);
+  const std::vector<double> alone = {0.5};
+  CounterRng rng(6, 0, 0, 0, 0);
   for (int i = 0; i < 2000; ++i) {
     const TriangleGeometry& t = of_ball.Geometry({0, i % static_cast<int>(ball.triangles.size())});
     const double a = rng.Next();
     const Vec3 x = t.Point(a, rng.Next() * (1.0 - a));
-    EXPECT_EQ(of_ball.DistanceBefore(x, t.n, {true}, 0.5), 0.5);
+    EXPECT_EQ(of_ball.Nearness(x, t.n, {alone, 0.5}), 1.0);
   }
 }
 
