@@ -42,7 +42,7 @@ class NearMotion {
   static constexpr double kLarge = 8.0;
   /// Closer, as a share of that distance, a vertex touches: what leaves so narrow a strip has a
   /// bounded derivative, which is left out, and with it the largest outliers.
-  static constexpr double kTouch = 1.0 / 256.0;
+  static constexpr double kTouch = 4e-3;
 
  private:
   /// How near what moves against a vertex is, as a share of the distance at which splits begin; at

@@ -129,7 +129,7 @@ TEST(RayCaster, NearnessSeesCornersAndNotWhatLiesBehind) {
   Mesh ball = MakeIcosphere(2, 1.0);
   const RayCaster of_ball = CasterOf({&ball});
   const std::vector<double> alone = {0.5};
-  CounterRng rng(6, 0, 0, 0, 0);
+  CounterRng rng(6);
   for (int i = 0; i < 2000; ++i) {
     const TriangleGeometry& t = of_ball.Geometry({0, i % static_cast<int>(ball.triangles.size())});
     const double a = rng.Next();
