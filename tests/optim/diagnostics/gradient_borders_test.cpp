@@ -96,7 +96,8 @@ TEST(Borders, BoxOfTwoMaterials) {
   Mesh box = tests::Placed(tests::Cube(), 0.4, {0, 0.6, 0}, {0.1, 0.5, 0.2});
   Mesh half = box;
   box.triangles.resize(4);
-  half.triangles.erase(half.triangles.begin(), half.triangles.begin() + 4);
+  half.triangles =
+      std::vector<renderer::Triangle>(half.triangles.begin() + 4, half.triangles.end());
   ExpectRightByCamera("split box", OfParts({box, half}), {1.0, 0.3, 0.5});
 }
 
