@@ -4,32 +4,10 @@
 #include <vector>
 
 #include "app/command/command_line.h"
-#include "app/command/commands.h"
 #include "app/command/program_info.h"
 
 namespace pathfit::app {
 namespace {
-
-ExitStatus Dispatch(CommandContext& context) {
-  switch (context.line.command) {
-    case CommandName::kCheck:
-      return CheckCommand(context);
-    case CommandName::kFit:
-      return FitCommand(context);
-    case CommandName::kResume:
-      return ResumeCommand(context);
-    case CommandName::kRender:
-      return RenderCommand(context);
-    case CommandName::kGradcheck:
-      return GradcheckCommand(context);
-    case CommandName::kVersion:
-      return VersionCommand(context);
-    case CommandName::kHelp:
-      std::fputs(context.line.help_text.c_str(), stdout);
-      return ExitStatus::kFinished;
-  }
-  return ExitStatus::kInternalError;
-}
 
 ExitStatus Run(const std::vector<std::string>& arguments) {
   CommandLine line;
@@ -39,6 +17,10 @@ ExitStatus Run(const std::vector<std::string>& arguments) {
     std::fprintf(stderr, "%s\n", e.what());
     return ExitStatus::kUsage;
   }
+  if (line.command == nullptr) {
+    std::fputs(line.help_text.c_str(), stdout);
+    return ExitStatus::kFinished;
+  }
   Terminal terminal(StderrOptions(line.progress, line.color));
   Log log(terminal, line.log_level);
   try {
@@ -46,7 +28,10 @@ ExitStatus Run(const std::vector<std::string>& arguments) {
       log.AddFile(line.log_file);
     }
     CommandContext context{line, terminal, log};
-    return Dispatch(context);
+    return line.command->run(context);
+  } catch (const UsageError& e) {
+    terminal.PrintLine(e.what());
+    return ExitStatus::kUsage;
   } catch (const ConfigError& e) {
     terminal.PrintLine(e.what());  // complete, with a line for every problem
     return ExitStatus::kConfig;

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/command/commands.h"
+#include "app/command/command_line.h"
 #include "app/command/program_info.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
@@ -110,12 +110,11 @@ void PrintJson(const Experiment& experiment, const std::vector<ViewOverlap>& ove
   fmt::print("{}\n", json.dump(2));
 }
 
-}  // namespace
+void Declare(OptionList& options, CommandLine& /*line*/) { options.ConfigOptions(); }
 
-ExitStatus CheckCommand(CommandContext& context) {
-  const ExperimentConfig config =
-      LoadExperimentConfig(context.line.target, OverridesOf(context.line));
-  const renderer::ThreadLimit limit(NumThreads(context.line, config));
+ExitStatus Run(CommandContext& context) {
+  const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
+  const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   const Experiment experiment = BuildExperiment(config);
   const std::vector<ViewOverlap> overlaps = MeasureOverlap(experiment);
   if (context.line.json) {
@@ -126,23 +125,9 @@ ExitStatus CheckCommand(CommandContext& context) {
   return ExitStatus::kFinished;
 }
 
-ExitStatus VersionCommand(CommandContext& context) {
-  RunRecord record;
-  FillProgramInfo(record);
-  if (context.line.json) {
-    nlohmann::json json = {{"version", record.program_version}, {"build", record.build}};
-    for (const auto& [name, version] : record.libraries) {
-      json["libraries"][name] = version;
-    }
-    fmt::print("{}\n", json.dump(2));
-    return ExitStatus::kFinished;
-  }
-  fmt::print("pathfit {} ({})\n", record.program_version, record.build);
-  for (const auto& [name, version] : record.libraries) {
-    fmt::print("  {} {}\n", name, version);
-  }
-  fmt::print("  {} threads available\n", renderer::DefaultNumThreads());
-  return ExitStatus::kFinished;
-}
+}  // namespace
+
+extern const Command kCheckCommand = {
+    "check", "Checks a config and its input files; fits nothing", "CONFIG", Declare, Run};
 
 }  // namespace pathfit::app

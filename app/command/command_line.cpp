@@ -3,44 +3,24 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
+#include <memory>
 #include <utility>
 
-#include "app/command/raw_options.h"
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
 #include "app/config/nearest_name.h"
-#include "app/config/scalar.h"
+#include "app/config/utf8.h"
 
 namespace pathfit::app {
 namespace {
 
-template <class T>
-T ParseWhole(const std::string& command,
-             const std::string& option,
-             const std::string& text,
-             T minimum) {
-  T value = 0;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, value);
-  if (text.empty() || error != std::errc() || end != last || value < minimum) {
-    ThrowUsage(
-        command,
-        option + ": '" + text + "' is not a whole number of at least " + std::to_string(minimum));
-  }
-  return value;
-}
-
-double ParsePositive(const std::string& command,
-                     const std::string& option,
-                     const std::string& text) {
-  double value = 0.0;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, value);
-  if (text.empty() || error != std::errc() || end != last || !std::isfinite(value) ||
-      value <= 0.0) {
-    ThrowUsage(command, option + ": '" + text + "' is not a number above 0");
-  }
-  return value;
-}
+constexpr const char* kFooter =
+    "Result paths go to stdout, everything else to stderr. Status: 0 done, 2 command line wrong, "
+    "3 config wrong,\n4 input data wrong, 5 numerical failure, 7 check failed, 8 too little "
+    "memory, "
+    "75 and 130 stopped with a checkpoint.";
 
 template <class T, std::size_t kCount>
 T ParseWord(const std::string& command,
@@ -52,7 +32,7 @@ T ParseWord(const std::string& command,
     if (text == name) return value;
     names.emplace_back(name);
   }
-  ThrowUsage(command, option + ": '" + text + "' is not one of: " + JoinNames(names));
+  throw UsageError(command, option + ": '" + text + "' is not one of: " + JoinNames(names));
 }
 
 LogLevel ParseLevel(const std::string& command,
@@ -67,168 +47,221 @@ LogLevel ParseLevel(const std::string& command,
   return ParseWord(command, option, text, kWords);
 }
 
-std::vector<std::string> SplitList(const std::string& command,
-                                   const std::string& option,
-                                   const std::string& text) {
-  std::vector<std::string> parts;
-  const std::string refusal = option + ": '" + text + "' has an empty part";
-  for (std::size_t at = 0; at <= text.size();) {
-    const std::size_t end = std::min(text.find(',', at), text.size());
-    if (end == at) ThrowUsage(command, refusal);
-    parts.push_back(text.substr(at, end - at));
-    at = end + 1;
+int ParseThreads(const std::string& command, const std::string& option, const std::string& text) {
+  int value = 0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, value);
+  if (text.empty() || error != std::errc() || end != last || value < 1) {
+    throw UsageError(command, option + ": '" + text + "' is not a whole number of at least 1");
   }
-  return parts;
+  return value;
 }
 
-void ConvertGlobal(const RawOptions& raw,
-                   const std::string& command,
-                   const Environment& environment,
-                   CommandLine& line) {
-  if (raw.verbose > 0 && raw.quiet > 0) ThrowUsage(command, "-q and -v exclude each other");
-  if (const std::string level = environment("PATHFIT_LOG_LEVEL"); !level.empty()) {
-    line.log_level = ParseLevel(command, "PATHFIT_LOG_LEVEL", level);
+// Options of every command, which may also stand before its name.
+struct GlobalWords {
+  int verbose = 0, quiet = 0;
+  bool version = false;
+  std::string log_level, threads, color, progress;
+
+  void Declare(CLI::App& app, OptionList& options, CommandLine& line) {
+    app.set_help_flag("-h,--help", "Prints this help");
+    if (app.get_parent() == nullptr) options.Flag("--version", "Prints the version", version);
+    app.add_flag_function(
+        "-v",
+        [this](std::int64_t count) { verbose += static_cast<int>(count); },
+        "More messages (-vv: still more)");
+    app.add_flag_function(
+        "-q", [this](std::int64_t count) { quiet += static_cast<int>(count); }, "Errors only");
+    options.Text("--log-level", "LEVEL", "trace, debug, info, warn or error", log_level);
+    options.Path("--log-file", "PATH", "Also writes messages to this file", line.log_file);
+    options.Override("--seed", "N", "Replaces the config's seed", "seed", OptionList::Form::kWhole);
+    options.Override("--threads",
+                     "N",
+                     "Bounds every kind of thread",
+                     "solver.threads",
+                     OptionList::Form::kWhole,
+                     1);
+    options.Text("--color", "WHEN", "auto, always or never", color);
+    options.Text("--progress", "HOW", "auto, bar, plain, json or none", progress);
+    options.Flag("--json", "Prints the result on stdout as JSON", line.json);
   }
-  if (raw.quiet > 0) line.log_level = LogLevel::kError;
-  if (raw.verbose > 0) line.log_level = raw.verbose > 1 ? LogLevel::kTrace : LogLevel::kDebug;
-  if (!raw.log_level.empty()) line.log_level = ParseLevel(command, "--log-level", raw.log_level);
-  for (const char* name : {"PATHFIT_THREADS", "SLURM_CPUS_PER_TASK"}) {
-    const std::string value = environment(name);
-    if (!value.empty() && !line.default_threads) {
-      line.default_threads = ParseWhole<int>(command, name, value, 1);
+
+  void Store(const std::string& command, const Environment& environment, CommandLine& line) const {
+    if (verbose > 0 && quiet > 0) throw UsageError(command, "-q and -v exclude each other");
+    if (const std::string level = environment("PATHFIT_LOG_LEVEL"); !level.empty()) {
+      line.log_level = ParseLevel(command, "PATHFIT_LOG_LEVEL", level);
     }
+    if (quiet > 0) line.log_level = LogLevel::kError;
+    if (verbose > 0) line.log_level = verbose > 1 ? LogLevel::kTrace : LogLevel::kDebug;
+    if (!log_level.empty()) line.log_level = ParseLevel(command, "--log-level", log_level);
+    if (const std::string text = environment("PATHFIT_THREADS"); !text.empty()) {
+      line.default_threads = ParseThreads(command, "PATHFIT_THREADS", text);
+    }
+    for (const ConfigOverride& given : line.overrides) {
+      if (given.label != "--threads") continue;
+      const std::size_t value = given.assignment.find('=') + 1;
+      line.threads = ParseThreads(command, given.label, given.assignment.substr(value));
+    }
+    constexpr std::array<std::pair<const char*, ColorMode>, 3> kColors = {
+        {{"auto", ColorMode::kAuto}, {"always", ColorMode::kAlways}, {"never", ColorMode::kNever}}};
+    if (!color.empty()) line.color = ParseWord(command, "--color", color, kColors);
+    constexpr std::array<std::pair<const char*, ProgressMode>, 5> kModes = {
+        {{"auto", ProgressMode::kAuto},
+         {"bar", ProgressMode::kBar},
+         {"plain", ProgressMode::kPlain},
+         {"json", ProgressMode::kJson},
+         {"none", ProgressMode::kNone}}};
+    if (!progress.empty()) line.progress = ParseWord(command, "--progress", progress, kModes);
   }
-  if (!raw.threads.empty()) line.threads = ParseWhole<int>(command, "--threads", raw.threads, 1);
-  if (!raw.seed.empty()) line.seed = ParseWhole<std::int64_t>(command, "--seed", raw.seed, 0);
-  constexpr std::array<std::pair<const char*, ColorMode>, 3> kColors = {
-      {{"auto", ColorMode::kAuto}, {"always", ColorMode::kAlways}, {"never", ColorMode::kNever}}};
-  if (!raw.color.empty()) line.color = ParseWord(command, "--color", raw.color, kColors);
-  constexpr std::array<std::pair<const char*, ProgressMode>, 5> kModes = {
-      {{"auto", ProgressMode::kAuto},
-       {"bar", ProgressMode::kBar},
-       {"plain", ProgressMode::kPlain},
-       {"json", ProgressMode::kJson},
-       {"none", ProgressMode::kNone}}};
-  if (!raw.progress.empty()) line.progress = ParseWord(command, "--progress", raw.progress, kModes);
-  line.log_file = raw.log_file;
-  line.json = raw.json;
+};
+
+std::vector<std::string> CommandNames() {
+  std::vector<std::string> names;
+  for (const Command* command : AllCommands()) names.emplace_back(command->name);
+  names.emplace_back("help");
+  return names;
 }
 
-void ConvertSets(const RawOptions& raw, const std::string& command, CommandLine& line) {
-  for (std::size_t i = 0; i < raw.set.size(); ++i) {
-    const std::string label = "--set #" + std::to_string(i + 1);
-    const std::size_t equals = raw.set[i].find('=');
-    if (equals == std::string::npos || equals == 0) {
-      ThrowUsage(command, label + ": '" + raw.set[i] + "' is not KEY=VALUE");
-    }
+std::vector<std::string> OptionNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
-  line.set = raw.set;
+  return names;
 }
 
-void ConvertSpecific(const RawOptions& raw, const std::string& command, CommandLine& line) {
-  ConvertSets(raw, command, line);
-  line.output = raw.output;
-  line.stop_after = raw.stop_after;
-  line.derivatives = raw.derivatives;
-  line.params = raw.params;
-  if (!raw.time_limit.empty()) {
-    const std::optional<double> seconds = ParseDuration(raw.time_limit);
-    if (!seconds || !(*seconds > 0.0)) {
-      ThrowUsage(command,
-                 "--time-limit: '" + raw.time_limit + "' is not a time like 2h, 90m, 1h30m or 45s");
+// What the parser could not place: an unknown option or one word too many.
+void RefuseExtras(const CLI::App& root, const CLI::App& app, const std::string& command) {
+  const std::vector<std::string> extras = app.remaining();
+  for (const std::string& word : extras) {
+    if (word.size() < 2 || word.front() != '-') continue;
+    const std::string name = word.substr(0, word.find('='));
+    const std::vector<std::string> known = OptionNames(app);
+    const std::string nearest = NearestName(name, known);
+    std::string hint = nearest.empty() ? "" : " (did you mean '" + nearest + "'?)";
+    for (const CLI::App* other : root.get_subcommands(nullptr)) {
+      const std::vector<std::string> theirs = OptionNames(*other);
+      if (std::find(theirs.begin(), theirs.end(), name) != theirs.end()) {
+        hint = " (it belongs to 'pathfit " + other->get_name() + "')";
+        break;
+      }
     }
-    line.time_limit_s = *seconds;
+    throw UsageError(command,
+                     std::string("unknown option '").append(name).append("'").append(hint));
   }
-  if (!raw.max_memory.empty()) {
-    YamlNode node;
-    node.kind = YamlNode::Kind::kScalar;
-    node.text = raw.max_memory;
-    const Parsed<double> bytes = ParseBytes(node);
-    if (!bytes.value) ThrowUsage(command, "--max-memory: " + bytes.problem);
-    line.max_memory = raw.max_memory;
+  if (extras.empty()) return;
+  const std::string& word = extras.front();
+  if (command.empty()) {
+    throw UsageError(command, "unknown command '" + word + "'" + NameHint(word, CommandNames()));
   }
-  if (!raw.views.empty()) {
-    if (raw.views.rfind("orbit:", 0) == 0) {
-      ThrowUsage(command, "--views: 'orbit:' is not supported; give indices, names or all");
-    }
-    if (!raw.sensors.empty()) ThrowUsage(command, "--views and --sensor exclude each other");
-    if (raw.views != "all") line.views = SplitList(command, "--views", raw.views);
-  }
-  if (!raw.sensors.empty()) line.views = raw.sensors;
-  line.terms = raw.terms;
-  line.form = raw.form;
-  for (const auto& [flag, value] : {std::pair{"--terms", raw.terms}, {"--form", raw.form}}) {
-    if (!value.empty() && line.command == CommandName::kRender && raw.derivatives.empty()) {
-      ThrowUsage(command, std::string(flag) + " needs --derivative");
-    }
-  }
-  if (!raw.step.empty()) line.step = ParsePositive(command, "--step", raw.step);
-  if (!raw.sigma.empty()) line.sigma = ParsePositive(command, "--sigma", raw.sigma);
-  if (!raw.spp.empty()) line.spp = ParseWhole<int>(command, "--spp", raw.spp, 1);
-  if (!raw.replicates.empty()) {
-    line.replicates = ParseWhole<int>(command, "--replicates", raw.replicates, 2);
-  }
+  throw UsageError(command, "unexpected argument '" + word + "'");
 }
 
-// Reads back as the same double; at least one digit before an exponent.
-std::string ShortestNumber(double value) {
-  std::array<char, 32> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-  return {buffer.data(), end};
+// In words of ours; the parser's name the option before a colon.
+std::string Explain(const CLI::ParseError& error) {
+  std::string text = error.what();
+  const std::size_t colon = text.find(':');
+  if (error.get_name() == "ArgumentMismatch" && colon != std::string::npos) {
+    return "option " + text.substr(0, colon) + " needs a value";
+  }
+  return text;
 }
 
-// As a single-quoted YAML scalar.
-std::string Quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
-  return out + "'";
+std::string HelpOf(const CLI::App& root, const std::string& command) {
+  if (command.empty()) return root.help();
+  const std::vector<std::string> names = CommandNames();
+  if (std::find(names.begin(), names.end(), command) == names.end()) {
+    throw UsageError("", "unknown command '" + command + "'" + NameHint(command, names));
+  }
+  return root.get_subcommand(command)->help("pathfit");
+}
+
+const Command* FindCommand(const std::string& name) {
+  for (const Command* command : AllCommands()) {
+    if (command->name == name) return command;
+  }
+  return nullptr;
 }
 
 }  // namespace
 
+UsageError::UsageError(const std::string& command, const std::string& text)
+    : std::runtime_error([&] {
+        const std::string name = command.empty() ? "pathfit" : "pathfit " + command;
+        return name + ": " + text + "\nTry '" + name + " --help'. Nothing was run (status 2)";
+      }()) {}
+
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const Environment& environment) {
-  const RawOptions raw = ParseRawOptions(arguments);
+  for (const std::string& argument : arguments) {
+    if (FirstBadByte(argument)) throw UsageError("", "an argument is not UTF-8 text");
+  }
+  CLI::App root("Fits a scene (mesh, colours, lights) to photographs.", "pathfit");
   CommandLine line;
   line.arguments = arguments;
-  line.command = raw.command;
-  line.help_text = raw.help_text;
-  if (line.command == CommandName::kHelp) return line;
-  line.target = raw.target;
-  ConvertGlobal(raw, raw.command_name, environment, line);
-  ConvertSpecific(raw, raw.command_name, line);
-  return line;
-}
-
-std::vector<ConfigOverride> OverridesOf(const CommandLine& line) {
-  std::vector<ConfigOverride> overrides;
-  for (std::size_t i = 0; i < line.set.size(); ++i) {
-    overrides.push_back({"--set #" + std::to_string(i + 1), line.set[i]});
-  }
-  const auto add = [&overrides](
-                       const std::string& flag, const std::string& key, const std::string& value) {
-    overrides.push_back({flag, key + "=" + value});
+  GlobalWords globals;
+  std::string target;
+  root.footer(kFooter);
+  root.allow_extras();
+  root.require_subcommand(0, 1);
+  OptionList before(root, line);
+  globals.Declare(root, before, line);
+  struct Declared {
+    CLI::App* app;
+    OptionList own, global;
   };
-  if (line.seed) add("--seed", "seed", std::to_string(*line.seed));
-  if (line.threads) add("--threads", "solver.threads", std::to_string(*line.threads));
-  if (line.max_memory) add("--max-memory", "solver.max_memory", *line.max_memory);
-  const bool gradcheck = line.command == CommandName::kGradcheck;
-  if (line.spp) add("--spp", gradcheck ? "gradcheck.spp" : "render.spp", std::to_string(*line.spp));
-  if (!line.terms.empty()) add("--terms", "render.terms", "[" + line.terms + "]");
-  if (!line.form.empty()) add("--form", "render.form", Quoted(line.form));
-  if (line.command == CommandName::kFit && !line.output.empty()) {
-    add("-o", "output.directory", Quoted(std::filesystem::absolute(line.output).string()));
+  std::vector<std::unique_ptr<Declared>> all;
+  for (const Command* command : AllCommands()) {
+    CLI::App* sub = root.add_subcommand(command->name, command->doc);
+    if (command->target != nullptr) sub->add_option(command->target, target, "")->type_name("");
+    all.push_back(
+        std::make_unique<Declared>(Declared{sub, OptionList(*sub, line), OptionList(*sub, line)}));
+    command->declare(all.back()->own, line);
+    globals.Declare(*sub, all.back()->global, line);
   }
-  if (line.replicates)
-    add("--replicates", "gradcheck.replicates", std::to_string(*line.replicates));
-  if (line.step) add("--step", "gradcheck.step", ShortestNumber(*line.step));
-  if (line.sigma) add("--sigma", "gradcheck.sigma", ShortestNumber(*line.sigma));
-  if (!line.params.empty()) {
-    std::string list;
-    for (const std::string& name : line.params) list += (list.empty() ? "" : ", ") + Quoted(name);
-    add("--params", "gradcheck.params", "[" + list + "]");
+  root.add_subcommand("help", "Prints help, also of one command")
+      ->add_option("COMMAND", target, "")
+      ->type_name("");
+
+  std::vector<std::string> words(arguments.rbegin(), arguments.rend());
+  if (!words.empty()) words.pop_back();
+  try {
+    root.parse(words);
+  } catch (const CLI::CallForHelp&) {
+    line.help_text = root.help();
+    return line;
+  } catch (const CLI::ParseError& error) {
+    const auto parsed = root.get_subcommands();
+    throw UsageError(parsed.empty() ? "" : parsed.back()->get_name(), Explain(error));
   }
-  return overrides;
+  RefuseExtras(root, root, "");
+  if (globals.version) {
+    line.command = FindCommand("version");
+    return line;
+  }
+  if (root.get_subcommands().empty()) {
+    throw UsageError("", "a command is needed: " + JoinNames(CommandNames()));
+  }
+  const CLI::App& sub = *root.get_subcommands().front();
+  const std::string name = sub.get_name();
+  RefuseExtras(root, sub, name);
+  line.command = FindCommand(name);
+  if (line.command == nullptr) {
+    line.help_text = HelpOf(root, target);
+    return line;
+  }
+  if (line.command->target != nullptr && target.empty()) {
+    throw UsageError(name, std::string(line.command->target) + " is missing");
+  }
+  line.target = target;
+  before.Finish();
+  for (const auto& declared : all) {
+    if (declared->app != &sub) continue;
+    declared->global.Finish();
+    declared->own.Finish();
+  }
+  globals.Store(name, environment, line);
+  return line;
 }
 
 }  // namespace pathfit::app

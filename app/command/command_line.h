@@ -2,70 +2,137 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "app/command/exit_status.h"
 #include "app/config/config_error.h"
 #include "app/output/log.h"
 #include "app/output/terminal.h"
 
+namespace CLI {
+class App;
+}  // namespace CLI
+
 namespace pathfit::app {
 
-enum class CommandName { kCheck, kFit, kResume, kRender, kGradcheck, kVersion, kHelp };
+struct Command;
 
 /// What the user asked for: values only, checked one by one; nothing has been opened.
 struct CommandLine {
-  CommandName command = CommandName::kHelp;
-  std::string help_text;               ///< kHelp: goes to stdout
+  const Command* command = nullptr;  ///< null: help_text goes to stdout
+  std::string help_text;
   std::filesystem::path target;        ///< CONFIG or RUN, relative to the working directory
   std::vector<std::string> arguments;  ///< argv as given, for the record of the run
+  /// The changes to the config: every --set, then the flags that stand for a value of it.
+  std::vector<ConfigOverride> overrides;
 
   // Every command.
-  LogLevel log_level =
-      LogLevel::kInfo;  ///< -v debug, -vv trace, -q error, --log-level, PATHFIT_LOG_LEVEL
-  std::filesystem::path log_file;  ///< empty: none beside that of the run
-  std::optional<int> threads;      ///< --threads
-  std::optional<int>
-      default_threads;  ///< PATHFIT_THREADS or SLURM_CPUS_PER_TASK, where the config says auto
-  std::optional<std::int64_t> seed;
+  LogLevel log_level = LogLevel::kInfo;  ///< -v debug, -vv trace, -q error, --log-level
+  std::filesystem::path log_file;        ///< empty: none beside that of the run
+  std::optional<int> threads;            ///< --threads
+  std::optional<int> default_threads;    ///< PATHFIT_THREADS, where the config says auto
   ColorMode color = ColorMode::kAuto;
   ProgressMode progress = ProgressMode::kAuto;
   bool json = false;  ///< machine-readable result on stdout
 
   // Some commands.
-  std::vector<std::string> set;           ///< "key.path=VALUE", in order
-  std::filesystem::path output;           ///< -o; empty: as the config says
-  double time_limit_s = 0.0;              ///< 0 = none
-  std::optional<std::string> max_memory;  ///< "12GiB", checked
-  std::string stop_after;                 ///< name of a stage, empty: none
-  std::vector<std::string> views;  ///< render: indices or names of photos or sensors; empty: all
-  std::vector<std::string> derivatives;  ///< render: parameters
-  std::string terms;                     ///< render: comma-separated; empty: as the config says
-  std::string form;                      ///< render, gradcheck: image or material; empty: config
-  std::vector<std::string> params;       ///< gradcheck: names or globs; empty: as the config says
-  std::optional<double> step;
-  std::optional<int> spp;         ///< render, gradcheck
-  std::optional<int> replicates;  ///< gradcheck
-  std::optional<double> sigma;
+  std::filesystem::path output;          ///< -o; empty: as the config says
+  double time_limit_s = 0.0;             ///< 0 = none
+  std::string stop_after;                ///< name of a stage, empty: none
+  std::vector<std::string> views;        ///< indices or names of photos or sensors; empty: all
+  std::vector<std::string> derivatives;  ///< parameters
 };
 
 /// The command line is wrong: what() is the complete message, the status is ExitStatus::kUsage.
 class UsageError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  /// `command` is empty for what no command says.
+  UsageError(const std::string& command, const std::string& text);
 };
+
+/// How a command declares its options. Values are stored once all words have found their place;
+/// an option that was not given leaves its value alone.
+class OptionList {
+ public:
+  OptionList(CLI::App& app, CommandLine& line);
+
+  void Flag(const char* names, const char* doc, bool& value);
+  void Text(const char* names, const char* type, const char* doc, std::string& value);
+  void Path(const char* names, const char* type, const char* doc, std::filesystem::path& value);
+  /// May be repeated; each takes one word.
+  void Texts(const char* names, const char* type, const char* doc, std::vector<std::string>& value);
+  /// Words separated by commas, none empty.
+  void List(const char* names, const char* doc, std::vector<std::string>& value);
+  /// "2h", "1h30m", in seconds.
+  void Duration(const char* names, const char* doc, double& value);
+
+  enum class Form {
+    kWhole,     ///< of at least `least`
+    kPositive,  ///< a number above 0
+    kBytes,     ///< "12GiB"
+    kText,
+    kPath,   ///< made absolute
+    kWords,  ///< separated by commas: a list
+    kTexts,  ///< may be repeated: a list
+  };
+  /// A value of the config that has a flag of its own.
+  void Override(const char* names,
+                const char* type,
+                const char* doc,
+                const char* key,
+                Form form,
+                std::int64_t least = 0);
+  /// --set, and the flags that every command with a config has.
+  void ConfigOptions();
+
+  /// Runs after all values are stored; throws by Fail.
+  void Check(std::function<void()> check) { actions_.push_back(std::move(check)); }
+  [[nodiscard]] bool Given(const char* name) const;
+  [[noreturn]] void Fail(const std::string& text) const;
+
+  /// Stores the values of what was given, and checks.
+  void Finish();
+
+ private:
+  void Add(const char* names,
+           const char* type,
+           const char* doc,
+           std::function<void(const std::string&)> store);
+
+  CLI::App& app_;
+  CommandLine& line_;
+  std::vector<std::function<void()>> actions_;
+};
+
+/// What every command uses to speak: standard error through terminal and log; results alone go to
+/// standard output.
+struct CommandContext {
+  const CommandLine& line;
+  Terminal& terminal;
+  Log& log;
+};
+
+/// A command of the program. Wrong input throws when it runs: ConfigError, IoError, SceneError,
+/// MemoryError, NumericalError.
+struct Command {
+  const char* name;
+  const char* doc;
+  const char* target;  ///< what its argument is called in messages; null: it takes none
+  void (*declare)(OptionList& options, CommandLine& line);
+  ExitStatus (*run)(CommandContext& context);
+};
+
+/// In the order of the help.
+const std::vector<const Command*>& AllCommands();
 
 /// Parses argv (the program's name first). Flags may stand anywhere. Throws UsageError with the
 /// nearest command or option when a word is unknown, also for wrong values of PATHFIT_THREADS and
 /// PATHFIT_LOG_LEVEL.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const Environment& environment);
-
-/// The changes to the config that the command line makes, in order of precedence: every --set, then
-/// the dedicated flags (--seed, --threads, --max-memory; of fit -o; of gradcheck --params, --step,
-/// --spp, --replicates, --sigma; of render --spp).
-std::vector<ConfigOverride> OverridesOf(const CommandLine& line);
 
 }  // namespace pathfit::app

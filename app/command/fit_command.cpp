@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "app/command/commands.h"
+#include "app/command/command_line.h"
 #include "app/command/program_info.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 /// Passes everything on, and asks the fit to stop once a named stage has ended.
 class StopAfterStage final : public optim::FitObserver {
  public:
-  StopAfterStage(optim::FitObserver& next, std::string stage, renderer::CancelFlag& cancel)
-      : next_(next), stage_(std::move(stage)), cancel_(cancel) {}
+  StopAfterStage(optim::FitObserver& next, CommandContext& context, renderer::CancelFlag& cancel)
+      : next_(next), context_(context), stage_(context.line.stop_after), cancel_(cancel) {}
 
   void OnRound(const optim::RoundReport& report) override { next_.OnRound(report); }
   void OnStage(const optim::StageReport& report,
@@ -40,11 +40,15 @@ class StopAfterStage final : public optim::FitObserver {
     }
   }
   void OnMessage(const std::string& text) override { next_.OnMessage(text); }
-  void OnWarning(const std::string& text) override { next_.OnWarning(text); }
+  void OnWarning(const std::string& text) override {
+    next_.OnWarning(text);
+    if (text.starts_with("not in the derivative")) ShowThoughQuiet(context_, text);
+  }
   [[nodiscard]] bool reached() const { return reached_; }
 
  private:
   optim::FitObserver& next_;
+  CommandContext& context_;
   std::string stage_;
   renderer::CancelFlag& cancel_;
   bool reached_ = false;
@@ -60,11 +64,11 @@ void RequireFittable(const ExperimentConfig& config, const std::string& stop_aft
     problems.push_back(
         {{}, "unknowns", "a fit needs at least one unknown, for example axe.vertices: {}"});
   }
-  if (config.stages.empty()) {
+  if (config.fit.stages.empty()) {
     problems.push_back({{}, "stages", "a fit needs at least one stage"});
   }
   bool found = stop_after.empty();
-  for (const StageConfig& stage : config.stages) {
+  for (const optim::StageSpec& stage : config.fit.stages) {
     found = found || stage.name == stop_after;
   }
   if (!found) {
@@ -78,8 +82,9 @@ void RequireFittable(const ExperimentConfig& config, const std::string& stop_aft
 std::vector<ExportedView> ExportedViews(const Experiment& experiment,
                                         const ExperimentConfig& config) {
   std::vector<ExportedView> views;
-  const fs::path folder =
-      config.input->images.empty() ? config.input->cameras.parent_path() : config.input->images;
+  const fs::path folder = config.input->photos.images_dir.empty()
+                              ? config.input->photos.cameras.parent_path()
+                              : config.input->photos.images_dir;
   for (const optim::View& view : experiment.observations.views) {
     views.push_back({view.name, (folder / view.name).string(), view.validation});
   }
@@ -121,7 +126,7 @@ ExitStatus RunInDirectory(CommandContext& context,
   const int resume_step = resume ? resume->step : 0;
   Progress progress(context.terminal);
   const std::string last_stage =
-      context.line.stop_after.empty() ? config.stages.back().name : context.line.stop_after;
+      context.line.stop_after.empty() ? config.fit.stages.back().name : context.line.stop_after;
   FitRecorder recorder(run,
                        experiment.observations,
                        record,
@@ -130,7 +135,7 @@ ExitStatus RunInDirectory(CommandContext& context,
                        {.report = config.output.report,
                         .only_pictures_of = config.output.images_every_stage ? "" : last_stage},
                        resume_step);
-  StopAfterStage observer(recorder, context.line.stop_after, signals.flag());
+  StopAfterStage observer(recorder, context, signals.flag());
   experiment.fit.time_limit_s = context.line.time_limit_s;
   optim::FitControls controls;
   controls.cancel = &signals.flag();
@@ -166,13 +171,22 @@ void PrintRun(const CommandContext& context, const RunDirectory& run) {
   std::fflush(stdout);
 }
 
-}  // namespace
+void DeclareTimeLimit(OptionList& options, CommandLine& line) {
+  options.Duration("--time-limit", "Stops with a checkpoint, e.g. 2h, 90m", line.time_limit_s);
+}
 
-ExitStatus FitCommand(CommandContext& context) {
-  const ExperimentConfig config =
-      LoadExperimentConfig(context.line.target, OverridesOf(context.line));
+void DeclareFit(OptionList& options, CommandLine& line) {
+  options.ConfigOptions();
+  options.Override(
+      "-o,--output", "DIR", "Run directory", "output.directory", OptionList::Form::kPath);
+  DeclareTimeLimit(options, line);
+  options.Text("--stop-after", "STAGE", "Ends after this stage", line.stop_after);
+}
+
+ExitStatus Fit(CommandContext& context) {
+  const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
   RequireFittable(config, context.line.stop_after);
-  const int threads = NumThreads(context.line, config);
+  const int threads = NumThreads(context.line, config.threads);
   const renderer::ThreadLimit limit(threads);
   Experiment experiment = BuildExperiment(config);
 
@@ -180,16 +194,14 @@ ExitStatus FitCommand(CommandContext& context) {
   record.name = config.name;
   FillProgramInfo(record);
   record.threads = threads;
-  record.seed = config.seed;
+  record.seed = config.render.seed;
   record.config_path = config.path.string();
   record.inputs = HashInputs(experiment.input_files);
   record.assumptions = experiment.assumptions;
   record.attributions = experiment.attributions;
 
-  const fs::path pattern =
-      context.line.output.empty() ? config.output.directory : fs::absolute(context.line.output);
   const RunDirectory run =
-      CreateRunDirectory(pattern, config.name, std::chrono::system_clock::now());
+      CreateRunDirectory(config.output.directory, config.name, std::chrono::system_clock::now());
   renderer::WriteFileAtomically(run.Config(), config.given_text);
   renderer::WriteFileAtomically(run.ResolvedConfig(), config.resolved_yaml);
   context.log.AddFile(run.LogFile());
@@ -204,11 +216,11 @@ ExitStatus FitCommand(CommandContext& context) {
   return status;
 }
 
-ExitStatus ResumeCommand(CommandContext& context) {
+ExitStatus Resume(CommandContext& context) {
   const RunDirectory run = OpenRunDirectory(context.line.target);
   const ExperimentConfig config =
-      LoadExperimentConfig(run.ResolvedConfig(), OverridesOf(context.line));
-  const renderer::ThreadLimit limit(NumThreads(context.line, config));
+      LoadExperimentConfig(run.ResolvedConfig(), context.line.overrides);
+  const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   Experiment experiment = BuildExperiment(config);
 
   const RunRecord before = ReadRunRecord(run.Record());
@@ -234,5 +246,12 @@ ExitStatus ResumeCommand(CommandContext& context) {
   PrintRun(context, run);
   return status;
 }
+
+}  // namespace
+
+extern const Command kFitCommand = {
+    "fit", "Fits a scene to photos; prints the run directory", "CONFIG", DeclareFit, Fit};
+extern const Command kResumeCommand = {
+    "resume", "Continues a run from its newest checkpoint", "RUN", DeclareTimeLimit, Resume};
 
 }  // namespace pathfit::app

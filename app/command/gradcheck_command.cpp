@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/command/commands.h"
+#include "app/command/command_line.h"
 #include "app/command/program_info.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
@@ -59,13 +59,12 @@ std::vector<Direction> ChooseDirections(const Experiment& experiment,
   return directions;
 }
 
+/// Estimators and boundary budgets of `render`, samples of `gradcheck`.
 optim::GradientCheckOptions OptionsOf(const ExperimentConfig& config) {
-  optim::GradientCheckOptions options;
-  options.render = MakeRenderOptions(config);
-  options.render.spp = config.gradcheck.spp;
-  options.replicates = config.gradcheck.replicates;
-  options.difference_spp = 2 * config.gradcheck.spp;
-  options.step = config.gradcheck.step;
+  optim::GradientCheckOptions options = config.gradcheck.check;
+  options.render = config.render;
+  options.render.spp = config.gradcheck.check.render.spp;
+  options.difference_spp = 2 * options.render.spp;
   return options;
 }
 
@@ -121,9 +120,27 @@ struct Row {
   std::vector<std::pair<std::string, TermSum>> terms;  ///< those that were run
   TermSum derivative, difference;
   bool passed = false;
+  std::string not_checked;  ///< why there is nothing but the names
 };
 
+void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
+  row.tiles = optim::Compare(result, {}, kTile, sigma);
+  row.whole = optim::Compare(result, {}, 0, sigma);
+  row.derivative = SumOf(optim::Estimates(result));
+  row.difference = SumOf(result.difference);
+  for (const optim::Term term : optim::kAllTerms) {
+    if (!result[term].empty()) row.terms.emplace_back(optim::TermName(term), SumOf(result[term]));
+  }
+  row.passed = row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit;
+}
+
 nlohmann::json ToJson(const Row& row) {
+  if (!row.not_checked.empty()) {
+    return {{"parameter", row.name},
+            {"sensor", row.sensor},
+            {"passed", false},
+            {"not_checked", row.not_checked}};
+  }
   const auto rgba = [](const renderer::Rgba& c) { return nlohmann::json{c.r, c.g, c.b, c.a}; };
   const auto sum = [&](const TermSum& s) {
     return nlohmann::json{{"mean", rgba(s.mean)}, {"standard_error", rgba(s.error)}};
@@ -162,6 +179,10 @@ void PrintTable(const std::vector<Row>& rows) {
              "limit",
              "signal/n");
   for (const Row& r : rows) {
+    if (!r.not_checked.empty()) {
+      fmt::print("{:<28} {:<12} NOT CHECKED: {}\n", r.name, r.sensor, r.not_checked);
+      continue;
+    }
     fmt::print(
         "{:<28} {:<12} {:>11.5g} {:>8.2g} {:>11.5g} {:>8.2g} {:>6.2f} {:>6.2f} {:>6.2f} {:>6.2f} "
         "{:>8.3g}  {}\n",
@@ -188,12 +209,26 @@ void PrintTable(const std::vector<Row>& rows) {
       kTile);
 }
 
-}  // namespace
+void Declare(OptionList& options, CommandLine& line) {
+  using Form = OptionList::Form;
+  options.ConfigOptions();
+  options.Path("-o,--output", "DIR", "Where images and the table go", line.output);
+  options.Override(
+      "--form", "FORM", "Of the derivative: image or material", "render.form", Form::kText);
+  options.Override("--spp", "N", "Samples per pixel", "gradcheck.spp", Form::kWhole, 1);
+  options.Override(
+      "--replicates", "N", "Independent renderings", "gradcheck.replicates", Form::kWhole, 2);
+  options.Override("--step", "X", "Of the finite difference", "gradcheck.step", Form::kPositive);
+  options.Override(
+      "--sigma", "X", "Largest difference in standard errors", "gradcheck.sigma", Form::kPositive);
+  options.Override(
+      "--params", "GLOB", "Which parameters; may be repeated", "gradcheck.params", Form::kTexts);
+}
 
-ExitStatus GradcheckCommand(CommandContext& context) {
+ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
-  const ExperimentConfig config = LoadExperimentConfig(line.target, OverridesOf(line));
-  const renderer::ThreadLimit limit(NumThreads(line, config));
+  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   const Experiment experiment = BuildExperiment(config);
   const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
   std::set<std::string> limits;
@@ -201,6 +236,7 @@ ExitStatus GradcheckCommand(CommandContext& context) {
     for (const std::string& text : renderer::DerivativeLimits(experiment.scene, direction.layout)) {
       if (limits.insert(text).second) {
         context.log.Warn(text);
+        ShowThoughQuiet(context, "not in the derivative: " + text);
       }
     }
   }
@@ -219,30 +255,23 @@ ExitStatus GradcheckCommand(CommandContext& context) {
     for (std::size_t s = 0; s < experiment.scene.sensors.size(); ++s) {
       const auto& camera = experiment.scene.sensors[s];
       for (const Direction& direction : directions) {
-        const optim::GradientCheckResult result = optim::CheckGradient(experiment.scene,
-                                                                       camera,
-                                                                       static_cast<int>(s),
-                                                                       direction.layout,
-                                                                       direction.values,
-                                                                       options,
-                                                                       &signals.flag());
-        Row row{direction.name,
-                camera.name,
-                optim::Compare(result, {}, kTile, config.gradcheck.sigma),
-                optim::Compare(result, {}, 0, config.gradcheck.sigma),
-                {},
-                SumOf(optim::Estimates(result)),
-                SumOf(result.difference)};
-        for (const optim::Term term : optim::kAllTerms) {
-          if (!result[term].empty()) {
-            row.terms.emplace_back(optim::TermName(term), SumOf(result[term]));
+        Row row{direction.name, camera.name, {}, {}, {}, {}, {}, false, {}};
+        try {
+          const optim::GradientCheckResult result = optim::CheckGradient(experiment.scene,
+                                                                         camera,
+                                                                         static_cast<int>(s),
+                                                                         direction.layout,
+                                                                         direction.values,
+                                                                         options,
+                                                                         &signals.flag());
+          FillRow(result, config.gradcheck.sigma, row);
+          if (!line.output.empty()) {
+            WriteImages(result, line.output / SafeFileName(camera.name + "_" + direction.name));
           }
+        } catch (const renderer::SceneError& error) {
+          row.not_checked = error.what();
         }
-        row.passed = row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit;
         rows.push_back(row);
-        if (!line.output.empty()) {
-          WriteImages(result, line.output / SafeFileName(camera.name + "_" + direction.name));
-        }
         context.log.Info("checked " + direction.name + " as seen by " + camera.name);
       }
     }
@@ -262,5 +291,14 @@ ExitStatus GradcheckCommand(CommandContext& context) {
   }
   return passed ? ExitStatus::kFinished : ExitStatus::kCheckFailed;
 }
+
+}  // namespace
+
+extern const Command kGradcheckCommand = {
+    "gradcheck",
+    "Compares derivatives with finite differences; status 7 if they disagree",
+    "CONFIG",
+    Declare,
+    Run};
 
 }  // namespace pathfit::app

@@ -17,14 +17,14 @@ void FillProgramInfo(RunRecord& record) {
   record.libraries = {{"Embree", renderer::EmbreeVersion()}, {"Ceres", optim::CeresVersion()}};
 }
 
-int NumThreads(const CommandLine& line, const ExperimentConfig& config) {
-  if (line.threads) {
-    return *line.threads;
-  }
-  if (config.solver.threads > 0) {
-    return config.solver.threads;
-  }
-  return line.default_threads.value_or(renderer::DefaultNumThreads());
+int NumThreads(const CommandLine& line, int in_config) {
+  if (line.threads) return *line.threads;
+  if (in_config > 0) return in_config;
+  return line.default_threads ? *line.default_threads : renderer::DefaultNumThreads();
+}
+
+void ShowThoughQuiet(CommandContext& context, const std::string& text) {
+  if (context.line.log_level > LogLevel::kWarn) context.terminal.PrintLine("warning: " + text);
 }
 
 ExitStatus StatusOfException(const std::exception& error) {

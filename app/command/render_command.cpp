@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "app/command/commands.h"
+#include "app/command/command_line.h"
 #include "app/command/program_info.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
@@ -155,25 +155,65 @@ void LogStats(const renderer::RenderStats& stats, Log& log) {
   }
 }
 
-}  // namespace
+Direction NamedDirection(const renderer::Scene& scene, const std::string& name) {
+  try {
+    return ParseDirection(scene, name);
+  } catch (const renderer::SceneError& error) {
+    throw UsageError("render", std::string("--derivative: ") + error.what());
+  }
+}
 
-ExitStatus RenderCommand(CommandContext& context) {
+void Declare(OptionList& options, CommandLine& line) {
+  using Form = OptionList::Form;
+  options.ConfigOptions();
+  options.Path("-o,--output", "DIR", "Where images go", line.output);
+  options.List("--views", "Photos by index or name, e.g. 0,3,8; or all", line.views);
+  options.Texts("--sensor", "NAME", "A sensor or photo; may be repeated", line.views);
+  options.Override("--spp", "N", "Samples per pixel", "render.spp", Form::kWhole, 1);
+  options.Texts("--derivative", "PARAM", "Derivative image; may be repeated", line.derivatives);
+  options.Override("--terms",
+                   "LIST",
+                   "Of the derivative: interior,primary,direct,indirect,pixel",
+                   "render.terms",
+                   Form::kWords);
+  options.Override(
+      "--form", "FORM", "Of the derivative: image or material", "render.form", Form::kText);
+  options.Check([&options, &line] {
+    if (!line.views.empty() && line.views.front().starts_with("orbit:")) {
+      options.Fail("--views: 'orbit:' is not supported; give indices, names or all");
+    }
+    if (options.Given("--views") && options.Given("--sensor")) {
+      options.Fail("--views and --sensor exclude each other");
+    }
+    if (options.Given("--views") && line.views.size() == 1 && line.views.front() == "all") {
+      line.views.clear();
+    }
+    for (const char* flag : {"--terms", "--form"}) {
+      if (options.Given(flag) && line.derivatives.empty()) {
+        options.Fail(std::string(flag) + " needs --derivative");
+      }
+    }
+  });
+}
+
+ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
   const bool is_run = fs::is_directory(line.target);
   const fs::path run_root = is_run ? OpenRunDirectory(line.target).root() : fs::path();
   const fs::path config_path = is_run ? RunDirectory(run_root).ResolvedConfig() : line.target;
-  const ExperimentConfig config = LoadExperimentConfig(config_path, OverridesOf(line));
-  const renderer::ThreadLimit limit(NumThreads(line, config));
+  const ExperimentConfig config = LoadExperimentConfig(config_path, line.overrides);
+  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   const Experiment experiment = LoadTarget(config, run_root, context.log);
   std::vector<Direction> directions;
   for (const std::string& name : line.derivatives) {
-    directions.push_back(ParseDirection(experiment.scene, name));
+    directions.push_back(NamedDirection(experiment.scene, name));
   }
   const renderer::ParameterLayout layout = UnionLayout(experiment.scene, directions);
   for (const std::string& limit_of : renderer::DerivativeLimits(experiment.scene, layout)) {
     context.log.Warn(limit_of);
+    ShowThoughQuiet(context, "not in the derivative: " + limit_of);
   }
-  renderer::RenderOptions options = MakeRenderOptions(config);
+  renderer::RenderOptions options = config.render;
   renderer::CheckDerivative(experiment.scene, layout, options);
   const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
   const fs::path folder =
@@ -222,5 +262,10 @@ ExitStatus RenderCommand(CommandContext& context) {
   }
   return ExitStatus::kFinished;
 }
+
+}  // namespace
+
+extern const Command kRenderCommand = {
+    "render", "Renders views, or derivative images", "CONFIG|RUN", Declare, Run};
 
 }  // namespace pathfit::app

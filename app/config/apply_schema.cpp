@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <set>
 #include <utility>
 
@@ -10,7 +11,6 @@
 #include "app/config/config_path.h"
 #include "app/config/nearest_name.h"
 #include "app/config/scalar.h"
-#include "app/config/schema_condition.h"
 #include "app/config/yaml_document.h"
 
 namespace pathfit::app {
@@ -44,6 +44,38 @@ bool InRange(const NumberRange& range, double value) {
 }
 
 constexpr const char* kNameRule = "may hold only letters, digits, '_' and '-'";
+
+// Keys that depend on the value of another key of the map (`when_key`), given or by default.
+
+// Value of the key that decides about `child`, which must have one.
+std::string DiscriminatorOf(const SchemaNode& map, const SchemaNode& child, const YamlNode& node) {
+  const YamlNode* value = node.Find(child.when_key);
+  return value != nullptr ? value->text : map.Child(child.when_key)->default_yaml;
+}
+
+// Whether that value is one of those possible; true for keys that depend on nothing.
+bool IsDiscriminatorKnown(const SchemaNode& map, const SchemaNode& child, const YamlNode& node) {
+  return child.when_key.empty() ||
+         Contains(map.Child(child.when_key)->words, DiscriminatorOf(map, child, node));
+}
+
+// Whether the key belongs to this map. Unknown or missing values rule nothing out.
+bool BelongsTo(const SchemaNode& map, const SchemaNode& child, const YamlNode& node) {
+  return child.when_key.empty() || !IsDiscriminatorKnown(map, child, node) ||
+         Contains(child.when_values, DiscriminatorOf(map, child, node));
+}
+
+// Whether the key must be given, alone or as one of its group.
+bool IsRequired(const SchemaNode& map, const SchemaNode& child, const YamlNode& node) {
+  return child.presence == SchemaNode::Presence::kRequired &&
+         (child.required_values.empty() ||
+          Contains(child.required_values, DiscriminatorOf(map, child, node)));
+}
+
+bool IsGroupRequired(const SchemaNode& map, const SchemaNode& child, const YamlNode& node) {
+  return child.one_of_values.empty() ||
+         Contains(child.one_of_values, DiscriminatorOf(map, child, node));
+}
 
 class Applier {
  public:
@@ -162,10 +194,7 @@ class Applier {
 
   bool ApplyEither(const SchemaNode& schema, YamlNode& node, const std::string& path) {
     for (const SchemaNode& form : schema.children) {
-      const bool fits = form.type == Type::kList  ? node.IsList()
-                        : form.type == Type::kMap ? node.IsMap()
-                                                  : node.IsScalar();
-      if (fits) return Apply(form, node, path, schema);
+      if (FitsForm(form, node)) return Apply(form, node, path, schema);
     }
     return WrongType(schema, node, path);
   }
@@ -186,6 +215,13 @@ class Applier {
     const SchemaNode& item = schema.children.front();
     bool valid = true;
     for (std::size_t i = 0; i < node.items.size(); ++i) {
+      const auto first = node.items.begin();
+      const auto here = first + static_cast<std::ptrdiff_t>(i);
+      if (schema.distinct && std::any_of(first, here, [&](const YamlNode& before) {
+            return before.text == here->text;
+          })) {
+        Report(here->place, path, "'" + here->text + "' is given twice");
+      }
       if (Apply(item, node.items[i], fmt::format("{}[{}]", path, i), item)) continue;
       if (item.type == Type::kMap) {
         node.items[i].kind = YamlNode::Kind::kNull;
@@ -361,6 +397,12 @@ bool Applier::ApplyMap(const SchemaNode& schema,
 }
 
 }  // namespace
+
+bool FitsForm(const SchemaNode& form, const YamlNode& node) {
+  return form.type == Type::kList  ? node.IsList()
+         : form.type == Type::kMap ? node.IsMap()
+                                   : node.IsScalar();
+}
 
 YamlNode DefaultValue(const std::string& yaml) {
   if (yaml.find_first_of("[{\"'") == std::string::npos) {

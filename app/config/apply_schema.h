@@ -18,10 +18,4 @@ void ApplySchema(const SchemaNode& schema,
                  YamlNode& root,
                  std::vector<Problem>& problems);
 
-/// A default of the schema as a value.
-YamlNode DefaultValue(const std::string& yaml);
-
-/// "a.b", "b" if `path` is empty.
-std::string JoinPath(const std::string& path, const std::string& key);
-
 }  // namespace pathfit::app

@@ -1,6 +1,7 @@
 #include "app/config/experiment_config.h"
 
-#include <charconv>
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "app/config/apply_schema.h"
@@ -22,17 +23,10 @@ std::string NameFrom(std::string text) {
   return text.empty() ? "run" : text;
 }
 
-void ReadIdentity(const std::filesystem::path& path, ConfigReading& reading) {
-  if (reading.root.Find("name") == nullptr) {
-    YamlNode name = DefaultValue("\"" + NameFrom(path.stem().string()) + "\"");
-    reading.root.entries.push_back({"name", Place{}, std::move(name)});
-  }
-  reading.config.name = reading.root.Find("name")->text;
-  if (const YamlNode* seed = reading.root.Find("seed")) {
-    const std::string& text = seed->text;
-    const char* first = text.data() + (text[0] == '+' ? 1 : 0);
-    std::from_chars(first, text.data() + text.size(), reading.config.seed);
-  }
+void CompleteName(const std::filesystem::path& path, ConfigReading& reading) {
+  if (reading.root.Find("name") != nullptr) return;
+  reading.config.name = NameFrom(path.stem().string());
+  SetDefault(reading.root, "name", "\"" + reading.config.name + "\"");
 }
 
 // Keys in the order of the schema, wherever they came from.
@@ -46,10 +40,47 @@ void SortLikeSchema(const SchemaNode& schema, YamlNode& root) {
   root.entries = std::move(sorted);
 }
 
+std::map<std::string, std::string> PlacesOf(const ConfigReading& reading,
+                                            const ConfigSource& source) {
+  const std::multimap<std::string, std::string> words = {{"geometry", "mesh"},
+                                                         {"geometry", "geometry"},
+                                                         {"materials", "material"},
+                                                         {"textures", "texture"},
+                                                         {"lights", "light"},
+                                                         {"sensors", "camera"},
+                                                         {"sensors", "sensor"}};
+  std::map<std::string, std::string> places;
+  const YamlNode& scene = *reading.root.Find("scene");
+  for (const auto& [list, word] : words) {
+    const YamlNode* items = scene.Find(list);
+    if (items == nullptr) continue;
+    for (const YamlEntry& entry : items->entries) {
+      places[word + " '" + entry.key + "'"] = FormatPlace(source, entry.key_place);
+    }
+  }
+  for (const NamedMesh& mesh : MeshesOf(reading.config)) {
+    const auto geometry = places.find("mesh '" + mesh.geometry->name + "'");
+    const std::string place = geometry != places.end()
+                                  ? geometry->second
+                                  : places["light '" + mesh.name + "'"];  // a rectangle
+    places["mesh '" + mesh.name + "'"] = place;
+  }
+  return places;
+}
+
 }  // namespace
 
 std::string GroupMeshName(const std::string& geometry, const std::string& usemtl) {
   return geometry + "-" + NameFrom(usemtl);
+}
+
+double FocalLength(double fov, FovAxis axis, double width, double height) {
+  const double side = axis == FovAxis::kX          ? width
+                      : axis == FovAxis::kY        ? height
+                      : axis == FovAxis::kLarger   ? std::max(width, height)
+                      : axis == FovAxis::kDiagonal ? std::hypot(width, height)
+                                                   : std::min(width, height);
+  return 0.5 * side / std::tan(0.5 * fov);
 }
 
 ExperimentConfig LoadExperimentConfig(const std::filesystem::path& path,
@@ -65,15 +96,14 @@ ExperimentConfig LoadExperimentConfig(const std::filesystem::path& path,
   ApplyOverrides(schema, overrides, reading.root, reading.problems);
   reading.has_input = reading.root.Find("input") != nullptr;
   ApplySchema(schema, reading.config.path.parent_path(), reading.root, reading.problems);
-  ReadIdentity(path, reading);
-  ReadInput(reading);
-  ReadScene(reading);
-  ReadSensors(reading);
-  ReadUnknowns(reading);
-  ReadStages(reading);
-  ReadSettings(reading);
+  CompleteName(path, reading);
+  BindValues(schema, reading.root, "", &reading.config, reading.problems);
+  CheckScene(reading);
+  CheckUnknowns(reading);
+  CheckStages(reading);
   if (!reading.problems.empty()) throw ConfigError(document.source, reading.problems);
 
+  reading.config.places = PlacesOf(reading, document.source);
   SortLikeSchema(schema, reading.root);
   reading.config.given_text = std::move(document.text);
   reading.config.resolved_yaml = WriteResolvedYaml(reading.root, document.source);

@@ -12,6 +12,11 @@
 #include <vector>
 
 #include "app/config/config_error.h"
+#include "app/config/yaml_node.h"
+#include "optim/diagnostics/gradient_check.h"
+#include "optim/observation/load_observations.h"
+#include "optim/round/fit_spec.h"
+#include "renderer/render_options.h"
 
 namespace pathfit::app {
 
@@ -21,27 +26,19 @@ namespace pathfit::app {
 using Triple = std::array<double, 3>;
 
 struct InputConfig {
-  std::filesystem::path images;  ///< empty: from the camera file
-  std::filesystem::path cameras;
-  std::string cameras_format = "auto";  ///< auto | transforms | colmap
-  bool refuse_distortion = false;
-  bool exif_orientation = false;
-  bool has_masks = false;
-  std::filesystem::path masks;  ///< empty: named by the camera file, or alpha
-  bool masks_alpha = false;
-  bool masks_silhouette = true;  ///< false: ignore
-  bool masks_invert = false;
-  int masks_erode_px = 1;
-  std::string masks_require = "all";  ///< all | some | none
-  std::string transfer = "auto";      ///< auto | srgb | linear
-  double clip_above = 0.99;
+  /// As for masks that are given; without them `photos.masks.meaning` becomes kNone.
+  optim::ObservationOptions photos = [] {
+    optim::ObservationOptions options;
+    options.masks.meaning = optim::MaskMeaning::kSilhouette;
+    options.masks.erode_px = 1;
+    return options;
+  }();
   bool exposure_gain = false;
-  double exposure_sigma_ev = 0.3;
-  double exposure_max_ev = 3.0;
-  int validation_every = 8;  ///< 0 = none
-  std::vector<std::string> validation_names;
-  int max_size_px = 0;
+  optim::ExposurePrior exposure;
 };
+
+/// Side of a picture along which an angle of view is measured.
+enum class FovAxis { kX, kY, kSmaller, kLarger, kDiagonal };
 
 struct TransformConfig {
   Triple scale{1.0, 1.0, 1.0};
@@ -151,22 +148,26 @@ struct LightConfig {
   Triple axis{0.0, 1.0, 0.0};  ///< rotation of all but points and areas
   double angle = 0.0;
   Triple position{0.0, 0.0, 0.0};
+  Triple target{0.0, 0.0, 0.0};
   Triple direction{0.0, -1.0, 0.0};  ///< not normalised, not zero; of a target: towards it
   Triple up{0.0, 1.0, 0.0};          ///< projector; not along the direction
   double inner_angle = 0.3, outer_angle = 0.4;  ///< spot: radians from the axis
   double fov = 0.6;                             ///< projector, along fov_axis of its picture
-  std::string fov_axis = "smaller";
+  FovAxis fov_axis = FovAxis::kSmaller;
   std::string texture;  ///< projector; area, or empty
   std::string mesh;     ///< area
   bool two_sided = false;
+  double width_m = 1.0, height_m = 1.0;  ///< rectangle
 };
 
 struct SensorConfig {
   std::string name;
   std::array<int, 2> size_px{0, 0};
   bool orthographic = false;
-  /// fov is already turned into focal lengths; orthographic: pixels per metre.
-  std::array<double, 2> focal_px{0.0, 0.0};
+  double fov = 0.0;  ///< as it was written; the focal length holds for all
+  FovAxis fov_axis = FovAxis::kSmaller;
+  double height_m = 1.0;                     ///< orthographic
+  std::array<double, 2> focal_px{0.0, 0.0};  ///< orthographic: pixels per metre
   std::array<double, 2> principal_point_px{0.0, 0.0};
   double k1 = 0.0, k2 = 0.0, k3 = 0.0, p1 = 0.0, p2 = 0.0;
   bool look_at = true;
@@ -179,90 +180,62 @@ struct SensorConfig {
   double exposure_ev = 0.0;
 };
 
-struct RenderConfig {
-  int spp = 64;
-  double sppe = 8.0, spp_direct = 8.0, spp_indirect = 8.0, spp_pixel = 4.0;
-  int max_bounces = 1;
-  int rr_depth = 5;
-  bool interior = true, primary = true, direct = true, indirect = true, pixel = true;  ///< terms
-  bool material_form = false;
-  enum class Guiding { kNone, kGrid, kAdaptive } guiding = Guiding::kAdaptive;
-  double guide_share = 0.25;
-  bool antithetic = false;
-};
-
-/// Only the scene tells what a name stands for: app/experiment reads the settings.
+/// Only the scene tells what a name stands for: app/experiment looks it up, and what is left open
+/// here or depends on the kind.
 struct UnknownConfig {
-  std::string name;  ///< "axe.vertices"
-  Place place;       ///< of the name
-  bool hold = false;
+  std::string name;         ///< "axe.vertices"
+  Place place;              ///< of the name
+  optim::UnknownSpec spec;  ///< without kind, object and bounds
   YamlNode settings;  ///< the map behind the name, as the schema accepts it; null if it was wrong
 };
 
-struct LossConfig {
-  bool relative = false;
-  double relative_floor = 0.05;
-  double silhouette_weight = 1.0;
-};
-
-struct StageConfig {
-  std::string name;
-  std::vector<std::string>
-      free;  ///< names of unknowns; `all` is already expanded (without held ones)
-  double image_scale = 1.0;
-  int max_rounds = 10;
-  int spp = 8;
-  int max_spp = 64;
-  double spp_growth = 1.5;
-  double sppe = 4.0, spp_direct = 0.25, spp_indirect = 0.25, spp_pixel = 4.0;
-  double stop_relative_cost = 0.0;
-};
-
-struct SolverConfig {
-  std::string linear_solver = "auto";  ///< auto | gram | cholesky | cgnr
-  double max_memory_bytes = 0.0;       ///< 0 = no limit
-  int threads = 0;                     ///< 0 = auto
-};
-
 struct OutputConfig {
-  std::filesystem::path directory;  ///< absolute, may hold {name} and {timestamp}
+  std::filesystem::path directory = "runs/{name}/{timestamp}";  ///< made absolute
   bool images_every_stage = true;
   bool report = true;
 };
 
 struct GradcheckConfig {
-  std::vector<std::string> params;  ///< names or globs of unknown scalars or groups
-  double step = 1e-3;
-  int spp = 64;
-  int replicates = 32;
+  std::vector<std::string> params;    ///< names or globs of unknown scalars or groups
+  optim::GradientCheckOptions check;  ///< estimators and boundary budgets are those of `render`
   double sigma = 4.0;
 };
 
 struct ExperimentConfig {
   std::filesystem::path path;  ///< of the file, absolute
   std::string name;
-  std::uint64_t seed = 0;
   std::optional<InputConfig> input;
   std::vector<GeometryConfig> geometry;
   std::vector<MaterialConfig> materials;
   std::vector<TextureConfig> textures;
   std::vector<LightConfig> lights;
   std::vector<SensorConfig> sensors;
-  RenderConfig render;
+  renderer::RenderOptions render{
+      ///< also holds the seed of everything
+      {.spp = 64, .sppe = 8.0, .spp_direct = 8.0, .spp_indirect = 8.0, .spp_pixel = 4.0},
+      {}};
   std::vector<UnknownConfig> unknowns;
-  LossConfig loss;
-  std::vector<StageConfig> stages;
-  SolverConfig solver;
+  /// Stages (free: indices into `unknowns`), loss and solver; the rest is filled when the scene is
+  /// built.
+  optim::FitSpec fit;
+  int threads = 0;  ///< 0 = auto
   OutputConfig output;
   GradcheckConfig gradcheck;
 
-  ConfigSource source;        ///< for messages about what the scene shows to be wrong
+  ConfigSource source;  ///< for messages about what the scene shows to be wrong
+  /// Where objects are described, by what messages about the built scene begin with: "mesh 'axe'"
+  /// -> "axe.yaml:12:5".
+  std::map<std::string, std::string> places;
   std::string given_text;     ///< byte copy of the file
   std::string resolved_yaml;  ///< every value with the place it came from; runs alone
 };
 
 /// Name of the mesh with one material of a file: "room-oak"; what a name may not hold becomes '_'.
 std::string GroupMeshName(const std::string& geometry, const std::string& usemtl);
+
+/// Focal length, in the unit of width and height, at which an angle of view (radians) spans a side
+/// of the picture.
+double FocalLength(double fov, FovAxis axis, double width, double height);
 
 /// Reads, overrides, validates. Throws ConfigError with all problems. Nothing but the file itself
 /// is opened.

@@ -1,7 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <string>
+#include <typeinfo>
 #include <vector>
+
+#include "app/config/config_error.h"
+#include "app/config/yaml_node.h"
 
 namespace pathfit::app {
 
@@ -21,8 +26,9 @@ struct NumberRange {
   bool allow_infinite = false;  ///< `.inf` may be written
 };
 
-/// One value of the configuration: what it may be, what it is without the file, what it means.
-/// Readers, checks, --set, the resolved copy and the reference page all follow this tree.
+/// One value of the configuration: what it may be, what it is without the file, what it means, and
+/// the member of the program's structs that holds it. Checks, --set, the resolved copy, the
+/// reference page and the values themselves all follow this tree.
 struct SchemaNode {
   enum class Type {
     kBool,
@@ -65,6 +71,19 @@ struct SchemaNode {
   std::string when_key;  ///< belongs only to maps whose `when_key` has one of when_values
   std::vector<std::string> when_values;
   bool free_names = false;  ///< kNamedMap: names from other programs, of any characters
+  bool distinct = false;    ///< kList: no item may be there twice
+
+  // Where the value goes; set by the builders. Pointers are to the struct of the enclosing map.
+  const std::type_info* owner = nullptr;  ///< that struct; null: any (the values below say it)
+  std::function<void(const YamlNode&, void*)> store;  ///< scalars and lists of scalars
+  /// Maps: the struct of their own keys; absent: that of the enclosing map. Named maps, lists of
+  /// maps: appends one, called `name`.
+  std::function<void*(void*, const std::string& name)> target;
+  const std::type_info* target_type = nullptr;
+  /// Maps: what depends on several values, once they are stored: derived members, defaults that
+  /// depend on other values (written into the node, too), problems.
+  std::function<void(void*, YamlNode&, const std::string&, std::vector<Problem>&)> check;
+  const std::type_info* check_type = nullptr;
 
   [[nodiscard]] const SchemaNode* Child(const std::string& name) const;
 
@@ -91,7 +110,45 @@ struct SchemaNode {
   SchemaNode& Needs(std::string sibling);
   SchemaNode& When(std::string sibling, std::vector<std::string> values);
   SchemaNode& FreeNames();
+  SchemaNode& Optional();                    ///< absent = the member keeps its own value
+  SchemaNode& OrWord(const std::string& w);  ///< the word stands for the member's own value
+  SchemaNode& Distinct();
+  SchemaNode& OrOne();  ///< of a list of numbers: one number stands for all
+  /// `function(T& values, YamlNode&, const std::string& path, std::vector<Problem>&)`
+  template <class T>
+  SchemaNode& Check(void (*function)(T&, YamlNode&, const std::string&, std::vector<Problem>&)) {
+    check =
+        [function](
+            void* values, YamlNode& node, const std::string& path, std::vector<Problem>& problems) {
+          function(*static_cast<T*>(values), node, path, problems);
+        };
+    check_type = &typeid(T);
+    return *this;
+  }
 };
+
+/// Stores the values of a tree that ApplySchema accepted in `values`, the struct of the schema's
+/// outermost map, and runs the checks. What is absent or null leaves its member as it is.
+void BindValues(const SchemaNode& schema,
+                YamlNode& node,
+                const std::string& path,
+                void* values,
+                std::vector<Problem>& problems);
+
+/// Throws std::logic_error if a line's member does not belong to the struct of its map.
+void CheckBindings(const SchemaNode& schema, const std::type_info& values);
+
+/// Whether the kind of the value is that of an alternative: scalar, list or map.
+bool FitsForm(const SchemaNode& form, const YamlNode& node);
+
+/// A default of the schema as a value.
+YamlNode DefaultValue(const std::string& yaml);
+
+/// "a.b", "b" if `path` is empty.
+std::string JoinPath(const std::string& path, const std::string& key);
+
+/// Adds a default that depends on other values.
+void SetDefault(YamlNode& map, const std::string& key, const std::string& yaml);
 
 /// Schema of the whole file.
 const SchemaNode& ConfigSchema();

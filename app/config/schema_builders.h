@@ -1,38 +1,392 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <numbers>
+#include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
+#include "app/config/scalar.h"
 #include "app/config/schema.h"
 
 namespace pathfit::app {
 
-// Words in which the schema is written. `key` is empty for items of lists and alternatives.
-SchemaNode Bool(std::string key, std::string doc);
-SchemaNode Integer(std::string key, std::string doc);
-SchemaNode Number(std::string key, std::string doc);
-SchemaNode Text(std::string key, std::string doc);
-SchemaNode Name(std::string key, std::string doc);
-SchemaNode Choice(std::string key, std::vector<std::string> words, std::string doc);
-SchemaNode Path(std::string key, std::string doc);
-SchemaNode Bytes(std::string key, std::string doc);
-SchemaNode List(std::string key, const SchemaNode& item, std::string doc);
-SchemaNode Map(std::string key, std::vector<SchemaNode> children, std::string doc);
-SchemaNode NamedMap(std::string key, std::string name, SchemaNode item, std::string doc);
-SchemaNode Either(std::string key, std::vector<SchemaNode> forms, std::string doc);
+// The language in which the schema is written. A line is a key, its meaning, and the member that
+// holds its value, given as pointers to members (&Outer::inner, &Inner::value) or as a function
+// `Value& (Owner&)`. Type and default are the member's own.
 
-/// Three finite numbers.
-SchemaNode Vector(std::string key, std::string doc);
+/// How a value is reached from the struct of its map. Optional members on the way are filled.
+template <class O, class V>
+struct Access {
+  using Owner = O;
+  using Value = V;
+  std::function<V&(O&)> get;
+};
+
+namespace binding {
+
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+template <class T>
+auto& Filled(T& value) {
+  if constexpr (IsOptional<T>::value) {
+    return value ? *value : value.emplace();
+  } else {
+    return value;
+  }
+}
+
+template <class T>
+using FilledType = std::remove_reference_t<decltype(Filled(std::declval<T&>()))>;
+
+template <class T>
+T& Reach(T& value) {
+  return value;
+}
+template <class T, class M, class... Rest>
+auto& Reach(T& value, M member, Rest... rest) {
+  return Reach(Filled(value.*member), rest...);
+}
+
+template <class F>
+struct FunctionOf : FunctionOf<decltype(&F::operator())> {};
+template <class F, class V, class O>
+struct FunctionOf<V& (F::*)(O&) const> {
+  using Type = Access<O, V>;
+};
+
+template <class O, class M, class... Rest>
+auto To(M O::*first, Rest... rest) {
+  const auto get = [ first, rest... ](O & owner) -> auto& { return Reach(owner, first, rest...); };
+  using V = std::remove_reference_t<decltype(get(std::declval<O&>()))>;
+  return Access<O, V>{get};
+}
+template <class F>
+requires(!std::is_member_pointer_v<F>) typename FunctionOf<F>::Type To(F function) {
+  return {function};
+}
+
+// Values as text, for defaults, and from accepted nodes. Words that are no value of the type leave
+// it as it is.
+std::string Write(bool value);
+std::string Write(int value);
+std::string Write(std::uint64_t value);
+std::string Write(double value);
+std::string Write(const std::string& value);
+std::string Write(const std::filesystem::path& value);
+void Read(const YamlNode& node, bool& value);
+void Read(const YamlNode& node, int& value);
+void Read(const YamlNode& node, std::uint64_t& value);
+void Read(const YamlNode& node, double& value);
+void Read(const YamlNode& node, std::string& value);
+void Read(const YamlNode& node, std::filesystem::path& value);
+template <class T, std::size_t N>
+std::string Write(const std::array<T, N>& value);
+template <class T, std::size_t N>
+void Read(const YamlNode& node, std::array<T, N>& value);
+
+template <class List>
+std::string WriteList(const List& list) {
+  std::string out;
+  for (const auto& item : list) out += (out.empty() ? "" : ", ") + Write(item);
+  return "[" + out + "]";
+}
+template <class T, std::size_t N>
+std::string Write(const std::array<T, N>& value) {
+  return WriteList(value);
+}
+template <class T>
+std::string Write(const std::vector<T>& value) {
+  return WriteList(value);
+}
+template <class T, std::size_t N>
+void Read(const YamlNode& node, std::array<T, N>& value) {
+  for (std::size_t i = 0; i < N; ++i) {
+    if (!node.IsList()) {
+      Read(node, value[i]);
+    } else if (i < node.items.size()) {
+      Read(node.items[i], value[i]);
+    }
+  }
+}
+/// Of a single number, that one; of a word, none.
+template <class T>
+void Read(const YamlNode& node, std::vector<T>& value) {
+  value.clear();
+  if (!node.IsList()) {
+    if (ParseNumber(node, true).value) Read(node, value.emplace_back());
+    return;
+  }
+  for (const YamlNode& item : node.items) Read(item, value.emplace_back());
+}
+
+SchemaNode Make(SchemaNode::Type type, std::string key, std::string doc);
+
+template <class T>
+struct Describe;
+template <class T>
+requires std::is_integral_v<T>
+struct Describe<T> {
+  static SchemaNode Node() {
+    return Make(
+        std::is_same_v<T, bool> ? SchemaNode::Type::kBool : SchemaNode::Type::kInteger, "", "");
+  }
+};
+template <>
+struct Describe<double> {
+  static SchemaNode Node() { return Make(SchemaNode::Type::kNumber, "", ""); }
+};
+template <>
+struct Describe<std::string> {
+  static SchemaNode Node() { return Make(SchemaNode::Type::kText, "", ""); }
+};
+template <>
+struct Describe<std::filesystem::path> {
+  static SchemaNode Node() { return Make(SchemaNode::Type::kPath, "", ""); }
+};
+template <class T>
+struct Describe<std::vector<T>> {
+  static SchemaNode Node() {
+    SchemaNode node = Make(SchemaNode::Type::kList, "", "");
+    node.children = {Describe<T>::Node()};
+    return node;
+  }
+};
+template <class T, std::size_t N>
+struct Describe<std::array<T, N>> {
+  static SchemaNode Node() {
+    return Describe<std::vector<T>>::Node().Items(static_cast<int>(N), static_cast<int>(N));
+  }
+};
+template <class T>
+struct Describe<std::optional<T>> : Describe<T> {};
+
+template <class A>
+void Bind(SchemaNode& node, const A& access) {
+  using Owner = typename A::Owner;
+  node.owner = &typeid(Owner);
+  node.store = [access](const YamlNode& from, void* owner) {
+    Read(from, Filled(access.get(*static_cast<Owner*>(owner))));
+  };
+}
+
+template <class A>
+std::string DefaultOf(const A& access) {
+  typename A::Owner owner{};
+  return Write(Filled(access.get(owner)));
+}
+
+}  // namespace binding
+
+/// A value described by `node` instead of by the type of its member; the default is the member's.
+template <class... Members>
+SchemaNode Bound(SchemaNode node, Members... members) {
+  const auto access = binding::To(members...);
+  binding::Bind(node, access);
+  using Value = typename decltype(access)::Value;
+  if constexpr (!binding::IsOptional<Value>::value) node.Default(binding::DefaultOf(access));
+  return node;
+}
+
+template <class... Members>
+SchemaNode Key(std::string key, std::string doc, Members... members) {
+  using Value = typename decltype(binding::To(members...))::Value;
+  SchemaNode node = binding::Describe<Value>::Node();
+  node.key = std::move(key);
+  node.doc = std::move(doc);
+  return Bound(std::move(node), members...);
+}
+
+/// A value that is written as one of some words.
+template <class V>
+using WordsOf = std::vector<std::pair<std::string, V>>;
+
+template <class... Members>
+SchemaNode Choice(std::string key,
+                  WordsOf<typename decltype(binding::To(std::declval<Members>()...))::Value> words,
+                  std::string doc,
+                  Members... members) {
+  const auto access = binding::To(members...);
+  using Owner = typename decltype(access)::Owner;
+  SchemaNode node = binding::Make(SchemaNode::Type::kChoice, std::move(key), std::move(doc));
+  Owner owner{};
+  for (const auto& [word, value] : words) {
+    node.words.push_back(word);
+    if (access.get(owner) == value) node.Default(word);
+  }
+  node.owner = &typeid(Owner);
+  node.store = [access, words](const YamlNode& from, void* values) {
+    for (const auto& [word, value] : words) {
+      if (from.text == word) access.get(*static_cast<Owner*>(values)) = value;
+    }
+  };
+  return node;
+}
+
+/// A list of the words of those members that are true.
+template <class T, class... Members>
+SchemaNode Flags(std::string key,
+                 std::vector<std::pair<std::string, bool T::*>> flags,
+                 std::string doc,
+                 Members... members) {
+  const auto access = binding::To(members...);
+  using Owner = typename decltype(access)::Owner;
+  SchemaNode node = binding::Make(SchemaNode::Type::kList, std::move(key), std::move(doc));
+  SchemaNode word = binding::Make(SchemaNode::Type::kChoice, "", "");
+  Owner owner{};
+  std::vector<std::string> on;
+  for (const auto& [name, flag] : flags) {
+    word.words.push_back(name);
+    if (access.get(owner).*flag) on.push_back(name);
+  }
+  node.children = {word};
+  node.owner = &typeid(Owner);
+  node.store = [access, flags](const YamlNode& from, void* values) {
+    T& target = access.get(*static_cast<Owner*>(values));
+    for (const auto& [name, flag] : flags) target.*flag = false;
+    for (const YamlNode& item : from.items) {
+      for (const auto& [name, flag] : flags) target.*flag = target.*flag || item.text == name;
+    }
+  };
+  node.Items(1, static_cast<int>(flags.size())).Distinct().Default(binding::WriteList(on));
+  return node;
+}
+
+/// Degrees in the file, radians in the member.
+template <class... Members>
+SchemaNode Degrees(std::string key, std::string doc, Members... members) {
+  SchemaNode node = Key(std::move(key), std::move(doc), members...).Unit("degrees");
+  const auto access = binding::To(members...);
+  using Owner = typename decltype(access)::Owner;
+  node.store = [access](const YamlNode& from, void* values) {
+    double& angle = access.get(*static_cast<Owner*>(values));
+    binding::Read(from, angle);
+    angle = angle * std::numbers::pi / 180.0;
+  };
+  return node.Optional();
+}
+
+/// "16 GiB" in the file, bytes in the member.
+template <class... Members>
+SchemaNode Bytes(std::string key, std::string doc, Members... members) {
+  SchemaNode node = Key(std::move(key), std::move(doc), members...);
+  node.type = SchemaNode::Type::kBytes;
+  const auto access = binding::To(members...);
+  using Owner = typename decltype(access)::Owner;
+  node.store = [access](const YamlNode& from, void* values) {
+    double& bytes = access.get(*static_cast<Owner*>(values));
+    bytes = ParseBytes(from).value.value_or(bytes);
+  };
+  return node;
+}
+
+/// Letters, digits, _ and -.
+template <class... Members>
+SchemaNode Name(std::string key, std::string doc, Members... members) {
+  SchemaNode node = Key(std::move(key), std::move(doc), members...);
+  node.type = SchemaNode::Type::kName;
+  return node.Optional();
+}
+
+/// Keys of the same struct as those beside the map.
+SchemaNode Map(std::string key, std::vector<SchemaNode> children, std::string doc);
+
+/// Keys of a struct that is a member (or optional, or an alternative: a function that makes it).
+template <class... Members>
+SchemaNode MapOf(std::string key,
+                 std::vector<SchemaNode> children,
+                 std::string doc,
+                 Members... members) {
+  const auto access = binding::To(members...);
+  using Owner = typename decltype(access)::Owner;
+  SchemaNode node = Map(std::move(key), std::move(children), std::move(doc));
+  node.owner = &typeid(Owner);
+  node.target = [access](void* values, const std::string&) -> void* {
+    return &binding::Filled(access.get(*static_cast<Owner*>(values)));
+  };
+  using Value = typename decltype(access)::Value;
+  node.target_type = &typeid(binding::FilledType<Value>);
+  return node;
+}
+
+namespace binding {
+
+/// `node` is a list or named map of maps, which append to the vector.
+template <class A>
+SchemaNode Appending(SchemaNode node, const A& access) {
+  using Owner = typename A::Owner;
+  using Item = typename A::Value::value_type;
+  node.owner = &typeid(Owner);
+  node.target = [access](void* values, const std::string& name) -> void* {
+    Item& item = access.get(*static_cast<Owner*>(values)).emplace_back();
+    if (!name.empty()) item.name = name;
+    return &item;
+  };
+  node.target_type = &typeid(Item);
+  return node;
+}
+
+}  // namespace binding
+
+/// Maps with names given by the user: items of a vector of structs with a `name`.
+template <class... Members>
+SchemaNode NamedMap(
+    std::string key, std::string name, SchemaNode item, std::string doc, Members... members) {
+  SchemaNode node = binding::Make(SchemaNode::Type::kNamedMap, std::move(key), std::move(doc));
+  item.key = std::move(name);
+  node.children.push_back(std::move(item));
+  return binding::Appending(std::move(node), binding::To(members...));
+}
+
+/// A list of maps: items of a vector of structs.
+template <class... Members>
+SchemaNode ListOf(std::string key, SchemaNode item, std::string doc, Members... members) {
+  SchemaNode node = binding::Make(SchemaNode::Type::kList, std::move(key), std::move(doc));
+  node.children.push_back(std::move(item));
+  return binding::Appending(std::move(node), binding::To(members...));
+}
+/// A list of maps with keys of the same struct as those beside the list.
+SchemaNode ListOfMaps(std::string key, SchemaNode item, std::string doc);
+
+/// Alternatives, told apart by scalar, list or map.
+SchemaNode Either(std::string key, std::vector<SchemaNode> forms, std::string doc);
+/// An alternative that says something by being there.
+SchemaNode Word(std::string word);
+/// Values that the check of the enclosing map reads from the node: names to look up, a small
+/// language. `node` has no members.
+SchemaNode ByCheck(SchemaNode node);
+SchemaNode TextNode(std::string key, std::string doc);
+SchemaNode ListNode(std::string key, SchemaNode item, std::string doc);
+
+/// Number that must be `version`.
+SchemaNode Version(std::string key, int version, std::string doc);
+
 /// Three numbers of at least 0, linear Rec.709.
-SchemaNode Colour(std::string key, std::string doc);
+template <class... Members>
+SchemaNode Colour(std::string key, std::string doc, Members... members) {
+  return Key(std::move(key), std::move(doc), members...).AtLeast(0.0).Unit("linear Rec.709");
+}
 /// Width and height.
-SchemaNode Size(std::string key, std::string doc);
-/// {axis, angle_deg}
-SchemaNode Rotation(std::string key, std::string doc);
+template <class... Members>
+SchemaNode Size(std::string key, std::string doc, Members... members) {
+  constexpr double kMaxSize = 32768;
+  return Key(std::move(key), std::move(doc), members...)
+      .From(1, kMaxSize)
+      .Unit("pixels: width, height")
+      .Optional();
+}
 
 // The parts of the tree.
 SchemaNode InputSchema();
-SchemaNode SceneSchema();
 SchemaNode GeometrySchema();
 SchemaNode MaterialsSchema();
 SchemaNode TexturesSchema();
@@ -40,5 +394,10 @@ SchemaNode LightsSchema();
 SchemaNode SensorsSchema();
 SchemaNode UnknownsSchema();
 SchemaNode StagesSchema();
+SchemaNode RenderSchema();
+SchemaNode LossSchema();
+SchemaNode SolverSchema();
+SchemaNode OutputSchema();
+SchemaNode GradcheckSchema();
 
 }  // namespace pathfit::app

@@ -1,102 +1,216 @@
+#include <algorithm>
+
+#include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
+#include "app/config/schema_parts.h"
 #include "renderer/io/mesh_file.h"
 
 namespace pathfit::app {
 namespace {
 
+template <class Shape>
+Shape& Become(GeometryConfig& geometry) {
+  return geometry.geometry.emplace<Shape>();
+}
+
 SchemaNode PrimitiveSchema() {
   return Map("primitive",
-             {Map("sphere",
-                  {Number("radius_m", "Radius.").Above(0.0).Unit("metres").Default("1"),
-                   Integer("subdivisions", "Each adds a factor 4 of triangles to an icosahedron.")
-                       .From(0, 8)
-                       .Default("4")},
-                  "Sphere of triangles around the origin.")
+             {MapOf("sphere",
+                    {Key("radius_m", "Radius.", &SphereGeometry::radius)
+                         .Between(0.0, kMaxLength)
+                         .Unit("metres"),
+                     Key("subdivisions",
+                         "Each adds a factor 4 of triangles to an icosahedron.",
+                         &SphereGeometry::subdivisions)
+                         .From(0, 8)},
+                    "Sphere of triangles around the origin.",
+                    [](GeometryConfig& g) -> SphereGeometry& { return Become<SphereGeometry>(g); })
                   .OneOf("primitive"),
-              Map("rectangle", {}, "[-1, 1]² in the plane z = 0, seen from +z.").OneOf("primitive"),
-              Map("cube", {}, "[-1, 1]³.").OneOf("primitive"),
-              Map("disk",
-                  {Integer("segments", "Corners on the circle.").From(3, 65536).Default("64")},
-                  "Radius 1 around the origin in the plane z = 0, seen from +z.")
+              MapOf("rectangle",
+                    {},
+                    "[-1, 1]² in the plane z = 0, seen from +z.",
+                    [](GeometryConfig& g) -> RectangleGeometry& {
+                      return Become<RectangleGeometry>(g);
+                    })
+                  .OneOf("primitive"),
+              MapOf("cube",
+                    {},
+                    "[-1, 1]³.",
+                    [](GeometryConfig& g) -> CubeGeometry& { return Become<CubeGeometry>(g); })
+                  .OneOf("primitive"),
+              MapOf("disk",
+                    {Key("segments", "Corners on the circle.", &DiskGeometry::segments)
+                         .From(3, 65536)},
+                    "Radius 1 around the origin in the plane z = 0, seen from +z.",
+                    [](GeometryConfig& g) -> DiskGeometry& { return Become<DiskGeometry>(g); })
                   .OneOf("primitive")},
              "A simple shape with UVs; size and place come from `transform`.")
       .OneOf("shape");
 }
 
+void CheckInlineMesh(InlineGeometry& mesh,
+                     YamlNode& node,
+                     const std::string& path,
+                     std::vector<Problem>& problems) {
+  if (node.Find("vertices") == nullptr) return;
+  const auto count = static_cast<int>(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& corners = mesh.triangles[i];
+    const Place& place = node.Find("triangles")->items[i].place;
+    const int largest = *std::max_element(corners.begin(), corners.end());
+    if (largest >= count) {
+      problems.push_back(
+          {place,
+           path + ".triangles",
+           fmt::format("there is no vertex {}; there are {}, counted from 0", largest, count)});
+      continue;
+    }
+    const auto corner = [&](std::size_t c) {
+      return mesh.vertices[static_cast<std::size_t>(corners.at(c))];
+    };
+    if (Norm(Cross(Minus(corner(1), corner(0)), Minus(corner(2), corner(0)))) == 0.0) {
+      problems.push_back({place, path + ".triangles", "the triangle has no area"});
+    }
+  }
+  const auto one_per_vertex = [&](const char* key, const char* noun, std::size_t given) {
+    const YamlNode* list = node.Find(key);
+    if (list == nullptr || given == mesh.vertices.size()) return;
+    problems.push_back(
+        {list->place,
+         path + "." + key,
+         fmt::format(
+             "{} {} for {} vertices; one for each is needed", given, noun, mesh.vertices.size())});
+  };
+  one_per_vertex("colors", "colours", mesh.colors.size());
+  one_per_vertex("normals", "normals", mesh.normals.size());
+  one_per_vertex("uvs", "UVs", mesh.uvs.size());
+  for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
+    if (!IsZero(mesh.normals[i])) continue;
+    problems.push_back({node.Find("normals")->items[i].place,
+                        path + ".normals",
+                        "a normal must not be [0, 0, 0]"});
+  }
+}
+
 SchemaNode InlineMeshSchema() {
-  return Map("mesh",
-             {List("vertices", Vector("", ""), "Positions.").Items(3, 0).Unit("metres").Required(),
-              List("triangles",
-                   List("", Integer("", "").From(0, 2147483647), "").Items(3, 3),
-                   "Three vertex numbers each, counted from 0, counter-clockwise from outside.")
-                  .Items(1, 0)
-                  .Required(),
-              List("colors", Colour("", ""), "One per vertex.").Unit("linear Rec.709"),
-              List("normals", Vector("", ""), "One per vertex; their length does not matter."),
-              List("uvs",
-                   List("", Number("", ""), "").Items(2, 2),
-                   "One per vertex; 0, 0 is the bottom-left corner of a texture.")},
-             "A mesh written here.")
-      .OneOf("shape");
+  return MapOf("mesh",
+               {Key("vertices", "Positions.", &InlineGeometry::vertices)
+                    .From(-kMaxLength, kMaxLength)
+                    .Items(3, 0)
+                    .Unit("metres")
+                    .Required(),
+                Key("triangles",
+                    "Three vertex numbers each, counted from 0, counter-clockwise from outside.",
+                    &InlineGeometry::triangles)
+                    .From(0, 2147483647)
+                    .Items(1, 0)
+                    .Required(),
+                Key("colors", "One per vertex.", &InlineGeometry::colors)
+                    .AtLeast(0.0)
+                    .Unit("linear Rec.709")
+                    .Optional(),
+                Key("normals",
+                    "One per vertex; their length does not matter.",
+                    &InlineGeometry::normals)
+                    .Optional(),
+                Key("uvs",
+                    "One per vertex; 0, 0 is the bottom-left corner of a texture.",
+                    &InlineGeometry::uvs)
+                    .Optional()},
+               "A mesh written here.",
+               [](GeometryConfig& g) -> InlineGeometry& { return Become<InlineGeometry>(g); })
+      .OneOf("shape")
+      .Check(CheckInlineMesh);
 }
 
 SchemaNode TransformSchema() {
-  const SchemaNode scale =
-      Either("scale",
-             {Number("", "").Above(0.0), List("", Number("", "").Above(0.0), "").Items(3, 3)},
-             "Factor, or one for each axis; applied first.")
-          .Default("1");
-  return Map("transform",
-             {scale,
-              Rotation("rotate", "Applied second."),
-              Vector("translate_m", "Applied last.").Unit("metres").Default("[0, 0, 0]")},
-             "From the mesh's own frame to the world.");
+  return MapOf(
+      "transform",
+      {Key("scale", "Factor, or one for each axis; applied first.", &TransformConfig::scale)
+           .Between(0.0, kMaxLength)
+           .OrOne(),
+       Rotation<TransformConfig>("Applied second."),
+       Key("translate_m", "Applied last.", &TransformConfig::translate)
+           .From(-kMaxLength, kMaxLength)
+           .Unit("metres")},
+      "From the mesh's own frame to the world.",
+      &GeometryConfig::transform);
+}
+
+void ReadGroupMaterials(GeometryConfig& geometry,
+                        YamlNode& node,
+                        const std::string& /*path*/,
+                        std::vector<Problem>& /*problems*/) {
+  const YamlNode* groups = node.Find("materials");
+  if (groups == nullptr) return;
+  for (const YamlEntry& group : groups->entries) {
+    geometry.group_materials.emplace_back(group.key, group.value.text);
+  }
 }
 
 }  // namespace
 
 SchemaNode GeometrySchema() {
+  using Normals = GeometryConfig::Normals;
+  SchemaNode group = binding::Make(SchemaNode::Type::kName, "USEMTL", "One of `scene.materials`.");
+  SchemaNode groups = ByCheck(binding::Make(
+      SchemaNode::Type::kNamedMap,
+      "materials",
+      "Materials of an OBJ file by the names of its `usemtl` lines; what is not named here has "
+      "`material`. Each becomes a mesh of its own, called `MESH-USEMTL`; they should meet at "
+      "creases, not on smooth surfaces."));
+  groups.children = {group};
   return NamedMap(
              "geometry",
              "MESH",
              Map("",
-                 {Path("file", renderer::MeshFormatNames() + ".").OneOf("shape"),
+                 {Key("file",
+                      renderer::MeshFormatNames() + ".",
+                      [](GeometryConfig& g) -> std::filesystem::path& {
+                        return Become<FileGeometry>(g).path;
+                      })
+                      .OneOf("shape"),
                   PrimitiveSchema(),
                   InlineMeshSchema(),
-                  Map("visual_hull",
-                      {Integer("resolution", "Cells along the longest side of the box.")
-                           .From(8, 1024)
-                           .Default("128")},
-                      "Carved from the masks.")
+                  MapOf("visual_hull",
+                        {Key("resolution",
+                             "Cells along the longest side of the box.",
+                             &VisualHullGeometry::resolution)
+                             .From(8, 1024)},
+                        "Carved from the masks.",
+                        [](GeometryConfig& g) -> VisualHullGeometry& {
+                          return Become<VisualHullGeometry>(g);
+                        })
                       .OneOf("shape"),
-                  Name("material", "One of `scene.materials`.").Required(),
-                  NamedMap("materials",
-                           "USEMTL",
-                           Name("", "One of `scene.materials`."),
-                           "Materials of an OBJ file by the names of its `usemtl` lines; what is "
-                           "not named here has `material`. Each becomes a mesh of its own, called "
-                           "`MESH-USEMTL`; they should meet at creases, not on smooth surfaces.")
-                      .FreeNames()
-                      .Needs("file"),
+                  Name("material", "One of `scene.materials`.", &GeometryConfig::material)
+                      .Required(),
+                  groups.FreeNames().Needs("file"),
                   Choice("normals",
-                         {"file", "flat", "smooth"},
+                         {{"file", Normals::kFile},
+                          {"flat", Normals::kFlat},
+                          {"smooth", Normals::kSmooth}},
                          "How triangles are shaded: by the normals of the file (or of `mesh`) if "
                          "there are any, else flat; `flat`: each by its own; `smooth`: by "
-                         "interpolated normals of the vertices.")
+                         "interpolated normals of the vertices.",
+                         &GeometryConfig::normals)
                       .DefaultIs("`file`; `flat` where `MESH.vertices` is unknown"),
-                  Bool("repair",
-                       "Mend what else is refused (not manifold, degenerate, inconsistently wound) "
-                       "and say what was mended.")
-                      .Default("false"),
+                  Key("repair",
+                      "Mend what else is refused (not manifold, degenerate, inconsistently wound) "
+                      "and say what was mended.",
+                      &GeometryConfig::repair),
                   TransformSchema(),
-                  Vector("pivot_m",
-                         "What `MESH.rotation` and `MESH.scale` turn and grow about, in the world.")
+                  Key("pivot_m",
+                      "What `MESH.rotation` and `MESH.scale` turn and grow about, in the world.",
+                      &GeometryConfig::pivot)
+                      .From(-kMaxLength, kMaxLength)
                       .Unit("metres")
                       .DefaultIs("middle of the bounding box")},
                  "A mesh.")
+                 .Check(ReadGroupMaterials)
                  .Refuse({{"uv", "; UVs come from the file or from `mesh.uvs`"},
                           {"from_points", "; write visual_hull, or give a file"}}),
-             "What is in the scene.")
+             "What is in the scene.",
+             &ExperimentConfig::geometry)
       .Required()
       .Items(1, 0);
 }

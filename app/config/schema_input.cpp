@@ -1,27 +1,55 @@
+#include <charconv>
+#include <optional>
+
+#include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
 #include "optim/observation/camera_import.h"
 
 namespace pathfit::app {
 namespace {
 
+using optim::DistortionPolicy;
+using optim::MaskMeaning;
+using optim::MaskOptions;
+using optim::MaskRequirement;
+using optim::ObservationOptions;
+using optim::Transfer;
+
+constexpr auto kPhotos = &InputConfig::photos;
+
+WordsOf<std::string> CameraFormats() {
+  WordsOf<std::string> words;
+  for (const std::string& word : optim::CameraFormatWords()) words.emplace_back(word, word);
+  return words;
+}
+
 SchemaNode CamerasSchema() {
   return Map("cameras",
-             {Path("path", "`transforms.json`, or the folder of a COLMAP text model.").Required(),
-              Choice("format", optim::CameraFormatWords(), "Kind of the camera file.")
-                  .Default("auto")
+             {Key("path",
+                  "`transforms.json`, or the folder of a COLMAP text model.",
+                  kPhotos,
+                  &ObservationOptions::cameras)
+                  .Required(),
+              Choice("format",
+                     CameraFormats(),
+                     "Kind of the camera file.",
+                     kPhotos,
+                     &ObservationOptions::camera_format)
                   .Refuse({{"bundler", ""}, {"opencv", ""}, {"list", ""}}),
               Choice(
                   "distortion",
-                  {"model", "refuse"},
+                  {{"model", DistortionPolicy::kModel}, {"refuse", DistortionPolicy::kRefuse}},
                   "`model`: rays are bent as the lens does; `refuse`: a camera with distortion is "
-                  "an error.")
-                  .Default("model")
+                  "an error.",
+                  kPhotos,
+                  &ObservationOptions::distortion)
                   .Refuse({{"undistort", "; write model, which needs no resampled photos"}}),
               Choice("orientation",
-                     {"sensor", "exif"},
+                     {{"sensor", false}, {"exif", true}},
                      "`sensor`: pixels as stored, which is what camera programs work on; `exif`: "
-                     "turned as the EXIF tag says.")
-                  .Default("sensor")},
+                     "turned as the EXIF tag says.",
+                     kPhotos,
+                     &ObservationOptions::apply_exif_orientation)},
              "Where the photos were taken from, and through what lens.")
       .Required()
       .Refuse({{"refine", "; free camera.position and camera.rotation in unknowns"},
@@ -30,24 +58,44 @@ SchemaNode CamerasSchema() {
 }
 
 SchemaNode MasksSchema() {
+  constexpr auto kMasks = &ObservationOptions::masks;
   return Map(
       "masks",
-      {Path("path",
-            "Folder with `a.jpg.png`, `a.png` or `a.mask.png` for the photo `a.jpg`, or `alpha`: "
-            "the photos' own alpha channel.")
+      {Key("path",
+           "Folder with `a.jpg.png`, `a.png` or `a.mask.png` for the photo `a.jpg`, or `alpha`: "
+           "the photos' own alpha channel.",
+           kPhotos,
+           kMasks,
+           &MaskOptions::folder)
            .Words({"alpha"})
            .DefaultIs("as the camera file names them, else alpha"),
        Choice(
            "meaning",
-           {"silhouette", "ignore"},
-           "Black means: the object is not there (`silhouette`), or nothing is known (`ignore`).")
-           .Default("silhouette"),
-       Bool("invert", "The files have white where black is meant.").Default("false"),
-       Integer("erode_px", "Width of the rim around the mask's edge that is not used.")
+           {{"silhouette", MaskMeaning::kSilhouette}, {"ignore", MaskMeaning::kIgnore}},
+           "Black means: the object is not there (`silhouette`), or nothing is known (`ignore`).",
+           kPhotos,
+           kMasks,
+           &MaskOptions::meaning),
+       Key("invert",
+           "The files have white where black is meant.",
+           kPhotos,
+           kMasks,
+           &MaskOptions::invert),
+       Key("erode_px",
+           "Width of the rim around the mask's edge that is not used.",
+           kPhotos,
+           kMasks,
+           &MaskOptions::erode_px)
            .From(0, 100)
-           .Unit("pixels")
-           .Default("1"),
-       Choice("require", {"all", "some", "none"}, "Which photos must have a mask.").Default("all")},
+           .Unit("pixels"),
+       Choice("require",
+              {{"all", MaskRequirement::kAll},
+               {"some", MaskRequirement::kSome},
+               {"none", MaskRequirement::kNone}},
+              "Which photos must have a mask.",
+              kPhotos,
+              kMasks,
+              &MaskOptions::require)},
       "Where the object is in each photo. Absent: the photos are used whole.");
 }
 
@@ -55,17 +103,20 @@ SchemaNode ColourSchema() {
   return Map("colour",
              {Choice(
                   "transfer",
-                  {"auto", "srgb", "linear"},
+                  {{"auto", Transfer::kAuto},
+                   {"srgb", Transfer::kSrgb},
+                   {"linear", Transfer::kLinear}},
                   "What the numbers in the files mean; `auto`: 8 and 16 bit are sRGB, EXR and HDR "
-                  "linear.")
-                  .Default("auto")
+                  "linear.",
+                  kPhotos,
+                  &ObservationOptions::transfer)
                   .Refuse({{"rec709", ""}, {"gamma", ""}}),
-              Number(
-                  "clip_above",
+              Key("clip_above",
                   "Brighter pixels (share of the file's range) count as clipped: they may pull the "
-                  "model up, never down. 1 = none.")
-                  .From(0.5, 1.0)
-                  .Default("0.99")},
+                  "model up, never down. 1 = none.",
+                  kPhotos,
+                  &ObservationOptions::clip_above)
+                  .From(0.5, 1.0)},
              "From file values to light.")
       .Always()
       .Refuse({{"working", "; it is linear Rec.709"}, {"white_balance", ""}, {"grey_card", ""}});
@@ -73,14 +124,23 @@ SchemaNode ColourSchema() {
 
 SchemaNode ExposureSchema() {
   return Map("exposure",
-             {Choice("model", {"none", "gain"}, "`gain`: each photo has its own brightness factor.")
-                  .Default("none")
+             {Choice("model",
+                     {{"none", false}, {"gain", true}},
+                     "`gain`: each photo has its own brightness factor.",
+                     &InputConfig::exposure_gain)
                   .Refuse({{"gain_rgb", "; write gain"}, {"gain_rgb_vignette", "; write gain"}}),
-              Number("prior_sigma_ev", "How far from 0 an exposure is believed to be.")
+              Key("prior_sigma_ev",
+                  "How far from 0 an exposure is believed to be.",
+                  &InputConfig::exposure,
+                  &optim::ExposurePrior::sigma_ev)
                   .Above(0.0)
-                  .Unit("EV")
-                  .Default("0.3"),
-              Number("max_ev", "Largest magnitude.").Above(0.0).Unit("EV").Default("3.0")},
+                  .Unit("EV"),
+              Key("max_ev",
+                  "Largest magnitude.",
+                  &InputConfig::exposure,
+                  &optim::ExposurePrior::max_ev)
+                  .Above(0.0)
+                  .Unit("EV")},
              "Differences of exposure between the photos; their mean is kept.")
       .Always()
       .Refuse({{"init", "; all start at 0 EV"},
@@ -88,32 +148,84 @@ SchemaNode ExposureSchema() {
                {"bounds_ev", "; write max_ev"}});
 }
 
+// The number of "every 8".
+std::optional<int> EveryOf(const std::string& text) {
+  constexpr const char* kEvery = "every ";
+  constexpr std::size_t kLength = 6;
+  if (text.rfind(kEvery, 0) != 0) return std::nullopt;
+  int every = 0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data() + kLength, last, every);
+  if (error != std::errc() || end != last || every < 2) return std::nullopt;
+  return every;
+}
+
+void ReadValidation(const YamlNode& node,
+                    ObservationOptions& photos,
+                    std::vector<Problem>& problems) {
+  const std::optional<int> every = EveryOf(node.text);
+  photos.validation_every = every.value_or(0);
+  for (const YamlNode& item : node.items) photos.validation_names.push_back(item.text);
+  if (node.IsList() || every || node.text == "none") return;
+  problems.push_back({node.place,
+                      "input.split.validation",
+                      DescribeNode(node) +
+                          " is not understood; write every 8 (a number of at least 2), a list of "
+                          "file names, or none"});
+}
+
+void CheckInput(InputConfig& input,
+                YamlNode& node,
+                const std::string& path,
+                std::vector<Problem>& problems) {
+  ObservationOptions& photos = input.photos;
+  if (photos.images_dir.string().find_first_of("*?") != std::string::npos) {
+    problems.push_back({node.Find("images")->place,
+                        path + ".images",
+                        "file name patterns are not supported; give the folder"});
+  }
+  const YamlNode* masks = node.Find("masks");
+  if (masks == nullptr) {
+    photos.masks = {};
+  } else if (const YamlNode* folder = masks->Find("path");
+             folder != nullptr && folder->text == "alpha") {
+    photos.masks.alpha = true;
+    photos.masks.folder.clear();
+  }
+  const YamlNode* split = node.Find("split");
+  const YamlNode* validation = split == nullptr ? nullptr : split->Find("validation");
+  if (validation != nullptr) ReadValidation(*validation, photos, problems);
+}
+
 }  // namespace
 
 SchemaNode InputSchema() {
-  return Map(
-      "input",
-      {Path("images", "Folder of the photos.").DefaultIs("as the camera file says"),
-       CamerasSchema(),
-       MasksSchema(),
-       ColourSchema(),
-       ExposureSchema(),
-       Map("split",
-           {Either(
-                "validation",
-                {Text("", ""), List("", Text("", ""), "").Items(1, 0)},
-                "Photos that are never fitted and always reported: `every N` (by name, the first "
-                "included), a list of file names, or `none`.")
-                .Default("every 8")},
-           "Which photos are held out.")
-           .Always(),
-       Integer("max_size_px",
-               "Longest side of the photos after area averaging; `none` = as they are.")
-           .From(16, 65536)
-           .Unit("pixels")
-           .Words({"none"})
-           .Default("none")},
-      "The photos. Absent for a scene that is described completely here.");
+  return MapOf("input",
+               {Key("images", "Folder of the photos.", kPhotos, &ObservationOptions::images_dir)
+                    .DefaultIs("as the camera file says"),
+                CamerasSchema(),
+                MasksSchema(),
+                ColourSchema(),
+                ExposureSchema(),
+                Map("split",
+                    {ByCheck(
+                         Either("validation",
+                                {TextNode("", ""), ListNode("", TextNode("", ""), "").Items(1, 0)},
+                                "Photos that are never fitted and always reported: `every N` (by "
+                                "name, the first included), a list of file names, or `none`."))
+                         .Default(fmt::format("every {}", ObservationOptions{}.validation_every))},
+                    "Which photos are held out.")
+                    .Always(),
+                Key("max_size_px",
+                    "Longest side of the photos after area averaging; `none` = as they are.",
+                    kPhotos,
+                    &ObservationOptions::max_size_px)
+                    .From(16, 65536)
+                    .Unit("pixels")
+                    .OrWord("none")},
+               "The photos. Absent for a scene that is described completely here.",
+               &ExperimentConfig::input)
+      .Check(CheckInput);
 }
 
 }  // namespace pathfit::app

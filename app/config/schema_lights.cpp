@@ -1,128 +1,199 @@
+#include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
+#include "app/config/schema_parts.h"
 
 namespace pathfit::app {
+namespace {
+
+using Type = LightConfig::Type;
+
+void CheckAim(LightConfig& light,
+              const YamlNode& node,
+              const std::string& path,
+              std::vector<Problem>& problems) {
+  const YamlNode* target = node.Find("target_m");
+  const YamlNode* aim = target != nullptr ? target : node.Find("direction");
+  if (aim == nullptr || (target != nullptr && node.Find("position_m") == nullptr)) return;
+  if (target != nullptr) light.direction = Minus(light.target, light.position);
+  if (IsZero(light.direction)) {
+    problems.push_back({aim->place,
+                        path + (target != nullptr ? ".target_m" : ".direction"),
+                        target != nullptr ? "the target is where the light stands"
+                                          : "the direction must not be [0, 0, 0]"});
+    return;
+  }
+  const YamlNode* up = node.Find("up");
+  if (light.type == Type::kProjector && up != nullptr && AreParallel(light.direction, light.up)) {
+    const bool given = up->place.source != Place::Source::kDefault;
+    problems.push_back({given ? up->place : aim->place,
+                        path + ".up",
+                        "up must not be zero or along the direction of the light"});
+  }
+}
+
+void CheckCone(LightConfig& light,
+               YamlNode& node,
+               const std::string& path,
+               std::vector<Problem>& problems) {
+  constexpr double kInnerShare = 0.75;
+  const YamlNode* outer = node.Find("outer_deg");
+  if (outer == nullptr) return;
+  const YamlNode* inner = node.Find("inner_deg");
+  if (inner == nullptr) {
+    light.inner_angle = kInnerShare * light.outer_angle;
+    double degrees = 0.0;
+    binding::Read(*outer, degrees);
+    SetDefault(node, "inner_deg", fmt::format("{}", kInnerShare * degrees));
+  } else if (light.inner_angle >= light.outer_angle) {
+    problems.push_back(
+        {inner->place,
+         path + ".inner_deg",
+         fmt::format("inner_deg {} must be below outer_deg {}", inner->text, outer->text)});
+  }
+}
+
+void CheckLight(LightConfig& light,
+                YamlNode& node,
+                const std::string& path,
+                std::vector<Problem>& problems) {
+  // A constant environment is one texel of its radiance.
+  if (light.type == Type::kConstant) std::swap(light.init, light.intensity);
+  CheckAim(light, node, path, problems);
+  if (light.type == Type::kSpot) CheckCone(light, node, path, problems);
+}
+
+}  // namespace
 
 SchemaNode LightsSchema() {
-  const std::vector<std::string> environments = {"envmap", "constant"};
-  const std::vector<std::string> aimed = {"spot", "projector"};
-  const SchemaNode init = Map("init",
-                              {Colour("constant", "Every texel.").Default("[1, 1, 1]")},
-                              "What the environment starts from.")
-                              .Always()
-                              .Needs("size_px")
-                              .When("type", {"envmap"});
   return NamedMap(
       "lights",
       "LIGHT",
       Map("",
           {Choice(
                "type",
-               {"envmap",
-                "constant",
-                "point",
-                "directional",
-                "spot",
-                "projector",
-                "area",
-                "rectangle"},
+               {{"envmap", Type::kEnvironment},
+                {"constant", Type::kConstant},
+                {"point", Type::kPoint},
+                {"directional", Type::kDirectional},
+                {"spot", Type::kSpot},
+                {"projector", Type::kProjector},
+                {"area", Type::kArea},
+                {"rectangle", Type::kArea}},
                "`envmap`: picture of all directions; `constant`: the same from everywhere; "
                "`spot`: point light with a cone; `projector`: casts a texture like a slide; "
                "`area`: a mesh that shines; `rectangle`: a black sheet that shines, with a place "
-               "of "
-               "its own, a mesh and a material of the light's name: derivatives by its place and "
-               "shape are those of LIGHT.translation, LIGHT.rotation, LIGHT.scale and "
-               "LIGHT.vertices.")
+               "of its own, a mesh and a material of the light's name: derivatives by its place "
+               "and shape are those of LIGHT.translation, LIGHT.rotation, LIGHT.scale and "
+               "LIGHT.vertices.",
+               &LightConfig::type)
                .Required(),
-           Path("file", "Latitude-longitude picture, EXR or HDR.")
+           Key("file", "Latitude-longitude picture, EXR or HDR.", &LightConfig::file)
                .OneOf("source")
                .When("type", {"envmap"}),
-           Size("size_px", "Size of an environment without file.")
+           Size("size_px", "Size of an environment without file.", &LightConfig::size_px)
                .OneOf("source")
                .When("type", {"envmap"}),
-           init,
-           Name("mesh", "One of `scene.geometry`; it shines where its normals point to.")
+           Map("init",
+               {Colour("constant", "Every texel.", &LightConfig::init).From(0.0, kMaxRadiance)},
+               "What the environment starts from.")
+               .Always()
+               .Needs("size_px")
+               .When("type", {"envmap"}),
+           Name("mesh",
+                "One of `scene.geometry`; it shines where its normals point to.",
+                &LightConfig::mesh)
                .Required()
                .When("type", {"area"}),
-           Colour("radiance", "Radiance.")
+           Colour("radiance", "Radiance.", &LightConfig::intensity)
+               .From(0.0, kMaxRadiance)
                .Unit("W/(sr m²), relative")
-               .Default("[1, 1, 1]")
                .When("type", {"constant", "area", "rectangle"}),
            Name("texture",
                 "One of `scene.textures`: the projected picture, or a factor on the radiance of "
-                "the mesh by its UVs, which run once over a rectangle.")
+                "the mesh by its UVs, which run once over a rectangle.",
+                &LightConfig::texture)
                .RequiredFor({"projector"})
                .When("type", {"projector", "area", "rectangle"}),
-           Bool("two_sided", "The mesh shines from both sides.")
-               .Default("false")
+           Key("two_sided", "The mesh shines from both sides.", &LightConfig::two_sided)
                .When("type", {"area", "rectangle"}),
-           Bool("visible", "Seen behind the objects (else black there, without coverage).")
-               .Default("true")
-               .When("type", environments),
-           Vector("position_m", "Place of the light; the middle of a rectangle.")
+           Key("visible",
+               "Seen behind the objects (else black there, without coverage).",
+               &LightConfig::visible)
+               .When("type", {"envmap", "constant"}),
+           Key("position_m",
+               "Place of the light; the middle of a rectangle.",
+               &LightConfig::position)
+               .From(-kMaxLength, kMaxLength)
                .Unit("metres")
                .Required()
                .When("type", {"point", "spot", "projector", "rectangle"}),
-           Number("width_m", "Along x, before `rotate`.")
+           Key("width_m", "Along x, before `rotate`.", &LightConfig::width_m)
                .Between(0.0, 1e9)
                .Unit("metres")
                .Required()
                .When("type", {"rectangle"}),
-           Number("height_m", "Along y, before `rotate`.")
+           Key("height_m", "Along y, before `rotate`.", &LightConfig::height_m)
                .Between(0.0, 1e9)
                .Unit("metres")
                .Required()
                .When("type", {"rectangle"}),
-           Vector("target_m", "What is in the middle of the cone or picture.")
+           Key("target_m", "What is in the middle of the cone or picture.", &LightConfig::target)
+               .From(-kMaxLength, kMaxLength)
                .Unit("metres")
                .OneOf("aim")
-               .When("type", aimed),
-           Vector("direction", "Where the light goes; its length does not matter.")
+               .When("type", {"spot", "projector"}),
+           Key("direction",
+               "Where the light goes; its length does not matter.",
+               &LightConfig::direction)
                .OneOf("aim")
                .When("type", {"directional", "spot", "projector"}),
-           Vector("up", "What is up in the projected picture.")
-               .Default("[0, 1, 0]")
+           Key("up", "What is up in the projected picture.", &LightConfig::up)
                .When("type", {"projector"}),
-           Rotation("rotate",
-                    "Turns the light, after `direction` or `target_m`; a rectangle shines along +z "
-                    "without it.")
+           Rotation<LightConfig>(
+               "Turns the light, after `direction` or `target_m`; a rectangle shines along +z "
+               "without it.")
                .When("type", {"envmap", "directional", "spot", "projector", "rectangle"}),
-           Number("outer_deg", "Angle from the axis beyond which a spot gives no light.")
+           Degrees("outer_deg",
+                   "Angle from the axis beyond which a spot gives no light.",
+                   &LightConfig::outer_angle)
                .Between(0.0, 90.0)
-               .Unit("degrees")
                .Required()
                .When("type", {"spot"}),
-           Number("inner_deg", "Angle from the axis up to which it gives its full intensity.")
+           Degrees("inner_deg",
+                   "Angle from the axis up to which it gives its full intensity.",
+                   &LightConfig::inner_angle)
                .From(0.0, 90.0)
-               .Unit("degrees")
                .DefaultIs("3/4 of `outer_deg`")
                .When("type", {"spot"}),
-           Number("fov_deg", "Angle of the projected picture.")
+           Degrees("fov_deg", "Angle of the projected picture.", &LightConfig::fov)
                .Between(0.0, 180.0)
-               .Unit("degrees")
                .Required()
                .When("type", {"projector"}),
            Choice("fov_axis",
-                  {"x", "y", "smaller", "larger", "diagonal"},
-                  "Along which side of the picture `fov_deg` is measured.")
-               .Default("smaller")
+                  FovAxes(),
+                  "Along which side of the picture `fov_deg` is measured.",
+                  &LightConfig::fov_axis)
                .When("type", {"projector"}),
            Colour("intensity",
                   "Factor of an environment or of a projected picture; radiant intensity of a "
-                  "point light or spot.")
+                  "point light or spot.",
+                  &LightConfig::intensity)
+               .From(0.0, kMaxRadiance)
                .Unit("1, or W/sr")
-               .Default("[1, 1, 1]")
                .When("type", {"envmap", "point", "spot", "projector"}),
-           Colour("irradiance", "On a surface facing the light.")
+           Colour("irradiance", "On a surface facing the light.", &LightConfig::intensity)
+               .From(0.0, kMaxRadiance)
                .Unit("W/m²")
-               .Default("[1, 1, 1]")
                .When("type", {"directional"}),
            Choice("frame",
-                  {"world", "camera"},
-                  "`camera`: the light goes with the camera, as for an object on a turntable.")
-               .Default("world")
+                  {{"world", false}, {"camera", true}},
+                  "`camera`: the light goes with the camera, as for an object on a turntable.",
+                  &LightConfig::camera_frame)
                .When("type", {"envmap", "constant", "point", "directional", "spot", "projector"})},
-          "A light."),
-      "What shines. At most one `envmap` or `constant`.");
+          "A light.")
+          .Check(CheckLight),
+      "What shines. At most one `envmap` or `constant`.",
+      &ExperimentConfig::lights);
 }
 
 }  // namespace pathfit::app

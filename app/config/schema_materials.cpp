@@ -1,140 +1,174 @@
-#include <string>
-#include <vector>
-
+#include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
 #include "renderer/bsdf/metals.h"
 
 namespace pathfit::app {
 namespace {
 
-std::vector<std::string> Metals() {
-  const auto names = renderer::NamedMetals();
-  return {names.begin(), names.end()};
-}
-
-const std::vector<std::string>& Models() {
-  static const std::vector<std::string> models = {
-      "diffuse", "metallic_roughness", "conductor", "dielectric", "mirror", "glass"};
-  return models;
+WordsOf<std::string> Metals() {
+  WordsOf<std::string> words;
+  for (const auto& name : renderer::NamedMetals()) words.emplace_back(name, name);
+  return words;
 }
 
 SchemaNode ScalarSchema(const char* key,
                         double lower,
-                        const char* value,
-                        std::vector<std::string> models,
+                        double MaterialConfig::*constant,
+                        std::string MaterialConfig::*texture,
                         const char* doc) {
   return Map(key,
-             {Number("constant", "The same everywhere.").From(lower, 1.0).OneOf("source"),
-              Name("texture", "One of `scene.textures`, by the mesh's UVs.").OneOf("source")},
+             {Key("constant", "The same everywhere.", constant).From(lower, 1.0).OneOf("source"),
+              Name("texture", "One of `scene.textures`, by the mesh's UVs.", texture)
+                  .OneOf("source")},
              doc)
-      .Default(value)
-      .When("model", std::move(models));
+      .Default(fmt::format("{{constant: {}}}", MaterialConfig{}.*constant));
 }
 
 SchemaNode BaseColorSchema() {
   return Map("base_color",
-             {List("constant", Number("", "").From(0.0, 1.0), "One colour everywhere.")
-                  .Items(3, 3)
+             {Key("constant", "One colour everywhere.", &MaterialConfig::base_color)
+                  .From(0.0, 1.0)
                   .Unit("linear Rec.709")
                   .OneOf("source"),
               Either("vertex",
-                     {Choice("", {"mesh"}, ""),
-                      List("", Number("", "").From(0.0, 1.0), "").Items(3, 3)},
+                     {Word("mesh"), Key("", "", &MaterialConfig::base_color).From(0.0, 1.0)},
                      "One colour per vertex: the start value of all, or `mesh` for those of the "
                      "file.")
                   .Unit("linear Rec.709")
                   .OneOf("source"),
-              Name("texture", "One of `scene.textures`, by the mesh's UVs.").OneOf("source")},
+              Name("texture",
+                   "One of `scene.textures`, by the mesh's UVs.",
+                   &MaterialConfig::base_color_texture)
+                  .OneOf("source")},
              "Colour of the surface; a factor on what metals and glass reflect and let through.")
-      .RequiredFor({"diffuse", "metallic_roughness"}, "{constant: [1, 1, 1]}")
-      .When("model", Models());
+      .RequiredFor({"diffuse", "metallic_roughness"}, "{constant: [1, 1, 1]}");
 }
 
-SchemaNode SpectralIndex(const char* key, double lower, const char* other, const char* doc) {
-  return List(key, Number("", "").From(lower, 100.0), doc)
-      .Items(3, 3)
+SchemaNode SpectralIndex(
+    const char* key, double lower, const char* other, const char* doc, Triple MaterialConfig::*k) {
+  return Key(key, doc, k)
+      .From(lower, 100.0)
       .Unit("red, green, blue")
+      .Optional()
       .Needs(other)
       .When("model", {"conductor", "mirror"});
+}
+
+void CheckMaterial(MaterialConfig& material,
+                   YamlNode& node,
+                   const std::string& path,
+                   std::vector<Problem>& problems) {
+  using Source = MaterialConfig::BaseColor;
+  if (const YamlNode* color = node.Find("base_color")) {
+    if (const YamlNode* vertex = color->Find("vertex")) {
+      material.base_color_source =
+          vertex->IsList() ? Source::kVertexConstant : Source::kVertexOfMesh;
+    } else if (!material.base_color_texture.empty()) {
+      material.base_color_source = Source::kTexture;
+    }
+  }
+  if (material.ior == 1.0) {
+    problems.push_back({node.Find("ior")->place,
+                        path + ".ior",
+                        "an ior of 1 is no surface; take the mesh out of the scene instead"});
+  }
 }
 
 }  // namespace
 
 SchemaNode MaterialsSchema() {
+  using Model = MaterialConfig::Model;
+  const WordsOf<Model> models = {{"diffuse", Model::kDiffuse},
+                                 {"metallic_roughness", Model::kMetallicRoughness},
+                                 {"conductor", Model::kConductor},
+                                 {"dielectric", Model::kDielectric},
+                                 {"mirror", Model::kMirror},
+                                 {"glass", Model::kGlass}};
+  std::vector<std::string> all;
+  for (const auto& [word, model] : models) all.push_back(word);
   return NamedMap(
              "materials",
              "MATERIAL",
              Map("",
                  {Choice("model",
-                         Models(),
+                         models,
                          "`diffuse`: Lambert; `metallic_roughness`: glTF's (GGX); `conductor`: GGX "
                          "metal; `dielectric`: rough glass (GGX); `mirror` and `glass`: perfectly "
-                         "smooth.")
+                         "smooth.",
+                         &MaterialConfig::model)
                       .Required(),
-                  BaseColorSchema(),
+                  BaseColorSchema().When("model", all),
                   ScalarSchema("roughness",
                                0.1,
-                               "{constant: 0.5}",
-                               {"metallic_roughness", "conductor", "dielectric"},
-                               "Perceptual roughness, alpha = roughness²."),
+                               &MaterialConfig::roughness,
+                               &MaterialConfig::roughness_texture,
+                               "Perceptual roughness, alpha = roughness².")
+                      .When("model", {"metallic_roughness", "conductor", "dielectric"}),
                   ScalarSchema("metallic",
                                0.0,
-                               "{constant: 0}",
-                               {"metallic_roughness"},
-                               "0 = plastic, 1 = metal."),
+                               &MaterialConfig::metallic,
+                               &MaterialConfig::metallic_texture,
+                               "0 = plastic, 1 = metal.")
+                      .When("model", {"metallic_roughness"}),
                   Choice("metal",
                          Metals(),
-                         "Measured eta and k. A mirror without metal reflects everything.")
+                         "Measured eta and k. A mirror without metal reflects everything.",
+                         &MaterialConfig::metal)
                       .OneOfFor("metal", {"conductor"})
                       .When("model", {"conductor", "mirror"}),
-                  SpectralIndex("eta", 0.0, "k", "Index of refraction of a metal.")
+                  SpectralIndex(
+                      "eta", 0.0, "k", "Index of refraction of a metal.", &MaterialConfig::eta)
                       .OneOfFor("metal", {"conductor"}),
-                  SpectralIndex("k", 0.0, "eta", "Extinction coefficient of a metal."),
-                  Number("ior",
-                         "Index of refraction of the inside, where the normals point away from, "
-                         "over the outside; not 1.")
+                  SpectralIndex(
+                      "k", 0.0, "eta", "Extinction coefficient of a metal.", &MaterialConfig::k),
+                  Key("ior",
+                      "Index of refraction of the inside, where the normals point away from, over "
+                      "the outside; not 1.",
+                      &MaterialConfig::ior)
                       .From(0.1, 10.0)
-                      .Default("1.5")
                       .When("model", {"dielectric", "glass"}),
-                  Bool("two_sided", "Seen from behind too (else black there).")
-                      .Default("true")
+                  Key("two_sided",
+                      "Seen from behind too (else black there).",
+                      &MaterialConfig::two_sided)
                       .When("model", {"diffuse", "metallic_roughness", "conductor", "mirror"})},
                  "A material.")
+                 .Check(CheckMaterial)
                  .Refuse({{"preset", "; write metal"}}),
-             "What the meshes are made of.")
+             "What the meshes are made of.",
+             &ExperimentConfig::materials)
       .Required()
       .Items(1, 0);
 }
 
 SchemaNode TexturesSchema() {
-  const SchemaNode init = Map("init",
-                              {Either("constant",
-                                      {Number("", "").AtLeast(0.0),
-                                       List("", Number("", "").AtLeast(0.0), "").Items(3, 3)},
-                                      "Every texel: a number, or red, green, blue.")
-                                   .Default("0.5")},
-                              "What the texels start from.")
-                              .Always()
-                              .Needs("size_px");
   return NamedMap(
       "textures",
       "TEXTURE",
       Map("",
-          {Path("file",
-                "PNG, JPEG, TIFF, EXR or HDR. As a colour or light, 8 and 16 bit are sRGB, EXR and "
-                "HDR linear; as roughness or metallic the first channel is taken as it is.")
+          {Key("file",
+               "PNG, JPEG, TIFF, EXR or HDR. As a colour or light, 8 and 16 bit are sRGB, EXR and "
+               "HDR linear; as roughness or metallic the first channel is taken as it is.",
+               &TextureConfig::file)
                .OneOf("source"),
-           Size("size_px", "Size of a texture without file.").OneOf("source"),
-           init,
+           Size("size_px", "Size of a texture without file.", &TextureConfig::size_px)
+               .OneOf("source"),
+           Map("init",
+               {Key("constant", "Every texel: a number, or red, green, blue.", &TextureConfig::init)
+                    .AtLeast(0.0)
+                    .OrOne()},
+               "What the texels start from.")
+               .Always()
+               .Needs("size_px"),
            Choice("wrap",
-                  {"repeat", "clamp"},
-                  "Beside the picture: `repeat` it, or go on with its border.")
-               .Default("repeat")},
+                  {{"repeat", true}, {"clamp", false}},
+                  "Beside the picture: `repeat` it, or go on with its border.",
+                  &TextureConfig::repeat)},
           "A texture.")
           .Refuse({{"role", "; what uses the texture decides"},
                    {"transfer", "; what uses the texture decides"}}),
       "Pictures on surfaces and in lights, looked up by UVs (bilinear; 0, 0 is the bottom-left "
-      "corner). Several materials and lights may use one.");
+      "corner). Several materials and lights may use one.",
+      &ExperimentConfig::textures);
 }
 
 }  // namespace pathfit::app

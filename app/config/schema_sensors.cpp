@@ -1,22 +1,35 @@
+#include <algorithm>
+#include <cmath>
+
+#include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
+#include "app/config/schema_parts.h"
 
 namespace pathfit::app {
 namespace {
 
+// Rows of a pose may be rounded by whoever wrote them.
+constexpr double kRotationTolerance = 1e-4;
+using Filter = SensorConfig::Filter;
+
 SchemaNode PoseSchema() {
   return Map("pose",
              {Map("look_at",
-                  {Vector("origin_m", "Place of the camera.").Unit("metres").Required(),
-                   Vector("target_m", "What is in the middle of the picture.")
+                  {Key("origin_m", "Place of the camera.", &SensorConfig::origin)
+                       .From(-kMaxLength, kMaxLength)
                        .Unit("metres")
                        .Required(),
-                   Vector("up", "What is up in the picture.").Default("[0, 1, 0]")},
+                   Key("target_m", "What is in the middle of the picture.", &SensorConfig::target)
+                       .From(-kMaxLength, kMaxLength)
+                       .Unit("metres")
+                       .Required(),
+                   Key("up", "What is up in the picture.", &SensorConfig::up)},
                   "Pose by what is looked at.")
                   .OneOf("pose"),
-              List("world_from_camera",
-                   List("", Number("", ""), "").Items(4, 4),
-                   "4 rows of a rigid transform; camera: x right, y up, looking along -z.")
-                  .Items(4, 4)
+              Key("world_from_camera",
+                  "4 rows of a rigid transform; camera: x right, y up, looking along -z.",
+                  &SensorConfig::world_from_camera)
+                  .From(-kMaxLength, kMaxLength)
                   .OneOf("pose")},
              "Where the camera is.")
       .Required();
@@ -24,20 +37,26 @@ SchemaNode PoseSchema() {
 
 SchemaNode FilterSchema() {
   constexpr double kMaxRadius = 16.0;
-  const std::vector<std::string> shapes = {"box", "tent", "gaussian"};
+  const auto shapes = [](const char* key, const char* doc) {
+    return Choice(key,
+                  {{"box", Filter::kBox}, {"tent", Filter::kTent}, {"gaussian", Filter::kGaussian}},
+                  doc,
+                  &SensorConfig::filter);
+  };
   return Either("filter",
-                {Choice("", shapes, ""),
+                {shapes("", ""),
                  Map("",
-                     {Choice("type", shapes, "Shape.").Required(),
-                      Number("radius_px", "Half its width.")
+                     {shapes("type", "Shape.").Required(),
+                      Key("radius_px", "Half its width.", &SensorConfig::filter_radius_px)
                           .From(0.5, kMaxRadius)
                           .Unit("pixels")
                           .DefaultIs("1 for a tent, 2 for a Gaussian")
                           .When("type", {"tent", "gaussian"}),
-                      Number("sigma_px", "Standard deviation; it is cut at the radius.")
+                      Key("sigma_px",
+                          "Standard deviation; it is cut at the radius.",
+                          &SensorConfig::filter_sigma_px)
                           .From(0.1, kMaxRadius)
                           .Unit("pixels")
-                          .Default("0.5")
                           .When("type", {"gaussian"})},
                      "")},
                 "How samples become pixels: `box` is the mean over the pixel, `tent` and "
@@ -46,18 +65,121 @@ SchemaNode FilterSchema() {
 }
 
 SchemaNode DistortionSchema() {
-  const auto coefficient = [](const char* key) {
-    return Number(key, "Coefficient of OpenCV's model.").Default("0");
+  const auto coefficient = [](const char* key, double SensorConfig::*value) {
+    return Key(key, "Coefficient of OpenCV's model.", value);
   };
   return Map("distortion",
-             {coefficient("k1"),
-              coefficient("k2"),
-              coefficient("k3"),
-              coefficient("p1"),
-              coefficient("p2")},
+             {coefficient("k1", &SensorConfig::k1),
+              coefficient("k2", &SensorConfig::k2),
+              coefficient("k3", &SensorConfig::k3),
+              coefficient("p1", &SensorConfig::p1),
+              coefficient("p2", &SensorConfig::p2)},
              "Brown's lens distortion.")
       .Always()
       .When("type", {"perspective"});
+}
+
+void CompleteIntrinsics(SensorConfig& sensor, YamlNode& node) {
+  const double width = sensor.size_px[0];
+  const double height = sensor.size_px[1];
+  if (node.Find("fov_deg") != nullptr) {
+    const double length = FocalLength(sensor.fov, sensor.fov_axis, width, height);
+    sensor.focal_px = {length, length};
+  } else if (node.Find("height_m") != nullptr) {
+    sensor.focal_px = {height / sensor.height_m, height / sensor.height_m};
+  }
+  if (node.Find("principal_point_px") == nullptr && node.Find("size_px") != nullptr) {
+    sensor.principal_point_px = {0.5 * width, 0.5 * height};
+    SetDefault(node, "principal_point_px", binding::Write(sensor.principal_point_px));
+  }
+}
+
+void CompleteFilter(SensorConfig& sensor, YamlNode& node) {
+  YamlNode* filter = node.Find("filter");
+  if (filter == nullptr || sensor.filter == Filter::kBox) return;
+  if (filter->IsMap() && filter->Find("radius_px") != nullptr) return;
+  sensor.filter_radius_px = sensor.filter == Filter::kTent ? 1.0 : 2.0;
+  if (filter->IsMap()) {
+    SetDefault(*filter, "radius_px", binding::Write(sensor.filter_radius_px));
+  }
+}
+
+void CheckCrop(const SensorConfig& sensor,
+               const YamlNode& node,
+               const std::string& path,
+               std::vector<Problem>& problems) {
+  if (!sensor.crop_px) return;
+  const std::array<int, 4>& c = *sensor.crop_px;
+  const bool empty = c[2] < 1 || c[3] < 1;
+  const bool outside = c[0] + c[2] > sensor.size_px[0] || c[1] + c[3] > sensor.size_px[1];
+  if (!empty && (node.Find("size_px") == nullptr || !outside)) return;
+  problems.push_back({node.Find("crop_px")->place,
+                      path + ".crop_px",
+                      fmt::format("the part [x, y, width, height] must not be empty and must lie "
+                                  "inside the {}x{} picture",
+                                  sensor.size_px[0],
+                                  sensor.size_px[1])});
+}
+
+void CheckLookAt(const SensorConfig& sensor,
+                 const YamlNode& node,
+                 const std::string& path,
+                 std::vector<Problem>& problems) {
+  const YamlNode* target = node.Find("target_m");
+  if (node.Find("origin_m") == nullptr || target == nullptr) return;
+  const Triple view = Minus(sensor.target, sensor.origin);
+  if (IsZero(view)) {
+    problems.push_back(
+        {target->place, path + ".target_m", "the target is where the camera stands"});
+  } else if (AreParallel(view, sensor.up)) {
+    const YamlNode* up = node.Find("up");
+    const bool given = up != nullptr && up->place.source != Place::Source::kDefault;
+    problems.push_back({given ? up->place : node.place,
+                        path + ".up",
+                        "up must not be zero or along the viewing direction"});
+  }
+}
+
+void CheckMatrix(const SensorConfig& sensor,
+                 const YamlNode& node,
+                 const std::string& path,
+                 std::vector<Problem>& problems) {
+  const auto& m = sensor.world_from_camera;
+  double error = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double dot =
+          m[0].at(i) * m[0].at(j) + m[1].at(i) * m[1].at(j) + m[2].at(i) * m[2].at(j);
+      error = std::max(error, std::abs(dot - (i == j ? 1.0 : 0.0)));
+    }
+  }
+  const Triple z = Cross({m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]});
+  const bool mirrored = z[0] * m[0][2] + z[1] * m[1][2] + z[2] * m[2][2] < 0.0;
+  const bool last_row = m[3] == std::array<double, 4>{0.0, 0.0, 0.0, 1.0};
+  if (error <= kRotationTolerance && !mirrored && last_row) return;
+  problems.push_back({node.place,
+                      path,
+                      "the first three columns must be a rotation (no scale, no mirror) and the "
+                      "last row [0, 0, 0, 1]"});
+}
+
+void CheckSensor(SensorConfig& sensor,
+                 YamlNode& node,
+                 const std::string& path,
+                 std::vector<Problem>& problems) {
+  CompleteIntrinsics(sensor, node);
+  CompleteFilter(sensor, node);
+  CheckCrop(sensor, node, path, problems);
+  const YamlNode* pose = node.Find("pose");
+  if (pose == nullptr) return;
+  const YamlNode* look_at = pose->Find("look_at");
+  const YamlNode* matrix = pose->Find("world_from_camera");
+  sensor.look_at = matrix == nullptr || look_at != nullptr;
+  if (look_at != nullptr) {
+    CheckLookAt(sensor, *look_at, path + ".pose.look_at", problems);
+  } else if (matrix != nullptr) {
+    CheckMatrix(sensor, *matrix, path + ".pose.world_from_camera", problems);
+  }
 }
 
 }  // namespace
@@ -68,51 +190,50 @@ SchemaNode SensorsSchema() {
       "SENSOR",
       Map("",
           {Choice("type",
-                  {"perspective", "orthographic"},
-                  "`orthographic`: parallel rays from the plane of the camera.")
-               .Default("perspective"),
-           Size("size_px", "Size of the whole picture.").Required(),
-           Either("focal_px",
-                  {Number("", "").Above(0.0), List("", Number("", "").Above(0.0), "").Items(2, 2)},
-                  "Focal length, or one for x and one for y.")
+                  {{"perspective", false}, {"orthographic", true}},
+                  "`orthographic`: parallel rays from the plane of the camera.",
+                  &SensorConfig::orthographic),
+           Size("size_px", "Size of the whole picture.", &SensorConfig::size_px).Required(),
+           Key("focal_px", "Focal length, or one for x and one for y.", &SensorConfig::focal_px)
+               .Above(0.0)
+               .OrOne()
                .Unit("pixels")
                .OneOf("focal")
                .When("type", {"perspective"}),
-           Number("fov_deg", "Angle of view.")
+           Degrees("fov_deg", "Angle of view.", &SensorConfig::fov)
                .Between(0.0, 180.0)
-               .Unit("degrees")
                .OneOf("focal")
                .When("type", {"perspective"}),
            Choice("fov_axis",
-                  {"x", "y", "smaller", "larger", "diagonal"},
-                  "Along which side of the picture `fov_deg` is measured.")
-               .Default("smaller")
+                  FovAxes(),
+                  "Along which side of the picture `fov_deg` is measured.",
+                  &SensorConfig::fov_axis)
                .Needs("fov_deg")
                .When("type", {"perspective"}),
-           Number("height_m", "Height of what is seen; pixels are square.")
+           Key("height_m", "Height of what is seen; pixels are square.", &SensorConfig::height_m)
                .Above(0.0)
                .Unit("metres")
                .Required()
                .When("type", {"orthographic"}),
-           List("principal_point_px",
-                Number("", ""),
-                "From the top-left corner of the picture; the first pixel's centre is 0.5, 0.5.")
-               .Items(2, 2)
+           Key("principal_point_px",
+               "From the top-left corner of the picture; the first pixel's centre is 0.5, 0.5.",
+               &SensorConfig::principal_point_px)
                .Unit("pixels")
                .DefaultIs("middle of the picture"),
            DistortionSchema(),
            PoseSchema(),
-           List("crop_px", Integer("", "").From(0, 32768), "Part to render: x, y, width, height.")
-               .Items(4, 4)
+           Key("crop_px", "Part to render: x, y, width, height.", &SensorConfig::crop_px)
+               .From(0, 32768)
                .Unit("pixels")
                .DefaultIs("the whole picture"),
            FilterSchema(),
-           Number("exposure_ev", "Brightness factor as a power of two.")
+           Key("exposure_ev", "Brightness factor as a power of two.", &SensorConfig::exposure_ev)
                .From(-20, 20)
-               .Unit("EV")
-               .Default("0")},
-          "A camera."),
-      "Cameras of a scene without photos.");
+               .Unit("EV")},
+          "A camera.")
+          .Check(CheckSensor),
+      "Cameras of a scene without photos.",
+      &ExperimentConfig::sensors);
 }
 
 }  // namespace pathfit::app

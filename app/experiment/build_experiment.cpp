@@ -6,50 +6,12 @@
 
 #include "app/experiment/experiment.h"
 #include "optim/observation/load_observations.h"
-#include "renderer/core/check.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
 namespace {
 
 using renderer::ParameterKind;
-
-optim::ObservationOptions MakeObservationOptions(const InputConfig& input) {
-  optim::ObservationOptions options;
-  options.cameras = input.cameras;
-  options.camera_format = input.cameras_format;
-  options.distortion =
-      input.refuse_distortion ? optim::DistortionPolicy::kRefuse : optim::DistortionPolicy::kModel;
-  options.images_dir = input.images;
-  options.apply_exif_orientation = input.exif_orientation;
-  if (input.has_masks) {
-    options.masks.meaning =
-        input.masks_silhouette ? optim::MaskMeaning::kSilhouette : optim::MaskMeaning::kIgnore;
-    options.masks.folder = input.masks;
-    options.masks.alpha = input.masks_alpha;
-    options.masks.invert = input.masks_invert;
-    options.masks.erode_px = input.masks_erode_px;
-    options.masks.require = input.masks_require == "some"   ? optim::MaskRequirement::kSome
-                            : input.masks_require == "none" ? optim::MaskRequirement::kNone
-                                                            : optim::MaskRequirement::kAll;
-  }
-  options.transfer = input.transfer == "srgb"     ? optim::Transfer::kSrgb
-                     : input.transfer == "linear" ? optim::Transfer::kLinear
-                                                  : optim::Transfer::kAuto;
-  options.clip_above = input.clip_above;
-  options.max_size_px = input.max_size_px;
-  options.validation_every = input.validation_every;
-  options.validation_names = input.validation_names;
-  return options;
-}
-
-template <class List>
-int IndexByName(const List& list, const std::string& name) {
-  const auto found =
-      std::find_if(list.begin(), list.end(), [&](const auto& x) { return x.name == name; });
-  PATHFIT_CHECK(found != list.end());  // the config is validated
-  return static_cast<int>(found - list.begin());
-}
 
 double MeanDistanceToObjects(const renderer::Scene& scene) {
   renderer::Vec3 middle;
@@ -115,42 +77,27 @@ std::string FindAttribution(const std::filesystem::path& folder) {
   return text;
 }
 
+// Puts the place of the object that is wrong before the message.
+[[noreturn]] void ThrowWithPlace(const renderer::SceneError& error,
+                                 const ExperimentConfig& config) {
+  const std::string text = error.what();
+  for (const auto& [object, place] : config.places) {
+    if (text.starts_with(object)) throw renderer::SceneError(place + ": " + text);
+  }
+  throw error;
+}
+
 }  // namespace
 
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
-  optim::FitSpec fit;
+  optim::FitSpec fit = config.fit;
   fit.unknowns = ReadUnknowns(config, scene);
-  for (const StageConfig& s : config.stages) {
-    optim::StageSpec stage;
-    stage.name = s.name;
-    for (const std::string& name : s.free) {
-      stage.free.push_back(IndexByName(fit.unknowns, name));
-    }
-    stage.image_scale = s.image_scale;
-    stage.max_rounds = s.max_rounds;
-    stage.samples = {s.spp, s.sppe, s.spp_direct, s.spp_indirect, s.spp_pixel};
-    stage.max_spp = s.max_spp;
-    stage.spp_growth = s.spp_growth;
-    stage.stop_relative_cost = s.stop_relative_cost;
-    fit.stages.push_back(stage);
-  }
-  fit.loss.residual =
-      config.loss.relative ? optim::ResidualKind::kRelative : optim::ResidualKind::kLinear;
-  fit.loss.relative_floor = config.loss.relative_floor;
-  fit.loss.silhouette_weight = config.loss.silhouette_weight;
   if (config.input) {
-    fit.loss.clip_above = config.input->clip_above;
-    fit.exposure_sigma_ev = config.input->exposure_sigma_ev;
-    fit.exposure_max_ev = config.input->exposure_max_ev;
+    fit.loss.clip_above = config.input->photos.clip_above;
+    fit.exposure = config.input->exposure;
   }
-  fit.seed = config.seed;
-  fit.estimators = MakeRenderOptions(config);
-  fit.linear_solver = config.solver.linear_solver == "gram" ? optim::LinearSolverChoice::kGram
-                      : config.solver.linear_solver == "cholesky"
-                          ? optim::LinearSolverChoice::kCholesky
-                      : config.solver.linear_solver == "cgnr" ? optim::LinearSolverChoice::kCgnr
-                                                              : optim::LinearSolverChoice::kAuto;
-  fit.max_memory_bytes = config.solver.max_memory_bytes;
+  fit.seed = config.render.seed;
+  fit.estimators = config.render;
   return fit;
 }
 
@@ -158,15 +105,18 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   Experiment experiment;
   if (config.input) {
     std::vector<optim::InputFile> files;
-    experiment.observations =
-        optim::LoadObservations(MakeObservationOptions(*config.input), &files);
+    experiment.observations = optim::LoadObservations(config.input->photos, &files);
     for (const optim::InputFile& file : files) {
       experiment.input_files.push_back(file.path);
     }
     experiment.assumptions = experiment.observations.assumptions;
   }
-  experiment.scene =
-      BuildScene(config, experiment.observations, experiment.input_files, experiment.assumptions);
+  try {
+    experiment.scene =
+        BuildScene(config, experiment.observations, experiment.input_files, experiment.assumptions);
+  } catch (const renderer::SceneError& error) {
+    ThrowWithPlace(error, config);
+  }
   experiment.fit = BuildFitSpec(config, experiment.scene);
   for (optim::UnknownSpec& unknown : experiment.fit.unknowns) {
     if (unknown.gaussian) continue;

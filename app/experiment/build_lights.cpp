@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/config/field_of_view.h"
 #include "app/experiment/build_parts.h"
 #include "renderer/core/error.h"
 #include "renderer/io/image_file.h"

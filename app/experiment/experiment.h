@@ -7,7 +7,6 @@
 #include "app/config/experiment_config.h"
 #include "optim/observation/observation.h"
 #include "optim/round/fit_spec.h"
-#include "renderer/render_options.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::app {
@@ -33,9 +32,6 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
                            const optim::ObservationSet& observations,
                            std::vector<std::filesystem::path>& input_files,
                            std::vector<std::string>& notes);
-
-/// Budgets, terms, form, guiding, bounces and seed of `render` for a derivative or an image.
-renderer::RenderOptions MakeRenderOptions(const ExperimentConfig& config);
 
 /// The unknowns, whose names are looked up in the scene that was built. Throws ConfigError with all
 /// that is wrong with them, each at its place in the file.

@@ -4,18 +4,20 @@
 
 #include <fmt/format.h>
 
-#include "app/config/map_reader.h"
 #include "app/config/nearest_name.h"
+#include "app/config/scalar.h"
 #include "app/experiment/experiment.h"
 #include "app/experiment/parameter_names.h"
 
 namespace pathfit::app {
 namespace {
 
+double NumberOf(const YamlNode& node) { return ParseNumber(node, true).value.value_or(0.0); }
+
 using renderer::ParameterKind;
 using renderer::ParameterTraits;
 
-/// Reads the settings of one unknown, of which `traits` says what fits it.
+/// Completes the settings of one unknown, of which `traits` says what fits it.
 class UnknownReader {
  public:
   UnknownReader(const UnknownConfig& config,
@@ -24,14 +26,13 @@ class UnknownReader {
       : traits_(traits),
         path_("unknowns." + config.name),
         node_(&config.settings),
-        map_(&config.settings),
         problems_(problems) {}
 
   void Read(optim::UnknownSpec& unknown) const {
     ReadBounds(unknown);
     ReadTransform(unknown);
-    ReadParametrisation(unknown);
-    ReadPriors(unknown);
+    CheckParametrisation();
+    CheckPriors(unknown);
   }
 
  private:
@@ -82,26 +83,25 @@ class UnknownReader {
 
   void ReadTransform(optim::UnknownSpec& unknown) const {
     const YamlNode* transform = node_->Find("transform");
-    const bool log = transform == nullptr ? traits_.log : transform->text == "log";
-    unknown.parameterization =
-        log ? optim::Parameterization::kLog : optim::Parameterization::kIdentity;
+    if (transform == nullptr && traits_.log) {
+      unknown.parameterization = optim::Parameterization::kLog;
+    }
+    const bool log = unknown.parameterization == optim::Parameterization::kLog;
     if (transform != nullptr && log && (!traits_.bounded || traits_.smallest < 0.0)) {
       Report(transform->place, ".transform", fmt::format("log does not fit {}", traits_.property));
     }
   }
 
-  void ReadParametrisation(optim::UnknownSpec& unknown) const {
+  void CheckParametrisation() const {
     const YamlNode* node = node_->Find("parametrisation");
-    if (node == nullptr) return;
-    map_.Map("parametrisation").Map("large_steps").Get("lambda", unknown.large_steps_lambda);
-    if (traits_.kind != ParameterKind::kVertexPositions) {
+    if (node != nullptr && traits_.kind != ParameterKind::kVertexPositions) {
       Report(node->place,
              ".parametrisation",
              fmt::format("only vertices have one, not {}", traits_.property));
     }
   }
 
-  void ReadPriors(optim::UnknownSpec& unknown) const {
+  void CheckPriors(const optim::UnknownSpec& unknown) const {
     const YamlNode* priors = node_->Find("priors");
     if (priors == nullptr) return;
     std::vector<std::string> given;
@@ -113,14 +113,14 @@ class UnknownReader {
           continue;
         }
         given.push_back(entry.key);
-        ReadPrior(entry, key, unknown);
+        CheckPrior(entry, key, unknown);
       }
     }
   }
 
-  void ReadPrior(const YamlEntry& entry,
-                 const std::string& key,
-                 optim::UnknownSpec& unknown) const {
+  void CheckPrior(const YamlEntry& entry,
+                  const std::string& key,
+                  const optim::UnknownSpec& unknown) const {
     const std::vector<std::string> fitting(traits_.priors.begin(), traits_.priors.end());
     if (std::find(fitting.begin(), fitting.end(), entry.key) == fitting.end()) {
       Report(entry.key_place,
@@ -131,36 +131,19 @@ class UnknownReader {
                          fitting.empty() ? "none" : JoinNames(fitting)));
       return;
     }
-    const MapReader prior(&entry.value);
-    if (entry.key == "laplacian") {
-      prior.Get("weight", unknown.laplacian_weight);
-    } else if (entry.key == "smooth") {
-      prior.Get("weight", unknown.smooth_weight);
-    } else if (entry.key == "neutral") {
-      prior.Get("weight", unknown.neutral_weight);
-    } else {
-      optim::GaussianPriorSpec& gaussian = unknown.gaussian.emplace();
-      prior.Get("sigma", gaussian.sigma);
-      const YamlNode* mean = prior.Find("mean");
-      if (mean == nullptr || (mean->IsScalar() && mean->text == "start")) return;
-      gaussian.mean = NumbersOf(*mean);
-      const auto wanted = static_cast<std::size_t>(traits_.NumComponents());
-      const std::size_t count = gaussian.mean.size();
-      if (count > 1 && wanted == 1) {
-        Report(
-            mean->place, key + ".gaussian.mean", fmt::format("{} is one number", traits_.property));
-      } else if (count > 1 && count != wanted) {
-        Report(mean->place,
-               key + ".gaussian.mean",
-               fmt::format("{} has {} numbers, not {}", traits_.property, wanted, count));
-      }
-    }
+    if (entry.key != "gaussian" || !unknown.gaussian) return;
+    const auto wanted = static_cast<std::size_t>(traits_.NumComponents());
+    const std::size_t count = unknown.gaussian->mean.size();
+    if (count <= 1 || count == wanted) return;
+    Report(entry.value.Find("mean")->place,
+           key + ".gaussian.mean",
+           wanted == 1 ? fmt::format("{} is one number", traits_.property)
+                       : fmt::format("{} has {} numbers, not {}", traits_.property, wanted, count));
   }
 
   const ParameterTraits& traits_;
   std::string path_;
   const YamlNode* node_;
-  MapReader map_;
   std::vector<Problem>& problems_;
 };
 
@@ -189,11 +172,10 @@ std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
       problems.push_back({item.place, "unknowns", found.problem});
       continue;
     }
-    optim::UnknownSpec& unknown = unknowns.emplace_back();
+    optim::UnknownSpec& unknown = unknowns.emplace_back(item.spec);
     unknown.name = item.name;
     unknown.kind = found.parameter.kind;
     unknown.object = found.parameter.object;
-    unknown.hold = item.hold;
     UnknownReader(
         item, renderer::TraitsOf(unknown.kind, scene, std::max(0, unknown.object)), problems)
         .Read(unknown);

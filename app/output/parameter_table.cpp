@@ -89,8 +89,8 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
     const bool exposure = unknown.kind == ParameterKind::kExposure;
     if (exposure) {
       const double gain = initial.empty() ? 1.0 : Mean(initial);
-      lower = std::max(lower, gain * std::exp2(-spec.exposure_max_ev));
-      upper = std::min(upper, gain * std::exp2(spec.exposure_max_ev));
+      lower = std::max(lower, gain * std::exp2(-spec.exposure.max_ev));
+      upper = std::min(upper, gain * std::exp2(spec.exposure.max_ev));
     }
     const bool separate =
         !exposure && final.size() <= kMaxSeparateScalars && initial.size() == final.size();

@@ -6,7 +6,9 @@
 
 #include <boost/math/distributions/students_t.hpp>
 
+#include "renderer/bsdf/bsdf.h"
 #include "renderer/core/check.h"
+#include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
 
@@ -97,6 +99,62 @@ bool Any(const renderer::ParameterLayout& layout, bool (*is)(renderer::Parameter
   });
 }
 
+/// Values that scalars of a kind may have, as far as a step could leave them.
+std::pair<double, double> RangeOf(renderer::ParameterKind kind) {
+  using renderer::ParameterKind;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  switch (kind) {
+    case ParameterKind::kVertexColors:
+    case ParameterKind::kBaseColor:
+    case ParameterKind::kTextureTexels:
+    case ParameterKind::kLightIntensity:
+    case ParameterKind::kEnvironmentTexels:
+    case ParameterKind::kExposure:
+      return {0.0, kInfinity};
+    case ParameterKind::kRoughness:
+      return {renderer::kMinRoughness, 1.0};
+    case ParameterKind::kMetallic:
+      return {0.0, 1.0};
+    default:
+      return {-kInfinity, kInfinity};
+  }
+}
+
+/// The values that both steps start from: those of the scene, moved inside their ranges.
+std::vector<double> Center(const renderer::Scene& scene,
+                           const renderer::ParameterLayout& layout,
+                           const std::vector<double>& direction,
+                           double step) {
+  constexpr double kLargest = 1e9;  // relative to the value, or absolute
+  constexpr int kMostNamed = 3;
+  std::vector<double> center = layout.Gather(scene);
+  std::string names;
+  int bad = 0;
+  for (const renderer::ParameterGroup& group : layout.groups()) {
+    const auto [low, high] = RangeOf(group.kind);
+    for (std::int32_t k = 0; k < group.num_blocks * group.block_size; ++k) {
+      const auto i = static_cast<std::size_t>(group.first_scalar + k);
+      const double size = step * std::abs(direction[i]);
+      if (size == 0.0 && direction[i] == 0.0) continue;
+      const double value = center[i];
+      const bool visible =
+          value + size != value && size <= kLargest * std::max(1.0, std::abs(value));
+      if (visible && high - low > 2.0 * size) {
+        center[i] = std::clamp(value, low + size, high - size);
+      } else if (++bad <= kMostNamed) {
+        names += (bad > 1 ? ", " : "") +
+                 layout.ScalarName(group.first_block + k / group.block_size, k % group.block_size);
+      }
+    }
+  }
+  if (bad > 0) {
+    throw renderer::SceneError(
+        "the step is too large or too small for " + names +
+        (bad > kMostNamed ? " and " + std::to_string(bad - kMostNamed) + " more" : std::string()));
+  }
+  return center;
+}
+
 bool CanContribute(Term term, const renderer::RenderOptions& options, bool moves) {
   const renderer::DerivativeTerms& on = options.terms;
   switch (term) {
@@ -153,17 +211,17 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const GradientCheckOptions& options,
                                   const renderer::CancelFlag* cancel) {
   PATHFIT_CHECK(options.replicates > 1 && options.step > 0.0);
-  const std::vector<double> center = layout.Gather(scene);
+  const std::vector<double> center = Center(scene, layout, direction, options.step);
   const auto displaced = [&](double sign) {
     std::vector<double> values = center;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      values[i] += sign * options.step * direction[i];
+      if (direction[i] != 0.0) values[i] += sign * options.step * direction[i];
     }
     renderer::Scene moved = scene;
     layout.Scatter(values, moved);
     return renderer::Renderer(std::move(moved));
   };
-  const renderer::Renderer at_center(scene);
+  const renderer::Renderer at_center = displaced(0.0);
   const renderer::Renderer at_plus = displaced(1.0);
   const renderer::Renderer at_minus = displaced(-1.0);
   const auto camera_of = [&](const renderer::Renderer& r) {

@@ -59,7 +59,9 @@ struct TermScales {
 /// Derivative in `direction` (flat, over the scalars of `layout`) as seen by `camera`, the scene's
 /// sensor of that index at any size, or any camera if `sensor` is -1. Terms that are off or
 /// cannot contribute (form, number of bounces, nothing moves) are not run.
-/// Throws SceneError when a step leaves the valid scenes.
+/// Where a value stands at a bound of its kind (a texel at 0), everything is taken a step inside
+/// it. Throws SceneError, naming the scalars, where a step is lost in a value or drowns it, and
+/// when a step leaves the valid scenes all the same.
 GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const renderer::Camera& camera,
                                   int sensor,

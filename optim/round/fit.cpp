@@ -26,7 +26,7 @@ std::vector<int> Range(std::size_t count) {
 }
 
 ExposureModel MakeExposureModel(const renderer::Scene& scene, const FitSpec& spec) {
-  ExposureModel exposure{{}, spec.exposure_sigma_ev, spec.exposure_max_ev};
+  ExposureModel exposure{{}, spec.exposure.sigma_ev, spec.exposure.max_ev};
   for (const renderer::Camera& sensor : scene.sensors) {
     exposure.start_gains.push_back(sensor.gain);
   }

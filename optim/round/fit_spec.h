@@ -24,6 +24,12 @@ struct StageSpec {
   double stop_relative_cost = 0.0;
 };
 
+/// Of each photo's log2 gain.
+struct ExposurePrior {
+  double sigma_ev = 0.3;
+  double max_ev = 3.0;  ///< bound of its magnitude
+};
+
 struct FitSpec {
   std::vector<UnknownSpec> unknowns;
   std::vector<StageSpec> stages;
@@ -32,8 +38,7 @@ struct FitSpec {
   renderer::EstimatorOptions estimators;
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;   ///< 0 = no limit
-  double exposure_sigma_ev = 0.3;  ///< prior of each photo's log2 gain
-  double exposure_max_ev = 3.0;    ///< bound of its magnitude
+  ExposurePrior exposure;
   double time_limit_s = 0.0;       ///< 0 = none
 };
 

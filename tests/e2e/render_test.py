@@ -130,6 +130,29 @@ class Render(unittest.TestCase):
         self.assertLess(abs(sum(left) - sum(right)), 0.01 * size)
         self.assertGreater(sum(abs(a - b) for a, b in zip(left, inner[0]["camera_d_" + MOVES])), 0.1 * size)
 
+    def test_mistakes_have_their_status_and_what_limits_a_derivative_is_always_said(self):
+        def run(*words):
+            return subprocess.run([str(PATHFIT), *map(str, words)], capture_output=True, text=True, timeout=600)
+
+        out = run("render", SCENE, "-o", self.folder / "none", "--derivative", "squre.vertices.x")
+        self.assertEqual(out.returncode, 2, out.stderr)
+        self.assertIn("squre", out.stderr)
+        for words in (["render", SCENE, "--derivative", MOVES], ["gradcheck", SCENE]):
+            self.assertEqual(run(*words, "--terms", "").returncode, 2)
+        out = run("gradcheck", SCENE, "--step", "1e300", "-q")
+        self.assertEqual(out.returncode, 7, out.stdout)
+        self.assertRegex(out.stdout, r"NOT CHECKED.*square\.vertices\[0\]\.x")
+        folding = ["--set", "scene.sensors.camera.distortion={k1: -9}"]
+        out = run("check", SCENE, *folding)
+        self.assertEqual(out.returncode, 4, out.stderr)
+        self.assertRegex(out.stderr, r"moving_shadow\.yaml:\d+:\d+: camera 'camera': .*folds")
+        glass = ["--set", "scene.materials.grey={model: mirror}"]
+        quiet = run("render", SCENE, "-o", self.folder / "glass", "--derivative", MOVES, "--spp", 1, "-q", *glass)
+        loud = run("render", SCENE, "-o", self.folder / "glass", "--derivative", MOVES, "--spp", 1, *glass)
+        said = [line for line in loud.stderr.splitlines() if "mirror" in line or "not in" in line]
+        self.assertTrue(said, loud.stderr)
+        self.assertIn("not in the derivative", quiet.stderr)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -57,7 +57,7 @@ Rendered Render(const Reference& reference) {
     for (const auto& group : by.layout.groups()) layout.Add(group.kind, group.object);
     for (const double value : by.values) direction.push_back(value * reference.per_unit);
   }
-  renderer::RenderOptions options = MakeRenderOptions(config);
+  renderer::RenderOptions options = config.render;
   options.spp = reference.spp;
   options.sppe = reference.sppe;
   options.spp_direct = reference.spp_direct;

@@ -3,10 +3,12 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
 #include "app/config/schema.h"
+#include "app/config/schema_builders.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
@@ -49,6 +51,18 @@ TEST(ConfigFiles, TheReferencePageIsUpToDate) {
   }
   EXPECT_TRUE(ReadText(path) == SchemaMarkdown())
       << path << " is out of date; run this test with PATHFIT_UPDATE_DOCS=1";
+}
+
+// That every line has a member is a matter of compiling; that it is a member of the right struct is
+// checked when the schema is made.
+TEST(ConfigFiles, LinesAreBoundToTheStructOfTheirMap) {
+  EXPECT_NO_THROW(CheckBindings(ConfigSchema(), typeid(ExperimentConfig)));
+  EXPECT_THROW(CheckBindings(ConfigSchema(), typeid(OutputConfig)), std::logic_error);
+  const SchemaNode stray = Map("output", {Key("sigma", "", &GradcheckConfig::sigma)}, "").Always();
+  EXPECT_THROW(CheckBindings(stray, typeid(OutputConfig)), std::logic_error);
+  EXPECT_NO_THROW(CheckBindings(stray, typeid(GradcheckConfig)));
+  const SchemaNode unread = Map("output", {TextNode("title", "")}, "");
+  EXPECT_THROW(CheckBindings(unread, typeid(OutputConfig)), std::logic_error);
 }
 
 TEST(ConfigFiles, EveryKeyIsDocumented) {

@@ -99,7 +99,8 @@ TEST(ConfigMistakes, WhatIsPlannedIsNotSupported) {
        {"render.sppse=8",
         "render.sppse: key 'sppse' is not supported; write spp_direct and spp_indirect"},
        {"render.pixel_filter=tent",
-        "render.pixel_filter: 'tent' is not supported; write filter in scene.sensors"},
+        "render.pixel_filter: key 'pixel_filter' is not supported; photos are means over pixels, "
+        "write filter in scene.sensors"},
        {"unknowns.mug.vertices.parametrisation=rigid",
         "unknowns.mug.vertices.parametrisation: 'rigid' is not supported; free "
         "MESH.translation and MESH.rotation"},

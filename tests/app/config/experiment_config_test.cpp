@@ -7,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include "app/config/map_reader.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
@@ -26,18 +25,17 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
   EXPECT_EQ(config.path, file.path());
   EXPECT_EQ(config.given_text, kFitConfig);
   EXPECT_EQ(config.name, "mug");
-  EXPECT_EQ(config.seed, 7U);
+  EXPECT_EQ(config.render.seed, 7U);
   ASSERT_TRUE(config.input);
-  EXPECT_EQ(config.input->images, file.folder() / "photos");
-  EXPECT_EQ(config.input->cameras, file.folder() / "cameras/transforms.json");
-  EXPECT_EQ(config.input->cameras_format, "transforms");
-  EXPECT_TRUE(config.input->has_masks);
-  EXPECT_TRUE(config.input->masks_silhouette);
-  EXPECT_EQ(config.input->masks, file.folder() / "masks");
-  EXPECT_EQ(config.input->masks_erode_px, 2);
+  EXPECT_EQ(config.input->photos.images_dir, file.folder() / "photos");
+  EXPECT_EQ(config.input->photos.cameras, file.folder() / "cameras/transforms.json");
+  EXPECT_EQ(config.input->photos.camera_format, "transforms");
+  EXPECT_EQ(config.input->photos.masks.meaning, optim::MaskMeaning::kSilhouette);
+  EXPECT_EQ(config.input->photos.masks.folder, file.folder() / "masks");
+  EXPECT_EQ(config.input->photos.masks.erode_px, 2);
   EXPECT_TRUE(config.input->exposure_gain);
-  EXPECT_EQ(config.input->validation_every, 8);
-  EXPECT_EQ(config.input->max_size_px, 0);
+  EXPECT_EQ(config.input->photos.validation_every, 8);
+  EXPECT_EQ(config.input->photos.max_size_px, 0);
 
   ASSERT_EQ(config.geometry.size(), 2U);
   EXPECT_EQ(std::get<VisualHullGeometry>(config.geometry[0].geometry).resolution, 64);
@@ -54,16 +52,21 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
   EXPECT_EQ(config.lights[1].type, LightConfig::Type::kPoint);
   EXPECT_EQ(config.lights[1].position, (Triple{0, 1, 0}));
 
-  EXPECT_TRUE(config.loss.relative);
-  ASSERT_EQ(config.stages.size(), 2U);
-  EXPECT_EQ(config.stages[0].free, (std::vector<std::string>{"room.texels", "exposure"}));
-  EXPECT_EQ(config.stages[1].free.size(), 7U) << "all but the held one";
-  EXPECT_EQ(config.stages[1].spp, 16);
-  EXPECT_DOUBLE_EQ(config.solver.max_memory_bytes, 2.0 * 1024 * 1024 * 1024);
-  EXPECT_EQ(config.solver.threads, 2);
+  EXPECT_EQ(config.fit.loss.residual, optim::ResidualKind::kRelative);
+  ASSERT_EQ(config.fit.stages.size(), 2U);
+  ASSERT_EQ(config.fit.stages[0].free.size(), 2U);
+  const auto freed = [&](std::size_t i) {
+    return config.unknowns[static_cast<std::size_t>(config.fit.stages[0].free[i])].name;
+  };
+  EXPECT_EQ(freed(0), "room.texels");
+  EXPECT_EQ(freed(1), "exposure");
+  EXPECT_EQ(config.fit.stages[1].free.size(), 7U) << "all but the held one";
+  EXPECT_EQ(config.fit.stages[1].samples.spp, 16);
+  EXPECT_DOUBLE_EQ(config.fit.max_memory_bytes, 2.0 * 1024 * 1024 * 1024);
+  EXPECT_EQ(config.threads, 2);
   EXPECT_EQ(config.output.directory, file.folder() / "runs/{name}/{timestamp}");
   EXPECT_EQ(config.gradcheck.params, (std::vector<std::string>{"mug.*"}));
-  EXPECT_DOUBLE_EQ(config.gradcheck.step, 1e-4);
+  EXPECT_DOUBLE_EQ(config.gradcheck.check.step, 1e-4);
 }
 
 TEST(ExperimentConfig, UnknownsWaitForTheScene) {
@@ -71,10 +74,11 @@ TEST(ExperimentConfig, UnknownsWaitForTheScene) {
   ASSERT_EQ(config.unknowns.size(), 8U);
   const UnknownConfig& colors = UnknownOf(config, "mug.colors");
   EXPECT_EQ(colors.place.line, 26);
-  EXPECT_FALSE(colors.hold);
+  EXPECT_FALSE(colors.spec.hold);
   ASSERT_NE(colors.settings.Find("bounds"), nullptr);
-  EXPECT_EQ(NumbersOf(*colors.settings.Find("bounds")), (std::vector<double>{0.02, 0.95}));
-  EXPECT_TRUE(UnknownOf(config, "glaze.metallic").hold);
+  const YamlNode& bounds = *colors.settings.Find("bounds");
+  EXPECT_EQ(bounds.items[0].text + " " + bounds.items[1].text, "0.02 0.95");
+  EXPECT_TRUE(UnknownOf(config, "glaze.metallic").spec.hold);
   EXPECT_EQ(config.source.lines.at(25), "  mug.colors: {bounds: [0.02, 0.95]}");
 }
 
@@ -148,7 +152,7 @@ TEST(ExperimentConfig, PathsAreRelativeToTheFileAndExpanded) {
   const ConfigFile file(kFitConfig);
   const auto images = [&file](const std::string& text) {
     const auto config = LoadExperimentConfig(file.path(), Sets({"input.images=" + text}));
-    return config.input->images.string();
+    return config.input->photos.images_dir.string();
   };
   EXPECT_EQ(images("a/../b/"), (file.folder() / "b").string());
   EXPECT_EQ(images("../c"), (file.folder().parent_path() / "c").string());

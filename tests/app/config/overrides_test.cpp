@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "app/config/map_reader.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
@@ -29,26 +28,25 @@ TEST(Overrides, ReachEveryKindOfPlace) {
                                             "input.max_size_px=512",
                                             "gradcheck.params+=\"room.*\"",
                                             "output.directory=/tmp/out"});
-  EXPECT_EQ(config.seed, 9U);
+  EXPECT_EQ(config.render.seed, 9U);
   EXPECT_EQ(config.render.max_bounces, 3) << "no such map in the file";
-  EXPECT_EQ(config.stages[0].spp, 32);
-  EXPECT_EQ(config.stages[1].spp, 64);
-  EXPECT_DOUBLE_EQ(config.stages[0].stop_relative_cost, 1e-3);
-  const YamlNode& vertices = config.unknowns[0].settings;
-  EXPECT_EQ(vertices.Find("priors")->items[0].Find("laplacian")->Find("weight")->text, "0.5");
-  EXPECT_EQ(vertices.Find("parametrisation")->Find("large_steps")->Find("lambda")->text, "3");
-  EXPECT_EQ(NumbersOf(*config.unknowns[1].settings.Find("bounds")),
-            (std::vector<double>{0.02, 0.9}));
+  EXPECT_EQ(config.fit.stages[0].samples.spp, 32);
+  EXPECT_EQ(config.fit.stages[1].samples.spp, 64);
+  EXPECT_DOUBLE_EQ(config.fit.stages[0].stop_relative_cost, 1e-3);
+  EXPECT_DOUBLE_EQ(config.unknowns[0].spec.laplacian_weight, 0.5);
+  EXPECT_DOUBLE_EQ(config.unknowns[0].spec.large_steps_lambda, 3.0);
+  const YamlNode& bounds = *config.unknowns[1].settings.Find("bounds");
+  EXPECT_EQ(bounds.items[0].text + " " + bounds.items[1].text, "0.02 0.9");
   EXPECT_EQ(config.materials[1].base_color, (Triple{0.1, 0.2, 0.3}));
-  EXPECT_EQ(config.input->validation_names, (std::vector<std::string>{"a.jpg", "b.jpg"}));
-  EXPECT_EQ(config.input->validation_every, 0);
-  EXPECT_EQ(config.input->max_size_px, 512);
+  EXPECT_EQ(config.input->photos.validation_names, (std::vector<std::string>{"a.jpg", "b.jpg"}));
+  EXPECT_EQ(config.input->photos.validation_every, 0);
+  EXPECT_EQ(config.input->photos.max_size_px, 512);
   EXPECT_EQ(config.gradcheck.params, (std::vector<std::string>{"mug.*", "room.*"}));
   EXPECT_EQ(config.output.directory, "/tmp/out");
 }
 
 TEST(Overrides, LaterOnesWin) {
-  EXPECT_EQ(LoadText(kFitConfig, {"seed=1", "seed=2"}).seed, 2U);
+  EXPECT_EQ(LoadText(kFitConfig, {"seed=1", "seed=2"}).render.seed, 2U);
   EXPECT_EQ(LoadText(kFitConfig, {"render={spp: 3}", "render.max_bounces=2"}).render.spp, 3);
 }
 

@@ -34,9 +34,9 @@ void ExpectRoundTrip(const std::string& text, const std::vector<std::string>& se
     EXPECT_EQ(first.unknowns[i].name, second.unknowns[i].name);
     EXPECT_TRUE(SameValues(first.unknowns[i].settings, second.unknowns[i].settings));
   }
-  ASSERT_EQ(first.stages.size(), second.stages.size());
-  for (std::size_t i = 0; i < first.stages.size(); ++i) {
-    EXPECT_EQ(first.stages[i].free, second.stages[i].free);
+  ASSERT_EQ(first.fit.stages.size(), second.fit.stages.size());
+  for (std::size_t i = 0; i < first.fit.stages.size(); ++i) {
+    EXPECT_EQ(first.fit.stages[i].free, second.fit.stages[i].free);
   }
 }
 

@@ -82,7 +82,7 @@ TEST(SceneConfig, ReadsLights) {
   EXPECT_EQ(beamer.type, Type::kProjector);
   EXPECT_EQ(beamer.texture, "slide");
   EXPECT_NEAR(beamer.fov, 30 * kDegree, 1e-15);
-  EXPECT_EQ(beamer.fov_axis, "x");
+  EXPECT_EQ(beamer.fov_axis, FovAxis::kX);
   EXPECT_EQ(beamer.up, (Triple{0, 1, 0}));
   EXPECT_NEAR(beamer.angle, std::numbers::pi, 1e-15);
   const LightConfig& glow = Named(config.lights, "glow");
@@ -103,14 +103,14 @@ TEST(SceneConfig, ReadsSensorsAndBudgets) {
   EXPECT_EQ(plan.focal_px, (std::array<double, 2>{4, 4})) << "20 px for 5 m";
   EXPECT_EQ(plan.filter, SensorConfig::Filter::kTent);
   EXPECT_DOUBLE_EQ(plan.filter_radius_px, 1.0);
-  const RenderConfig& render = config.render;
+  const renderer::RenderOptions& render = config.render;
   EXPECT_DOUBLE_EQ(render.spp_direct, 2.0);
   EXPECT_DOUBLE_EQ(render.spp_indirect, 3.0);
   EXPECT_DOUBLE_EQ(render.spp_pixel, 0.0);
-  EXPECT_TRUE(render.interior && render.direct);
-  EXPECT_FALSE(render.primary || render.indirect || render.pixel);
-  EXPECT_TRUE(render.material_form);
-  EXPECT_EQ(render.guiding, RenderConfig::Guiding::kGrid);
+  EXPECT_TRUE(render.terms.interior && render.terms.direct);
+  EXPECT_FALSE(render.terms.primary || render.terms.indirect || render.terms.pixel);
+  EXPECT_EQ(render.form, renderer::DerivativeForm::kMaterial);
+  EXPECT_EQ(render.guide, renderer::GuideKind::kGrid);
   EXPECT_DOUBLE_EQ(render.guide_share, 0.5);
 }
 
@@ -172,6 +172,11 @@ TEST(SceneMistakes, LightsAreChecked) {
         "scene.lights.torch.direction: a list of 3 numbers is needed, not '5'"},
        {"scene.lights.beamer.up=[0, 0, 1]",
         "scene.lights.beamer.up: up must not be zero or along the direction of the light"},
+       {"scene.lights.lamp.intensity=[1e30, 1, 1]",
+        "scene.lights.lamp.intensity[0]: 1e30 is out of range (allowed: a number from 0 to 1e+20)"},
+       {"scene.lights.sky={type: envmap, size_px: [4, 2], init: {constant: [1, 1, 1e30]}}",
+        "scene.lights.sky.init.constant[2]: 1e30 is out of range (allowed: a number from 0 to "
+        "1e+20)"},
        {"scene.lights.glow.mesh=blub",
         "scene.lights.glow.mesh: no mesh is called 'blub' (did you mean 'bulb'?)"},
        {"scene.lights.glow.frame=camera",
@@ -188,6 +193,14 @@ TEST(SceneMistakes, GeometryAndSensorsAreChecked) {
         "scene.geometry.bulb: key 'materials' needs key 'file'"},
        {"scene.geometry.tri.mesh.uvs=[[0, 0]]",
         "scene.geometry.tri.mesh.uvs: 1 UVs for 3 vertices; one for each is needed"},
+       {"scene.geometry.tri.mesh.triangles[0]=[0, 1, 1]",
+        "scene.geometry.tri.mesh.triangles: the triangle has no area"},
+       {"scene.geometry.bulb.transform={scale: 1e30}",
+        "scene.geometry.bulb.transform.scale: 1e30 is out of range (allowed: a number between 0 "
+        "and 1000000000000, or a list of 3 numbers between 0 and 1000000000000)"},
+       {"scene.geometry.bulb.transform={translate_m: [0, -1e300, 0]}",
+        "scene.geometry.bulb.transform.translate_m[1]: -1e300 is out of range (allowed: a number "
+        "from -1000000000000 to 1000000000000)"},
        {"scene.geometry.tri.mesh.normals[1]=[0, 0, 0]",
         "scene.geometry.tri.mesh.normals: a normal must not be [0, 0, 0]"},
        {"scene.sensors.plan.fov_deg=30",

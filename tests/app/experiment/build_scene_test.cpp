@@ -161,7 +161,7 @@ TEST(BuildFitSpec, StagesTakeTheirBudgetsAndTheTermsOfRender) {
                                             "render.terms=[interior, direct]",
                                             "render.guiding=grid",
                                             "render.guide_share=0.1"});
-  EXPECT_EQ(config.stages[0].spp_direct, 0.25);
+  EXPECT_EQ(config.fit.stages[0].samples.spp_direct, 0.25);
   renderer::Scene scene;
   scene.meshes = {{"mug", {}, 0}, {"disc", {}, 1}};
   scene.materials = {{"glaze", renderer::MetallicRoughnessBsdf{}}, {"paint", {}}};
@@ -378,7 +378,7 @@ TEST(BuildScene, UnknownsFindTheirObjects) {
 
 TEST(BuildScene, RenderOptionsFollowTheConfig) {
   ExperimentConfig config = LoadText(kRichConfig);
-  const renderer::RenderOptions options = MakeRenderOptions(config);
+  const renderer::RenderOptions options = config.render;
   EXPECT_EQ(options.spp, 16);
   EXPECT_DOUBLE_EQ(options.spp_indirect, 3.0);
   EXPECT_EQ(options.form, renderer::DerivativeForm::kMaterial);

@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "renderer/core/error.h"
 #include "tests/optim/diagnostics/gradient_cases.h"
 
 namespace pathfit::optim {
@@ -69,6 +70,26 @@ TEST(GradientCheck, GlossyBall) {
   CheckKind("glossy ball roughness", GlossyBall(), ParameterKind::kRoughness, 1, Smooth());
   CheckKind("glossy ball metallic", GlossyBall(), ParameterKind::kMetallic, 1, Linear());
   CheckKind("glossy ball sky texels", GlossyBall(), ParameterKind::kEnvironmentTexels, 0, Linear());
+}
+
+/// Texels at 0 cannot become less: everything is taken a step inside.
+TEST(GradientCheck, BlackSky) {
+  Scene scene = Ball();
+  auto& sky = std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light);
+  sky.texels.assign(sky.texels.size(), renderer::Rgb(0.0, 0.0, 0.0));
+  CheckKind("black sky texels", scene, ParameterKind::kEnvironmentTexels, 0, Linear());
+}
+
+TEST(GradientCheck, StepsThatShowNothingAreRefused) {
+  const Scene scene = Ball();
+  renderer::ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kLightIntensity, 1);
+  for (const double step : {1e300, 1e-300}) {
+    GradientCheckOptions options = Linear();
+    options.step = step;
+    EXPECT_THROW(CheckGradient(scene, scene.sensors[0], 0, layout, {1.0, 0.0, 0.0}, options),
+                 renderer::SceneError);
+  }
 }
 
 TEST(GradientCheck, BallBeforeAHiddenSky) {

@@ -243,6 +243,9 @@ TEST_F(TransformsJson, NamesTheKeyOfWhatIsMalformed) {
   ExpectError(pinhole_, "\"transform_matrix\": [[1]]", {"frames[0].transform_matrix", "4 rows"});
   ExpectError(pinhole_, "\"transform_matrix\": [[1],[1],[1]]", {"transform_matrix[0]", "four"});
   ExpectError(pinhole_,
+              "\"transform_matrix\": [[1,0,0,0],[0,1,0,1e300],[0,0,1,0],[0,0,0,1]]",
+              {"frames[0]", "beyond 1e12"});
+  ExpectError(pinhole_,
               "\"transform_matrix\": [[2,0,0,0],[0,2,0,0],[0,0,2,0],[0,0,0,1]]",
               {"frames[0].transform_matrix", "not a rotation", "determinant 8"});
   ExpectError(pinhole_,

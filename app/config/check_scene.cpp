@@ -1,0 +1,257 @@
+// What several values of a scene must be together: names exist, textures have one use.
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "app/config/nearest_name.h"
+#include "app/config/read_config.h"
+
+namespace pathfit::app {
+namespace {
+
+using Role = TextureConfig::Role;
+
+bool Contains(const std::vector<std::string>& list, const std::string& text) {
+  return std::find(list.begin(), list.end(), text) != list.end();
+}
+
+bool IsData(Role role) { return role == Role::kRoughness || role == Role::kMetallic; }
+
+const char* Describe(Role role) { return IsData(role) ? "roughness or metallic" : "a colour"; }
+
+// Notes what the texture is used for: of two uses the one with narrower values (roughness, base
+// colour).
+void UseTexture(const YamlNode& name, const std::string& path, Role role, ConfigReading& reading) {
+  std::vector<std::string> names;
+  for (TextureConfig& texture : reading.config.textures) {
+    names.push_back(texture.name);
+    if (texture.name != name.text) continue;
+    if (texture.role != Role::kUnused && IsData(texture.role) != IsData(role)) {
+      reading.Report(name.place,
+                     path,
+                     fmt::format("texture '{}' is used as {} already, so it cannot be {}; name its "
+                                 "file twice",
+                                 name.text,
+                                 Describe(texture.role),
+                                 Describe(role)));
+      return;
+    }
+    if (texture.role == Role::kUnused || texture.role == Role::kLight || role == Role::kRoughness) {
+      texture.role = role;
+    }
+    return;
+  }
+  reading.Report(
+      name.place, path, "no texture is called '" + name.text + "'" + NameHint(name.text, names));
+}
+
+// What the start value of a texture without file must lie in.
+std::pair<double, double> StartRange(Role role) {
+  constexpr double kMinRoughness = 0.1;
+  if (role == Role::kRoughness) return {kMinRoughness, 1.0};
+  return {0.0, role == Role::kLight || role == Role::kUnused ? 1e20 : 1.0};
+}
+
+void CheckStartValue(const TextureConfig& texture, ConfigReading& reading) {
+  const YamlNode* start = reading.root.Find("scene")->Find("textures")->Find(texture.name);
+  for (const char* key : {"init", "constant"}) start = start == nullptr ? start : start->Find(key);
+  if (start == nullptr) return;
+  const std::string path = "scene.textures." + texture.name + ".init.constant";
+  const auto [low, high] = StartRange(texture.role);
+  for (const double value : texture.init) {
+    if (value >= low && value <= high) continue;
+    reading.Report(start->place,
+                   path,
+                   fmt::format("{} is out of range (allowed for {}: from {} to {})",
+                               value,
+                               texture.role == Role::kRoughness   ? "roughness"
+                               : texture.role == Role::kMetallic  ? "metallic"
+                               : texture.role == Role::kBaseColor ? "a base colour"
+                                                                  : "a light",
+                               low,
+                               high));
+    return;
+  }
+  if (IsData(texture.role) &&
+      (texture.init[0] != texture.init[1] || texture.init[0] != texture.init[2])) {
+    reading.Report(start->place, path, "roughness and metallic are one number, not a colour");
+  }
+}
+
+// Every use of a texture, in materials and lights.
+void CheckTextures(const YamlNode& scene, ConfigReading& reading) {
+  if (const YamlNode* materials = scene.Find("materials")) {
+    for (const YamlEntry& entry : materials->entries) {
+      const auto use = [&](const char* key, Role role) {
+        const YamlNode* source = entry.value.Find(key);
+        const YamlNode* name = source == nullptr ? nullptr : source->Find("texture");
+        if (name == nullptr) return;
+        UseTexture(*name, "scene.materials." + entry.key + "." + key + ".texture", role, reading);
+      };
+      use("base_color", Role::kBaseColor);
+      use("roughness", Role::kRoughness);
+      use("metallic", Role::kMetallic);
+    }
+  }
+  if (const YamlNode* lights = scene.Find("lights")) {
+    for (const YamlEntry& entry : lights->entries) {
+      const YamlNode* name = entry.value.Find("texture");
+      if (name == nullptr) continue;
+      UseTexture(*name, "scene.lights." + entry.key + ".texture", Role::kLight, reading);
+    }
+  }
+  for (const TextureConfig& texture : reading.config.textures) CheckStartValue(texture, reading);
+}
+
+// Every material that is named exists.
+void CheckMaterialNames(const YamlNode& scene, ConfigReading& reading) {
+  const YamlNode* materials = scene.Find("materials");
+  const YamlNode* meshes = scene.Find("geometry");
+  if (materials == nullptr || meshes == nullptr) return;
+  std::vector<std::string> names;
+  for (const YamlEntry& entry : materials->entries) names.push_back(entry.key);
+  const auto check = [&](const YamlNode& name, const std::string& path) {
+    if (!name.IsScalar() || Contains(names, name.text)) return;
+    reading.Report(
+        name.place, path, "no material is called '" + name.text + "'" + NameHint(name.text, names));
+  };
+  for (const YamlEntry& entry : meshes->entries) {
+    const std::string path = "scene.geometry." + entry.key;
+    if (const YamlNode* name = entry.value.Find("material")) check(*name, path + ".material");
+    const YamlNode* groups = entry.value.Find("materials");
+    if (groups == nullptr) continue;
+    for (const YamlEntry& group : groups->entries) {
+      check(group.value, path + ".materials." + group.key);
+    }
+  }
+}
+
+void CheckMeshes(const YamlNode& scene, ConfigReading& reading) {
+  const YamlNode* meshes = scene.Find("geometry");
+  if (meshes == nullptr) return;
+  std::set<std::string> names;
+  for (const NamedMesh& mesh : MeshesOf(reading.config)) {
+    if (names.insert(mesh.name).second) continue;
+    const YamlNode* node = meshes->Find(mesh.geometry->name);
+    reading.Report(node->place,
+                   "scene.geometry." + mesh.geometry->name,
+                   "two meshes would be called '" + mesh.name + "'");
+  }
+  const auto& input = reading.config.input;
+  if (input && input->photos.masks.meaning == optim::MaskMeaning::kSilhouette) return;
+  for (const YamlEntry& entry : meshes->entries) {
+    const YamlNode* hull = entry.value.Find("visual_hull");
+    if (hull == nullptr) continue;
+    reading.Report(hull->place,
+                   "scene.geometry." + entry.key + ".visual_hull",
+                   "a visual hull is carved from masks; input.masks with meaning: silhouette is "
+                   "needed");
+  }
+}
+
+// There is one environment at most; area lights have meshes, each its own.
+void CheckLights(const YamlNode& scene, ConfigReading& reading) {
+  const YamlNode* lights = scene.Find("lights");
+  if (lights == nullptr) return;
+  std::vector<std::string> meshes;
+  for (const NamedMesh& mesh : MeshesOf(reading.config)) meshes.push_back(mesh.name);
+  std::string environment;
+  std::vector<std::string> shining;
+  for (const YamlEntry& entry : lights->entries) {
+    const YamlNode* type = entry.value.Find("type");
+    if (type == nullptr) continue;
+    const std::string path = "scene.lights." + entry.key;
+    if (type->text == "envmap" || type->text == "constant") {
+      if (environment.empty()) {
+        environment = entry.key;
+      } else {
+        reading.Report(
+            type->place,
+            path,
+            "only one light may be an envmap or constant; '" + environment + "' is one already");
+      }
+    }
+    const YamlNode* mesh = entry.value.Find("mesh");
+    if (mesh == nullptr) continue;
+    if (!Contains(meshes, mesh->text) && !meshes.empty()) {
+      reading.Report(mesh->place,
+                     path + ".mesh",
+                     "no mesh is called '" + mesh->text + "'" + NameHint(mesh->text, meshes));
+    } else if (Contains(shining, mesh->text)) {
+      reading.Report(
+          mesh->place, path + ".mesh", "mesh '" + mesh->text + "' has an area light already");
+    }
+    shining.push_back(mesh->text);
+  }
+}
+
+// A rectangle is a black mesh that shines: derivatives, shadows and exports need to know no more.
+void AddRectangles(const YamlNode& scene, ConfigReading& reading) {
+  const YamlNode* lights = scene.Find("lights");
+  if (lights == nullptr) return;
+  ExperimentConfig& config = reading.config;
+  for (std::size_t i = 0; i < lights->entries.size(); ++i) {
+    const YamlNode* type = lights->entries[i].value.Find("type");
+    if (type == nullptr || type->text != "rectangle") continue;
+    LightConfig& light = config.lights[i];
+    const auto is_taken = [&](const auto& list) {
+      return std::any_of(
+          list.begin(), list.end(), [&](const auto& item) { return item.name == light.name; });
+    };
+    if (is_taken(config.materials) || is_taken(MeshesOf(config))) {
+      reading.Report(type->place,
+                     "scene.lights." + light.name,
+                     "a rectangle needs a name that no mesh and no material has");
+      continue;
+    }
+    light.mesh = light.name;
+    GeometryConfig& geometry = config.geometry.emplace_back();
+    geometry.name = geometry.material = light.name;
+    geometry.geometry = RectangleGeometry{};
+    geometry.transform = {
+        {0.5 * light.width_m, 0.5 * light.height_m, 1.0}, light.axis, light.angle, light.position};
+    MaterialConfig& material = config.materials.emplace_back();
+    material.name = light.name;
+    material.base_color = {0.0, 0.0, 0.0};
+  }
+}
+
+void CheckSensors(const YamlNode& scene, ConfigReading& reading) {
+  const YamlNode* sensors = scene.Find("sensors");
+  if (sensors != nullptr && reading.has_input) {
+    reading.Report(sensors->place,
+                   "scene.sensors",
+                   "sensors are not supported together with input; the photos are the cameras");
+  }
+  if (!reading.has_input && (sensors == nullptr || sensors->entries.empty())) {
+    reading.Report(scene.place, "scene", "there is no camera; give input or scene.sensors");
+  }
+}
+
+}  // namespace
+
+std::vector<NamedMesh> MeshesOf(const ExperimentConfig& config) {
+  std::vector<NamedMesh> meshes;
+  for (const GeometryConfig& geometry : config.geometry) {
+    meshes.push_back({geometry.name, &geometry, geometry.material});
+    for (const auto& [usemtl, material] : geometry.group_materials) {
+      meshes.push_back({GroupMeshName(geometry.name, usemtl), &geometry, material});
+    }
+  }
+  return meshes;
+}
+
+void CheckScene(ConfigReading& reading) {
+  const YamlNode* scene = reading.root.Find("scene");
+  if (scene == nullptr) return;
+  AddRectangles(*scene, reading);
+  CheckTextures(*scene, reading);
+  CheckMaterialNames(*scene, reading);
+  CheckMeshes(*scene, reading);
+  CheckLights(*scene, reading);
+  CheckSensors(*scene, reading);
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cmath>
+
+#include "app/config/experiment_config.h"
+#include "app/config/schema_builders.h"
+#include "renderer/geometry/ray.h"
+
+namespace pathfit::app {
+
+// Vectors of the configuration, and the rotations and limits that several parts of it share.
+
+/// No coordinate or length may be larger.
+inline constexpr double kMaxLength = renderer::kMaxCoordinate;
+/// No radiance or intensity may be larger: sums of squares still fit double precision.
+inline constexpr double kMaxRadiance = 1e20;
+
+inline bool IsZero(const Triple& v) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
+inline double Norm(const Triple& v) { return std::hypot(v[0], v[1], v[2]); }
+inline Triple Minus(const Triple& a, const Triple& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+inline Triple Cross(const Triple& a, const Triple& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+/// One of them is zero or they point the same way, within rounding.
+inline bool AreParallel(const Triple& a, const Triple& b) {
+  constexpr double kParallel = 1e-9;
+  return Norm(Cross(a, b)) <= kParallel * Norm(a) * Norm(b);
+}
+
+inline WordsOf<FovAxis> FovAxes() {
+  return {{"x", FovAxis::kX},
+          {"y", FovAxis::kY},
+          {"smaller", FovAxis::kSmaller},
+          {"larger", FovAxis::kLarger},
+          {"diagonal", FovAxis::kDiagonal}};
+}
+
+/// `rotate: {axis, angle_deg}` of a struct with `axis` and `angle`.
+template <class T>
+SchemaNode Rotation(std::string doc) {
+  return Map("rotate",
+             {Key("axis", "Axis of the rotation; its length does not matter.", &T::axis).Required(),
+              Degrees("angle_deg", "Angle, right-handed about the axis.", &T::angle).Required()},
+             std::move(doc))
+      .Check(+[](T& values, YamlNode& node, const std::string& path, std::vector<Problem>& all) {
+        const YamlNode* axis = node.Find("axis");
+        if (axis == nullptr || !IsZero(values.axis)) return;
+        all.push_back({axis->place, path + ".axis", "the axis must not be [0, 0, 0]"});
+      });
+}
+
+}  // namespace pathfit::app
