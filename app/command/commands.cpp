@@ -3,7 +3,7 @@
 namespace pathfit::app {
 
 extern const Command kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand, kGradcheckCommand,
-    kVersionCommand;
+    kInfoCommand, kVersionCommand;
 
 const std::vector<const Command*>& AllCommands() {
   static const std::vector<const Command*> commands = {&kCheckCommand,
@@ -11,6 +11,7 @@ const std::vector<const Command*>& AllCommands() {
                                                        &kResumeCommand,
                                                        &kRenderCommand,
                                                        &kGradcheckCommand,
+                                                       &kInfoCommand,
                                                        &kVersionCommand};
   return commands;
 }

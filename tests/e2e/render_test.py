@@ -2,6 +2,7 @@
 
 Usage: render_test.py PATHFIT SOURCE_DIR. Unittest output; exits 1 if anything fails.
 """
+import json
 import math
 import pathlib
 import shutil
@@ -152,6 +153,19 @@ class Render(unittest.TestCase):
         said = [line for line in loud.stderr.splitlines() if "mirror" in line or "not in" in line]
         self.assertTrue(said, loud.stderr)
         self.assertIn("not in the derivative", quiet.stderr)
+
+    def test_info_names_what_a_bug_report_needs(self):
+        out = subprocess.run([str(PATHFIT), "info", "--json", "--threads", "3"], capture_output=True, text=True)
+        self.assertEqual((out.returncode, out.stderr), (0, ""))
+        info = json.loads(out.stdout)
+        self.assertEqual(info["threads"], 3)
+        self.assertIs(type(info["checks"]), bool)
+        self.assertGreater(info["memory_bytes"], 1 << 28)
+        for library in ("Embree", "Ceres", "OpenCV", "OpenEXR", "oneTBB", "OpenVDB"):
+            self.assertRegex(info["libraries"][library], r"^\d+\.\d+")
+        text = subprocess.run([str(PATHFIT), "info"], capture_output=True, text=True).stdout
+        self.assertIn(info["cpu"], text)
+        self.assertIn(info["version"], text)
 
 
 if __name__ == "__main__":

@@ -146,7 +146,9 @@ TEST(CommandLine, EnvironmentGivesDefaultsOnly) {
 
 TEST(CommandLine, MistakesAreNamed) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
-      {{}, "pathfit: a command is needed: check, fit, resume, render, gradcheck, version, help"},
+      {{},
+       "pathfit: a command is needed: check, fit, resume, render, gradcheck, info, version, "
+       "help"},
       {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
       {{"help", "rendr"}, "pathfit: unknown command 'rendr' (did you mean 'render'?)"},
       {{"fit"}, "pathfit fit: CONFIG is missing"},
