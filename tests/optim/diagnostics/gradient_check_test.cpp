@@ -161,7 +161,7 @@ TEST(GradientCheck, OpenCapWithBorder) {
   renderer::Mesh& mesh = scene.meshes[0].mesh;
   mesh.color_triangles.clear();
   mesh.colors.clear();
-  std::erase_if(mesh.triangles, [&](const renderer::Triangle& t) {
+  std::erase_if(mesh.triangles.Edit(), [&](const renderer::Triangle& t) {
     double height = 0.0;
     for (const std::int32_t i : t) height += mesh.positions[static_cast<std::size_t>(i)].y;
     return height < 0.9;
@@ -243,7 +243,7 @@ Scene BowlUnderTheFlash() {
   renderer::Mesh& mesh = scene.meshes[0].mesh;
   mesh.color_triangles.clear();
   mesh.colors.clear();
-  std::erase_if(mesh.triangles, [&](const renderer::Triangle& t) {
+  std::erase_if(mesh.triangles.Edit(), [&](const renderer::Triangle& t) {
     double height = 0.0;
     for (const std::int32_t i : t) height += mesh.positions[static_cast<std::size_t>(i)].y;
     return height > 0.2;

@@ -117,7 +117,7 @@ TEST(DifficultScenes, PanelSetsBehindTrianglesOfACoarseSmoothBall) {
 /// Without its lower part: the border is a silhouette and throws a shadow, and the inside is seen.
 Scene OpenCap(bool two_sided) {
   Mesh cap = renderer::MakeIcosphere(1, 0.6);
-  std::erase_if(cap.triangles, [&](const renderer::Triangle& t) {
+  std::erase_if(cap.triangles.Edit(), [&](const renderer::Triangle& t) {
     double height = 0.0;
     for (const std::int32_t i : t) height += cap.positions[static_cast<std::size_t>(i)].y;
     return height < 0.1;
@@ -259,7 +259,7 @@ TEST(DifficultScenes, IndexOfSmoothGlass) {
 
 TEST(DifficultScenes, LampInABowl) {
   Mesh bowl = renderer::MakeIcosphere(1, 0.7);
-  std::erase_if(bowl.triangles, [&](const renderer::Triangle& t) {
+  std::erase_if(bowl.triangles.Edit(), [&](const renderer::Triangle& t) {
     double height = 0.0;
     for (const std::int32_t i : t) height += bowl.positions[static_cast<std::size_t>(i)].y;
     return height > 0.3;
