@@ -76,7 +76,7 @@ TEST(VertexNormals, AreNormalizedAndOnlyBadOnesReplaced) {
   // a length whose square does not fit a double.
   cube.normals = {{0, 0, -3}, {0, 0, 0}, {0, -1, 0}, {0, 1e-200, 0}, {-1e300, 0, 0}, {1, 0, 0}};
   for (std::int32_t face = 0; face < 6; ++face) {
-    cube.normal_triangles.insert(cube.normal_triangles.end(), 2, Triangle{face, face, face});
+    for (int i = 0; i < 2; ++i) cube.normal_triangles.push_back({face, face, face});
   }
   EXPECT_EQ(NormalizeVertexNormals(cube), 1);
   EXPECT_EQ(cube.normals[0], (Vec3{0, 0, -1}));

@@ -141,7 +141,7 @@ TEST(GltfWriter, KeepsTheMeshesOwnNormalsAsUnitVectors) {
   Mesh mesh = MakeCube();
   mesh.normals = {{0, 0, -2}, {0, 0, 1}, {0, -1, 0}, {0, 3, 0}, {-1, 0, 0}, {1, 0, 0}};
   for (std::int32_t face = 0; face < 6; ++face) {
-    mesh.normal_triangles.insert(mesh.normal_triangles.end(), 2, Triangle{face, face, face});
+    for (int i = 0; i < 2; ++i) mesh.normal_triangles.push_back({face, face, face});
   }
   const TemporaryFolder folder;
   WriteGlb(folder.Path() / "a.glb", mesh, {});
