@@ -34,6 +34,9 @@ SchemaNode PriorSchema() {
               weighted("smooth",
                        &optim::UnknownSpec::smooth_weight,
                        "Texels and vertex colours: neighbours alike."),
+              weighted("total_variation",
+                       &optim::UnknownSpec::total_variation_weight,
+                       "Texels: neighbours alike except at edges, which stay sharp."),
               weighted("neutral", &optim::UnknownSpec::neutral_weight, "Texels: light near grey."),
               MapOf("gaussian",
                     {Bound(Either("mean",
@@ -53,9 +56,7 @@ SchemaNode PriorSchema() {
                     &optim::UnknownSpec::gaussian)
                   .OneOf("prior")},
              "")
-      .Refuse({{"normal_consistency", "; write laplacian"},
-               {"total_variation", "; write smooth"},
-               {"binary", ""}});
+      .Refuse({{"normal_consistency", "; write laplacian"}, {"binary", ""}});
 }
 
 void CheckStage(StageSpec& stage,

@@ -86,8 +86,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr const char* kLaplacian[] = {"laplacian"};
 constexpr const char* kSmooth[] = {"smooth"};
 constexpr const char* kGaussian[] = {"gaussian"};
-constexpr const char* kSmoothGaussian[] = {"smooth", "gaussian"};
-constexpr const char* kSmoothNeutral[] = {"smooth", "neutral"};
+constexpr const char* kTexelPriors[] = {"smooth", "total_variation", "gaussian"};
+constexpr const char* kEnvironmentPriors[] = {"smooth", "total_variation", "neutral"};
 
 /// A row, filled by steps. `Get` maps an object, constant or not, to its blocks, none if it lacks
 /// the property.
@@ -370,7 +370,7 @@ std::vector<ParameterTraits> MakeRows() {
               })
           .Lacking(LackOfUse)
           .Bounded(0.01, 0.99, 0.0, 1.0)
-          .Priors(kSmoothGaussian),
+          .Priors(kTexelPriors),
       Row::Textures(Kind::kTextureTexels, "texels", "rgb", texels)
           .Of("of a light",
               [](const Scene& scene, int i) {
@@ -378,18 +378,18 @@ std::vector<ParameterTraits> MakeRows() {
               })
           .Bounded(1e-4, kInfinity, 0.0, kInfinity)
           .Log()
-          .Priors(kSmoothGaussian),
+          .Priors(kTexelPriors),
       Row::Textures(Kind::kTextureTexels, "texels", "", texels)
           .Of("of roughness",
               [](const Scene& scene, int i) { return IsScalar(scene, i) && !IsMetallic(scene, i); })
           .Lacking(LackOfUse)
           .Bounded(kMinRoughness, 1.0, kMinRoughness, 1.0)
-          .Priors(kSmoothGaussian),
+          .Priors(kTexelPriors),
       Row::Textures(Kind::kTextureTexels, "texels", "", texels)
           .Of("of metallic",
               [](const Scene& scene, int i) { return IsScalar(scene, i) && IsMetallic(scene, i); })
           .Bounded(0.0, 1.0, 0.0, 1.0)
-          .Priors(kSmoothGaussian),
+          .Priors(kTexelPriors),
       Row::Emitters(Kind::kLightIntensity, "intensity", "rgb", intensity)
           .Measured("W/sr")
           .Of("point, spot",
@@ -473,7 +473,7 @@ std::vector<ParameterTraits> MakeRows() {
           })
           .Bounded(1e-4, kInfinity, 0.0, kInfinity)
           .Log()
-          .Priors(kSmoothNeutral),
+          .Priors(kEnvironmentPriors),
       Row::Sensors(Kind::kExposure, "exposure", "", [](auto& s) { return One(s.gain); })
           .Measured("gain")
           .Unbounded("; write input.exposure.max_ev"),

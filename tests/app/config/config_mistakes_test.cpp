@@ -104,8 +104,9 @@ TEST(ConfigMistakes, WhatIsPlannedIsNotSupported) {
        {"unknowns.mug.vertices.parametrisation=rigid",
         "unknowns.mug.vertices.parametrisation: 'rigid' is not supported; free "
         "MESH.translation and MESH.rotation"},
-       {"unknowns.mug.vertices.priors+={total_variation: {weight: 1}, laplacian: {weight: 1}}",
-        "unknowns.mug.vertices.priors[1]: key 'total_variation' is not supported; write smooth"},
+       {"unknowns.mug.vertices.priors+={normal_consistency: {weight: 1}, laplacian: {weight: 1}}",
+        "unknowns.mug.vertices.priors[1]: key 'normal_consistency' is not supported; write "
+        "laplacian"},
        {"unknowns.paint.base_color.priors=[{gaussian: {mean: begin, sigma: 1}}]",
         "unknowns.paint.base_color.priors[0].gaussian.mean: 'begin' is not a number "
         "(allowed: a number, or start, or a list of numbers (at least 2))"},

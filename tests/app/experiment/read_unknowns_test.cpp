@@ -127,6 +127,11 @@ TEST(ReadUnknowns, ReadsWhatIsWritten) {
   EXPECT_EQ(room.parameterization, Parameterization::kIdentity);
   EXPECT_EQ(room.smooth_weight, 2.0);
   EXPECT_EQ(room.neutral_weight, 3.0);
+  for (const char* texels : {"oak.texels", "worn.texels", "slide.texels", "room.texels"}) {
+    const optim::UnknownSpec flat = Only(texels, "{priors: [{total_variation: {weight: 0.5}}]}");
+    EXPECT_EQ(flat.total_variation_weight, 0.5) << texels;
+    EXPECT_EQ(flat.smooth_weight, 0.0) << texels;
+  }
   const optim::UnknownSpec wall =
       Only("wall.base_color", "{priors: [{gaussian: {mean: [0.2, 0.3, 0.4], sigma: 0.1}}]}");
   ASSERT_TRUE(wall.gaussian);
@@ -205,6 +210,9 @@ TEST(ReadUnknowns, SettingsMustFitTheKindAndAreListedTogether) {
       {"glaze.roughness: {priors: [{laplacian: {weight: 1}}]}",
        "38:31: unknowns.glaze.roughness.priors[0]: prior 'laplacian' does not fit roughness "
        "(allowed: gaussian)"},
+      {"mug.colors: {priors: [{total_variation: {weight: 1}}]}",
+       "38:26: unknowns.mug.colors.priors[0]: prior 'total_variation' does not fit colors "
+       "(allowed: smooth)"},
       {"mug.vertices: {priors: [{laplacian: {weight: 1}}, {laplacian: {weight: 1}}]}",
        "38:54: unknowns.mug.vertices.priors[1]: prior 'laplacian' is given twice"},
       {"glaze.roughness: {priors: [{gaussian: {mean: [1, 1, 1], sigma: 1}}]}",
