@@ -226,10 +226,11 @@ Vec3 TwiceAreaNormal(const std::vector<Vec3>& positions, const Triangle& t) {
 /// Moves vertices onto the zero of the field; those of triangles that would fold or vanish stay
 /// where they are.
 void MoveToZero(const SilhouetteField& field, double spacing, Mesh& mesh) {
-  std::vector<Vec3> moved(mesh.positions.size());
+  const std::vector<Vec3>& positions = mesh.positions;
+  std::vector<Vec3> moved(positions.size());
   renderer::ParallelFor(static_cast<std::int64_t>(moved.size()), [&](std::int64_t i) {
     const auto v = static_cast<std::size_t>(i);
-    moved[v] = NearestZero(field, mesh.positions[v], spacing);
+    moved[v] = NearestZero(field, positions[v], spacing);
   });
   for (int i = 0; i < kMaxReverts; ++i) {
     bool reverted = false;

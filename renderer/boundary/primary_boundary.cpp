@@ -198,8 +198,8 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
   const double pixels_per_metre = Norm(point.g) / std::hypot(point.m.x, point.m.y);
   // The shadow ray starts beside the background, which moves it less at the edge.
   const Vec3 x = point.ray.origin + point.ray.direction * hit->distance;
-  const double offset =
-      std::max(caster.Offset(point.x), caster.Offset(x) * point.distance / hit->distance);
+  const double nearer = context_.camera.IsOrthographic() ? 1.0 : point.distance / hit->distance;
+  const double offset = std::max(caster.Offset(point.x), caster.Offset(x) * nearer);
   const double step = side * kClearance * offset * pixels_per_metre;
   const Vec2 shift = point.m * (step / std::hypot(point.m.x, point.m.y));
   const Ray ray =

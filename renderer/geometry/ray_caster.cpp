@@ -33,6 +33,8 @@ constexpr double kPieceLength = 4.0;
 constexpr double kLeastDistance = 0.125;
 // Vertices of a mesh that are looked at for its middle.
 constexpr std::size_t kMiddleSamples = 1024;
+// Where the steps of the centre begin, in steps.
+constexpr double kOddStep = 0.3183;
 // Cuts of cuts, against endless ones of what is thinner than rounding.
 constexpr int kMaxCuts = 64;
 
@@ -68,12 +70,16 @@ Middle MiddleOf(const Mesh& mesh) {
   return middle;
 }
 
-/// The middle from which the worst ratio of a mesh's distance to its size is least.
-Middle ChooseMiddle(const std::vector<const Mesh*>& meshes) {
+/// The middle from which the worst ratio of a mesh's distance to its size is least, in coarse
+/// steps: while a mesh moves a little, what rays can tell apart elsewhere stays the same to the
+/// bit.
+Middle ChooseMiddle(const std::vector<const Mesh*>& meshes, const std::vector<bool>& aside) {
   std::vector<Middle> middles;
-  for (const Mesh* mesh : meshes) {
-    if (!mesh->positions.empty()) {
-      middles.push_back(MiddleOf(*mesh));
+  for (const bool with_aside : {false, true}) {
+    for (std::size_t m = 0; m < meshes.size() && (!with_aside || middles.empty()); ++m) {
+      if (!meshes[m]->positions.empty() && (with_aside || aside.empty() || !aside[m])) {
+        middles.push_back(MiddleOf(*meshes[m]));
+      }
     }
   }
   Middle best;
@@ -90,6 +96,14 @@ Middle ChooseMiddle(const std::vector<const Mesh*>& meshes) {
       least = worst;
       best = middle;
     }
+  }
+  if (!(best.size > 0.0)) {
+    return best;
+  }
+  best.size = std::exp2(std::round(std::log2(best.size)));
+  for (int i = 0; i < 3; ++i) {
+    // Aside from halves and quarters of round numbers, where things often stand.
+    best.at[i] = (std::floor(best.at[i] / best.size + kOddStep) + 0.5 - kOddStep) * best.size;
   }
   return best;
 }
@@ -223,7 +237,7 @@ RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
-void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
+void RayCaster::Build(const std::vector<const Mesh*>& meshes, const std::vector<bool>& aside) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Vec3 infinite{kInfinity, kInfinity, kInfinity};
   const auto include = [](const Vec3& p, Box& box) {
@@ -253,7 +267,7 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes) {
   }
   const bool empty = triangles_.empty();
   extent_ = empty ? 1.0 : all.HalfDiagonal();
-  const Middle middle = ChooseMiddle(meshes);
+  const Middle middle = ChooseMiddle(meshes, aside);
   center_ = middle.at;
   least_distance_ = empty ? extent_ : kLeastDistance * middle.size;
 

@@ -32,8 +32,9 @@ class RayCaster {
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;
 
-  /// (Re)builds for meshes in the world frame. Embree errors become SceneError.
-  void Build(const std::vector<const Mesh*>& meshes);
+  /// (Re)builds for meshes in the world frame. Center() is chosen without those with aside[mesh],
+  /// unless there are no others; empty: none is aside. Embree errors become SceneError.
+  void Build(const std::vector<const Mesh*>& meshes, const std::vector<bool>& aside = {});
 
   [[nodiscard]] std::optional<Hit> Intersect(const Ray& ray) const;
   /// First hit at least `min_distance` away that is on none of `ignored` and, unless there are none
@@ -101,7 +102,8 @@ class RayCaster {
   }
   /// Half the diagonal of the bounding box, metres.
   [[nodiscard]] double Extent() const { return extent_; }
-  /// The middle of a mesh, chosen so that every mesh lies near for its size.
+  /// Near the middle of a mesh, chosen so that every mesh lies near for its size; it moves in steps
+  /// of about that mesh's size.
   [[nodiscard]] const Vec3& Center() const { return center_; }
 
   /// Well above the float rounding (6e-8) of Embree's geometry and of its tests.

@@ -21,7 +21,14 @@ void World::PlaceMeshes() {
     all.push_back(&meshes_[m]);
     topologies_[m].UpdateSolid(meshes_[m]);
   }
-  caster_.Build(all);
+  // A small lamp far away says nothing about where details are.
+  std::vector<bool> lamps(meshes_.size(), false);
+  for (const Emitter& emitter : scene_.emitters) {
+    if (const auto* area = std::get_if<AreaEmitter>(&emitter.light)) {
+      lamps[static_cast<std::size_t>(area->mesh)] = true;
+    }
+  }
+  caster_.Build(all, lamps);
   edge_trees_.Clear();
 }
 

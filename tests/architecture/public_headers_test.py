@@ -1,4 +1,4 @@
-"""Checks that the public headers (cmake/public_headers.cmake) are closed under inclusion.
+"""Checks that the public headers (scripts/cmake/public_headers.cmake) are closed under inclusion.
 
 Usage: public_headers_test.py REPO_ROOT. Prints every violation, exits 1 if there is any.
 """
@@ -6,7 +6,7 @@ import pathlib
 import re
 import sys
 
-LIST = "cmake/public_headers.cmake"
+LIST = "scripts/cmake/public_headers.cmake"
 
 
 def main(root):
