@@ -37,9 +37,9 @@ struct FitSpec {
   std::uint64_t seed = 0;
   renderer::EstimatorOptions estimators;
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
-  double max_memory_bytes = 0.0;   ///< 0 = no limit
+  double max_memory_bytes = 0.0;  ///< 0 = no limit
   ExposurePrior exposure;
-  double time_limit_s = 0.0;       ///< 0 = none
+  double time_limit_s = 0.0;  ///< 0 = none
 };
 
 }  // namespace pathfit::optim
