@@ -16,6 +16,9 @@ ExitStatus Run(const std::vector<std::string>& arguments) {
   } catch (const UsageError& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return ExitStatus::kUsage;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "pathfit: the command line cannot be read: %s\n", e.what());
+    return StatusOfException(e);
   }
   if (line.command == nullptr) {
     std::fputs(line.help_text.c_str(), stdout);

@@ -8,6 +8,7 @@
 #include "app/command/program_info.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
+#include "app/output/fields.h"
 #include "optim/observation/observation.h"
 #include "renderer/core/parallel.h"
 #include "renderer/renderer.h"
@@ -107,7 +108,7 @@ void PrintJson(const Experiment& experiment, const std::vector<ViewOverlap>& ove
   for (const ViewOverlap& overlap : overlaps) {
     json["initial_iou"][overlap.name] = overlap.iou;
   }
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}\n", JsonText(json));
 }
 
 void Declare(OptionList& options, CommandLine& /*line*/) { options.ConfigOptions(); }

@@ -13,6 +13,7 @@
 #include "app/config/experiment_config.h"
 #include "app/experiment/direction.h"
 #include "app/experiment/experiment.h"
+#include "app/output/fields.h"
 #include "app/output/run_directory.h"
 #include "app/output/signed_image.h"
 #include "optim/diagnostics/gradient_check.h"
@@ -285,7 +286,7 @@ ExitStatus Run(CommandContext& context) {
     for (const Row& row : rows) {
       json["rows"].push_back(ToJson(row));
     }
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json));
   } else {
     PrintTable(rows);
   }

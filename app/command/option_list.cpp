@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include <CLI/App.hpp>
@@ -142,8 +143,14 @@ void OptionList::Override(const char* names,
           Fail(LongName(names) + ": " + problem);
         }
         return set(text);
-      case Form::kPath:
-        return set(Quoted(std::filesystem::absolute(text).string()));
+      case Form::kPath: {
+        std::error_code error;
+        const std::filesystem::path path = std::filesystem::absolute(text, error);
+        if (text.empty() || error) {
+          Fail(start + "a path" + (text.empty() ? "" : ": " + error.message()));
+        }
+        return set(Quoted(path.string()));
+      }
       case Form::kWords: {
         std::string list;
         for (const std::string& word : Split(*this, names, text)) {

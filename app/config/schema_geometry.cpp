@@ -63,13 +63,6 @@ void CheckInlineMesh(InlineGeometry& mesh,
           {place,
            path + ".triangles",
            fmt::format("there is no vertex {}; there are {}, counted from 0", largest, count)});
-      continue;
-    }
-    const auto corner = [&](std::size_t c) {
-      return mesh.vertices[static_cast<std::size_t>(corners.at(c))];
-    };
-    if (Norm(Cross(Minus(corner(1), corner(0)), Minus(corner(2), corner(0)))) == 0.0) {
-      problems.push_back({place, path + ".triangles", "the triangle has no area"});
     }
   }
   const auto one_per_vertex = [&](const char* key, const char* noun, std::size_t given) {
@@ -137,10 +130,35 @@ SchemaNode TransformSchema() {
       &GeometryConfig::transform);
 }
 
-void ReadGroupMaterials(GeometryConfig& geometry,
-                        YamlNode& node,
-                        const std::string& /*path*/,
-                        std::vector<Problem>& /*problems*/) {
+/// Unless they are to be repaired.
+void CheckTriangleAreas(const GeometryConfig& geometry,
+                        const YamlNode& node,
+                        const std::string& path,
+                        std::vector<Problem>& problems) {
+  const auto* mesh = std::get_if<InlineGeometry>(&geometry.geometry);
+  if (mesh == nullptr || geometry.repair) return;
+  for (std::size_t i = 0; i < mesh->triangles.size(); ++i) {
+    std::array<Triple, 3> corners;
+    bool has_all = true;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto index = static_cast<std::size_t>(mesh->triangles[i].at(c));
+      has_all = has_all && index < mesh->vertices.size();
+      if (has_all) corners.at(c) = mesh->vertices[index];
+    }
+    if (has_all &&
+        Norm(Cross(Minus(corners[1], corners[0]), Minus(corners[2], corners[0]))) == 0.0) {
+      problems.push_back({node.Find("mesh")->Find("triangles")->items[i].place,
+                          path + ".mesh.triangles",
+                          "the triangle has no area"});
+    }
+  }
+}
+
+void CheckGeometry(GeometryConfig& geometry,
+                   YamlNode& node,
+                   const std::string& path,
+                   std::vector<Problem>& problems) {
+  CheckTriangleAreas(geometry, node, path, problems);
   const YamlNode* groups = node.Find("materials");
   if (groups == nullptr) return;
   for (const YamlEntry& group : groups->entries) {
@@ -206,7 +224,7 @@ SchemaNode GeometrySchema() {
                       .Unit("metres")
                       .DefaultIs("middle of the bounding box")},
                  "A mesh.")
-                 .Check(ReadGroupMaterials)
+                 .Check(CheckGeometry)
                  .Refuse({{"uv", "; UVs come from the file or from `mesh.uvs`"},
                           {"from_points", "; write visual_hull, or give a file"}}),
              "What is in the scene.",

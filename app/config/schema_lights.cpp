@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
 #include "app/config/schema_parts.h"
@@ -40,10 +42,12 @@ void CheckCone(LightConfig& light,
   if (outer == nullptr) return;
   const YamlNode* inner = node.Find("inner_deg");
   if (inner == nullptr) {
-    light.inner_angle = kInnerShare * light.outer_angle;
     double degrees = 0.0;
     binding::Read(*outer, degrees);
-    SetDefault(node, "inner_deg", fmt::format("{}", kInnerShare * degrees));
+    degrees *= kInnerShare;
+    // As it is read back: a share of the angle in radians may have another last bit.
+    light.inner_angle = degrees * std::numbers::pi / 180.0;
+    SetDefault(node, "inner_deg", fmt::format("{}", degrees));
   } else if (light.inner_angle >= light.outer_angle) {
     problems.push_back(
         {inner->place,

@@ -69,7 +69,7 @@ ParameterRef Find(const renderer::Scene& scene, const ParsedName& parsed, const 
 
 // Blocks whose components have no sum that means something.
 bool NeedsComponent(const ParameterGroup& group) {
-  return group.num_blocks == 1 && renderer::TraitsOf(group.kind).IsPlace();
+  return group.num_blocks == 1 && std::string_view(group.components) == "xyz";
 }
 
 std::optional<int> FindComponent(const ParsedName& parsed,
@@ -165,8 +165,13 @@ std::vector<std::string> DirectionNames(const renderer::Scene& scene, const std:
   const ParameterRef parameter = Find(scene, parsed, unknown);
   ParameterLayout layout(scene);
   layout.Add(parameter.kind, parameter.object);
-  if (parsed.component || !NeedsComponent(layout.groups().front())) return {unknown};
-  return {unknown + ".x", unknown + ".y", unknown + ".z"};
+  const ParameterGroup& group = layout.groups().front();
+  if (parsed.component || !NeedsComponent(group)) return {unknown};
+  std::vector<std::string> names;
+  for (const char letter : std::string_view(group.components)) {
+    names.push_back(unknown + "." + letter);
+  }
+  return names;
 }
 
 bool MatchesGlob(const std::string& pattern, const std::string& name) {

@@ -343,12 +343,46 @@ std::vector<fs::path> StatePaths(const fs::path& folder) {
   return states;
 }
 
+/// Whether a file begins as WriteCheckpoint's: a map of three, of which only the checksum's number
+/// and a digit of the format may vary, before bytes in one piece. The parser goes one call deeper
+/// for each level of what it reads, so it gets nothing else before the checksum was compared.
+bool HasHeader(std::string_view bytes) {
+  const auto take = [&bytes](std::string_view expected) {
+    const bool is_there = bytes.starts_with(expected);
+    if (is_there) bytes.remove_prefix(expected.size());
+    return is_there;
+  };
+  const auto skip = [&bytes](std::size_t count) {
+    bytes.remove_prefix(std::min(count, bytes.size()));
+  };
+  if (!take("\xa3\x66"
+            "crc32c") ||
+      bytes.empty())
+    return false;
+  const unsigned number = static_cast<unsigned char>(bytes.front());
+  if (number > 0x1a) return false;  // more than 4 bytes, or no number
+  skip(number < 0x18 ? 1 : 1 + (std::size_t{1} << (number - 0x18)));
+  if (!take("\x66"
+            "format\x6f"
+            "pathfit state "))
+    return false;
+  skip(1);
+  if (!take("\x67"
+            "payload") ||
+      bytes.empty())
+    return false;
+  const unsigned payload = static_cast<unsigned char>(bytes.front());
+  return payload >= 0x40 && payload <= 0x5b;
+}
+
 FitState ReadState(const fs::path& path, const Codec& codec) {
   if (fs::is_directory(path)) {
     throw renderer::IoError("it was written by an earlier version of the program");
   }
   try {
-    const Json json = Json::from_cbor(renderer::ReadWholeFile(path));
+    const std::string bytes = renderer::ReadWholeFile(path);
+    if (!HasHeader(bytes)) throw renderer::IoError("it is damaged: it does not begin as a state");
+    const Json json = Json::from_cbor(bytes);
     if (json.at("format") != kFormat) {
       throw renderer::IoError("it is no \"" + std::string(kFormat) + "\"");
     }

@@ -193,22 +193,60 @@ void CheckContainer(std::string_view bytes, ImageKind kind, const std::string& n
   }
 }
 
+namespace {
+
+/// Whether pixels of an HDR file hold runs as before 1991: a pixel (1, 1, 1, n) that repeats the
+/// one before. The library takes them for colours. Rows of new runs come first, which begin with
+/// (2, 2, below 128); from the first row without on it reads plain pixels.
+bool HasOldRuns(std::string_view bytes, std::int64_t width, std::int64_t height) {
+  const auto byte = [bytes](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
+  std::size_t at = 0;
+  for (; height > 0 && width >= 8 && width <= 0x7fff; --height) {
+    if (bytes.size() < at + 4 || byte(at) != 2 || byte(at + 1) != 2 || byte(at + 2) >= 128) break;
+    at += 4;
+    for (std::int64_t left = 4 * width; left > 0;) {
+      if (at >= bytes.size()) return false;  // cut off
+      const int count = byte(at);
+      left -= count > 128 ? count - 128 : count;
+      at += count > 128 ? 2 : 1 + static_cast<std::size_t>(count);
+    }
+  }
+  for (std::int64_t left = width * height; left > 0 && at + 4 <= bytes.size(); --left, at += 4) {
+    if (bytes.substr(at, 3) == "\1\1\1") return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 double ReadHdrExposure(std::string_view bytes, const std::string& name) {
   const auto require = [&name](bool condition, const char* what) {
     if (!condition) throw IoError(name + ": not a readable HDR file: " + what);
   };
+  // The library cuts longer lines in two, and takes a zero byte for an empty line.
+  const auto check_line = [&require](std::string_view text) {
+    require(text.size() < 127, "a line of the header is longer than 126 bytes");
+    require(!text.starts_with('\0'), "a line of the header begins with a zero byte");
+  };
   LineReader lines(bytes);
   std::string_view line;
   double exposure = 1.0;
+  bool has_format = false;
   for (bool has_line = lines.Next(line); !line.empty(); has_line = lines.Next(line)) {
     require(has_line, "the header has no end");
+    check_line(line);
+    has_format = has_format || line == "FORMAT=32-bit_rle_rgbe";
     if (!line.starts_with("EXPOSURE=")) continue;
     line.remove_prefix(9);
     const std::optional<double> factor = ParseReal(NextToken(line));
     require(factor && *factor > 0.0, "EXPOSURE must be positive");
     exposure *= *factor;
   }
+  require(has_format, "the header has no line FORMAT=32-bit_rle_rgbe");
   require(lines.Next(line), "the size is missing");
+  check_line(line);
+  require(bytes.substr(0, bytes.size() - lines.Rest().size()).find('\r') == std::string_view::npos,
+          "lines of the header end with a carriage return");
   const std::string_view rows = NextToken(line);
   const std::optional<std::int64_t> height = ParseInteger(NextToken(line));
   const std::string_view columns = NextToken(line);
@@ -217,6 +255,8 @@ double ReadHdrExposure(std::string_view bytes, const std::string& name) {
       rows == "-Y" && columns == "+X" && height && width,
       "the size must look like '-Y 512 +X 1024'; images stored turned or mirrored are not read");
   CheckImageSize(*width, *height, name);
+  require(!HasOldRuns(lines.Rest(), *width, *height),
+          "its pixels are run-length coded as before 1991; write it anew");
   return exposure;
 }
 

@@ -150,6 +150,7 @@ TEST(CommandLine, MistakesAreNamed) {
        "pathfit: a command is needed: check, fit, resume, render, gradcheck, info, version, "
        "help"},
       {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
+      {{"fit", "c.yaml", "-o", ""}, "pathfit fit: --output: '' is not a path"},
       {{"help", "rendr"}, "pathfit: unknown command 'rendr' (did you mean 'render'?)"},
       {{"fit"}, "pathfit fit: CONFIG is missing"},
       {{"resume"}, "pathfit resume: RUN is missing"},

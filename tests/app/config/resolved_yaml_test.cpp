@@ -40,6 +40,19 @@ void ExpectRoundTrip(const std::string& text, const std::vector<std::string>& se
   }
 }
 
+TEST(ResolvedYaml, TheInnerAngleOfASpotKeepsItsBits) {
+  for (const char* outer : {"35", "10", "33.3", "59", "71.7"}) {
+    const ExperimentConfig first =
+        LoadText(kSceneConfig,
+                 {std::string("scene.lights.sky={type: spot, position_m: [0, 3, 0], target_m: "
+                              "[0, 0, 0], outer_deg: ") +
+                  outer + "}"});
+    const ExperimentConfig second = LoadText(first.resolved_yaml);
+    EXPECT_EQ(first.lights.back().inner_angle, second.lights.back().inner_angle) << outer;
+    EXPECT_EQ(first.lights.back().outer_angle, second.lights.back().outer_angle) << outer;
+  }
+}
+
 TEST(ResolvedYaml, ReadsBackAsTheSameConfig) {
   ExpectRoundTrip(kFitConfig, {"stages.all.spp=32", "unknowns.mug.colors.bounds[0]=0.1"});
   ExpectRoundTrip(kSceneConfig);

@@ -184,6 +184,12 @@ TEST(SceneMistakes, LightsAreChecked) {
         "point, directional, spot, projector"}});
 }
 
+TEST(SceneConfig, TrianglesWithoutAreaMayBeRepaired) {
+  const std::string flat = "scene.geometry.tri.mesh.triangles[0]=[0, 1, 1]";
+  EXPECT_TRUE(Named(LoadText(kRichConfig, {flat, "scene.geometry.tri.repair=true"}).geometry, "tri")
+                  .repair);
+}
+
 TEST(SceneMistakes, GeometryAndSensorsAreChecked) {
   ExpectProblems(
       {{"scene.geometry.room.materials={oak.001: woood}",

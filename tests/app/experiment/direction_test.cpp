@@ -117,6 +117,14 @@ TEST(Direction, WhatIsWrongIsSaid) {
   }
 }
 
+TEST(Direction, OneTextureCoordinateNeedsNoComponent) {
+  renderer::Scene scene = TestScene();
+  scene.meshes[0].mesh.uvs.resize(1);
+  EXPECT_EQ(ParseDirection(scene, "tri.uvs").values, (Values{1, 1}));
+  EXPECT_EQ(ParseDirection(scene, "tri.uvs.v").values, (Values{0, 1}));
+  EXPECT_EQ(DirectionNames(scene, "tri.uvs"), (std::vector<std::string>{"tri.uvs"}));
+}
+
 TEST(Direction, UnknownsAreMovedByAllTheirComponents) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(DirectionNames(TestScene(), "tri.rotation"),

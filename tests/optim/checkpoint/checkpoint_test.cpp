@@ -187,6 +187,27 @@ TEST_F(CheckpointTest, KeepsTheTwoNewestAndFallsBackToTheOlderWithAReason) {
   }
 }
 
+TEST_F(CheckpointTest, RefusesNestedListsBeforeItReadsThem) {
+  fs::create_directories(folder_);
+  const std::string start(
+      "\xa3\x66"
+      "crc32c\x01\x66"
+      "format\x6f"
+      "pathfit state 2\x67"
+      "payload");
+  for (const std::string& bytes : {std::string(5000000, '\x81'),
+                                   start + std::string(5000000, '\x81'),
+                                   start + std::string(5000000, '\x5f')}) {
+    renderer::WriteFileAtomically(PathOf("000001"), bytes);
+    try {
+      Read();
+      FAIL() << "not refused";
+    } catch (const renderer::IoError& error) {
+      EXPECT_NE(std::string(error.what()).find("it is damaged"), std::string::npos);
+    }
+  }
+}
+
 TEST_F(CheckpointTest, RefusesWhatIsNotItsOwn) {
   EXPECT_FALSE(Read().state.has_value());
   Write(State(1));

@@ -286,7 +286,12 @@ TEST(RadianceFile, RefusesMalformedFiles) {
   const std::string header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
   const std::string pixels(64, '\x01');
   const std::pair<std::string, std::string> cases[] = {
-      {"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n" + pixels, "malformed"},
+      {"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n" + pixels, "no line FORMAT="},
+      {"#?RADIANCE\r\nFORMAT=32-bit_rle_rgbe\r\n\r\n-Y 1 +X 1\r\n" + pixels, "carriage return"},
+      {header + "-Y 1 +X 1\r" + pixels, "carriage return"},
+      {"#?RADIANCE\n" + std::string(127, 'c') + "\n" + header, "longer than 126 bytes"},
+      {header + "-Y 1 +X 1" + std::string(127, ' ') + "\n" + pixels, "longer than 126 bytes"},
+      {"#?RADIANCE\n\0\n"s + header, "begins with a zero byte"},
       {"#?RADIANCE\nEXPOSURE=-1\n\n", "EXPOSURE must be positive"},
       {"#?RADIANCE\n", "has no end"},
       {header, "the size is missing"},
@@ -299,8 +304,14 @@ TEST(RadianceFile, RefusesMalformedFiles) {
       {header + "-Y 1 +X 8\n\x02\x02\x00\x09"s + pixels, "malformed"},
       {header + "-Y 1 +X 8\n\x02\x02\x00\x08"s + std::string(40, '\xff'), "malformed"},
       {header + "-Y 1 +X 8\n\x02\x02\x00\x08"s + std::string(40, '\0'), "malformed"},
-      // The run-length coding from before 1991 is shorter than flat pixels.
-      {header + "-Y 1 +X 4\n\x80\x40\x20\x81\x01\x01\x01\x03", "cut off"},
+      {header + "-Y 1 +X 4\n\x80\x40\x20\x81\x01\x01\x01\x03", "before 1991"},
+      // As many bytes as two rows of plain pixels.
+      {header + "-Y 2 +X 8\n\x80\x40\x20\x81\x01\x01\x01\x07" + std::string(64, '\x80'),
+       "before 1991"},
+      // After a row of new runs: four times eight black.
+      {header + "-Y 2 +X 8\n\2\2\0\10\x88\0\x88\0\x88\0\x88\0"s +
+           "\x80\x40\x20\x81\x01\x01\x01\x07" + std::string(64, '\x80'),
+       "before 1991"},
   };
   for (const auto& [bytes, message] : cases) {
     const std::string got = HdrError(bytes);
