@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -22,8 +24,16 @@ inline constexpr double kMaxZRms = 1.3;
 inline constexpr double kMinSignalToNoise = 10.0;
 inline constexpr int kTile = 2;
 
+/// Of few tiles the rms itself scatters: what right estimates exceed once in 10^4 comparisons (the
+/// chi-square quantile by Wilson and Hilferty), and never less than kMaxZRms.
+inline double LargestZRms(double count) {
+  constexpr double kQuantile = 3.7;
+  const double spread = 2.0 / (9.0 * count);
+  return std::max(kMaxZRms, std::pow(1.0 - spread + kQuantile * std::sqrt(spread), 1.5));
+}
+
 inline bool Accepts(const optim::GradientComparison& c) {
-  return c.z_rms < kMaxZRms && c.z_max < c.z_limit;
+  return c.z_rms < LargestZRms(static_cast<double>(c.count)) && c.z_max < c.z_limit;
 }
 
 /// Random direction in [-1,1]^n: every scalar of the layout takes part with its own weight.
