@@ -6,11 +6,11 @@
 
 #include <boost/math/distributions/students_t.hpp>
 
-#include "renderer/bsdf/bsdf.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
+#include "renderer/scene/parameter_kinds.h"
 
 namespace pathfit::optim {
 namespace {
@@ -99,25 +99,16 @@ bool Any(const renderer::ParameterLayout& layout, bool (*is)(renderer::Parameter
   });
 }
 
-/// Values that scalars of a kind may have, as far as a step could leave them.
-std::pair<double, double> RangeOf(renderer::ParameterKind kind) {
-  using renderer::ParameterKind;
+/// Values that a scalar of a group may have. One that is outside already (a colour above 1) has no
+/// limit there, so that it is not moved far.
+std::pair<double, double> RangeOf(const renderer::Scene& scene,
+                                  const renderer::ParameterGroup& group,
+                                  double value) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  switch (kind) {
-    case ParameterKind::kVertexColors:
-    case ParameterKind::kBaseColor:
-    case ParameterKind::kTextureTexels:
-    case ParameterKind::kLightIntensity:
-    case ParameterKind::kEnvironmentTexels:
-    case ParameterKind::kExposure:
-      return {0.0, kInfinity};
-    case ParameterKind::kRoughness:
-      return {renderer::kMinRoughness, 1.0};
-    case ParameterKind::kMetallic:
-      return {0.0, 1.0};
-    default:
-      return {-kInfinity, kInfinity};
-  }
+  const renderer::ParameterTraits& traits = renderer::TraitsOf(group.kind, scene, group.object);
+  if (!traits.bounded) return {-kInfinity, kInfinity};
+  return {value < traits.smallest ? -kInfinity : traits.smallest,
+          value > traits.largest ? kInfinity : traits.largest};
 }
 
 /// The values that both steps start from: those of the scene, moved inside their ranges.
@@ -131,12 +122,12 @@ std::vector<double> Center(const renderer::Scene& scene,
   std::string names;
   int bad = 0;
   for (const renderer::ParameterGroup& group : layout.groups()) {
-    const auto [low, high] = RangeOf(group.kind);
     for (std::int32_t k = 0; k < group.num_blocks * group.block_size; ++k) {
       const auto i = static_cast<std::size_t>(group.first_scalar + k);
       const double size = step * std::abs(direction[i]);
       if (size == 0.0 && direction[i] == 0.0) continue;
       const double value = center[i];
+      const auto [low, high] = RangeOf(scene, group, value);
       const bool visible =
           value + size != value && size <= kLargest * std::max(1.0, std::abs(value));
       if (visible && high - low > 2.0 * size) {

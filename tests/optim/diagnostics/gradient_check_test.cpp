@@ -92,6 +92,17 @@ TEST(GradientCheck, StepsThatShowNothingAreRefused) {
   }
 }
 
+TEST(GradientCheck, AMetalWithoutRealIndexIsTakenAStepInside) {
+  Scene scene = Ball();
+  scene.materials[static_cast<std::size_t>(scene.meshes[0].material)].bsdf =
+      renderer::MirrorBsdf{.eta = {0.0, 0.0, 0.0}, .k = {4.0, 3.0, 2.0}};
+  renderer::ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kEta, scene.meshes[0].material);
+  GradientCheckOptions options = Smooth(1, 4);
+  options.replicates = 2;
+  EXPECT_NO_THROW(CheckGradient(scene, scene.sensors[0], 0, layout, {1.0, 1.0, 1.0}, options));
+}
+
 TEST(GradientCheck, BallBeforeAHiddenSky) {
   Scene scene = Ball();
   scene.environment_visible = false;
