@@ -1,4 +1,5 @@
-"""Checks renderer/THEORY.md: every file it names exists and holds the code names listed beside it; every number of its
+"""Checks that the files CONTRIBUTING.md names exist, and renderer/THEORY.md: every file it names exists and holds the
+code names listed beside it; every number of its
 table has the value it has in the code; and every numeric constant of the renderer is in that table.
 
 Usage: theory_test.py REPO_ROOT. Prints every violation, exits 1 if there is any.
@@ -66,6 +67,9 @@ def main(root):
     errors, count, constants = check_lines(root, (root / "renderer/THEORY.md").read_text().splitlines())
     if count == 0:
         errors.append("renderer/THEORY.md names no file")
+    for number, line in enumerate((root / "CONTRIBUTING.md").read_text().splitlines(), 1):
+        errors += [f"CONTRIBUTING.md:{number}: {name} does not exist" for match in FILE.findall(line)
+                   for name in expanded(match) if "NAME" not in name and not (root / name).exists()]
     for path in sorted((root / "renderer").rglob("*")):
         if path.suffix in {".h", ".cpp"}:
             name_of_file = str(path.relative_to(root))
