@@ -22,26 +22,35 @@ std::array<Vec3, 3> CornersOf(const TriangleGeometry& t) {
 MeshContactBounds::MeshContactBounds(const RayCaster& caster, int mesh, int num_meshes)
     : caster_(caster) {
   for (int other = 0; other < num_meshes; ++other) {
-    if (other != mesh && Overlap(caster.Bounds(mesh), caster.Bounds(other))) {
+    const RayCaster::Box& bounds = caster.Bounds(mesh);
+    if (other != mesh && Overlap(bounds, caster.Bounds(other), Slack(bounds))) {
       others_.push_back(caster.Bounds(other));
     }
   }
 }
 
 bool MeshContactBounds::MayTouch(const MeshEdge& edge, const Vec3& a, const Vec3& b) const {
+  if (edge.faces[1] < 0 || others_.empty()) {
+    return edge.faces[1] < 0;
+  }
   RayCaster::Box box{a, a};
   for (int i = 0; i < 3; ++i) {
     box.low[i] = std::min(a[i], b[i]);
     box.high[i] = std::max(a[i], b[i]);
   }
-  return edge.faces[1] < 0 ||
-         std::any_of(others_.begin(), others_.end(), [&](const RayCaster::Box& other) {
-           return Overlap(box, other);
-         });
+  const double slack = Slack(box);
+  return std::any_of(others_.begin(), others_.end(), [&](const RayCaster::Box& other) {
+    return Overlap(box, other, slack);
+  });
 }
 
-bool MeshContactBounds::Overlap(const RayCaster::Box& box, const RayCaster::Box& other) const {
-  const double slack = kTouch * std::max(caster_.Offset(box.low), caster_.Offset(box.high));
+double MeshContactBounds::Slack(const RayCaster::Box& box) const {
+  return kTouch * std::max(caster_.Offset(box.low), caster_.Offset(box.high));
+}
+
+bool MeshContactBounds::Overlap(const RayCaster::Box& box,
+                                const RayCaster::Box& other,
+                                double slack) {
   for (int i = 0; i < 3; ++i) {
     if (box.high[i] + slack < other.low[i] || other.high[i] + slack < box.low[i]) {
       return false;

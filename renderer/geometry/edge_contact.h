@@ -21,7 +21,11 @@ class MeshContactBounds {
   [[nodiscard]] bool MayTouch(const MeshEdge& edge, const Vec3& a, const Vec3& b) const;
 
  private:
-  [[nodiscard]] bool Overlap(const RayCaster::Box& box, const RayCaster::Box& other) const;
+  /// How far apart things may be that touch in the box, metres.
+  [[nodiscard]] double Slack(const RayCaster::Box& box) const;
+  [[nodiscard]] static bool Overlap(const RayCaster::Box& box,
+                                    const RayCaster::Box& other,
+                                    double slack);
 
   const RayCaster& caster_;
   std::vector<RayCaster::Box> others_;
