@@ -39,6 +39,8 @@ PathContext MakeContext(const World& world,
 }  // namespace
 
 Renderer::Renderer(Scene scene) : world_(std::make_unique<World>(std::move(scene))) {}
+Renderer::Renderer(Scene scene, const Renderer& alike)
+    : world_(std::make_unique<World>(std::move(scene), alike.world_->caster().frame())) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;

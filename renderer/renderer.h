@@ -20,6 +20,9 @@ class Renderer {
  public:
   /// Throws SceneError if the scene is not valid.
   explicit Renderer(Scene scene);
+  /// For a scene that differs a little from another renderer's: rays are rounded and offset alike,
+  /// so that differences of their images tell of the scenes alone.
+  Renderer(Scene scene, const Renderer& alike);
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;

@@ -203,18 +203,18 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const renderer::CancelFlag* cancel) {
   PATHFIT_CHECK(options.replicates > 1 && options.step > 0.0);
   const std::vector<double> center = Center(scene, layout, direction, options.step);
-  const auto displaced = [&](double sign) {
+  const auto displaced_scene = [&](double sign) {
     std::vector<double> values = center;
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (direction[i] != 0.0) values[i] += sign * options.step * direction[i];
     }
     renderer::Scene moved = scene;
     layout.Scatter(values, moved);
-    return renderer::Renderer(std::move(moved));
+    return moved;
   };
-  const renderer::Renderer at_center = displaced(0.0);
-  const renderer::Renderer at_plus = displaced(1.0);
-  const renderer::Renderer at_minus = displaced(-1.0);
+  const renderer::Renderer at_center(displaced_scene(0.0));
+  const renderer::Renderer at_plus(displaced_scene(1.0), at_center);
+  const renderer::Renderer at_minus(displaced_scene(-1.0), at_center);
   const auto camera_of = [&](const renderer::Renderer& r) {
     return sensor < 0 ? camera
                       : renderer::ScaledCamera(r.scene().sensors[static_cast<std::size_t>(sensor)],

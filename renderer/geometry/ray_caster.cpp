@@ -28,7 +28,7 @@ void FillRay(const Ray& ray, const Vec3& center, double near, double far, RTCRay
 }
 
 // A piece of a triangle is at most so many times longer than its distance from the centre.
-constexpr double kPieceLength = 4.0;
+constexpr double kPieceLength = 1.0;
 // Distances from the centre below this share of the size of the mesh there do not count.
 constexpr double kLeastDistance = 0.125;
 // Vertices of a mesh that are looked at for its middle.
@@ -237,7 +237,9 @@ RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
-void RayCaster::Build(const std::vector<const Mesh*>& meshes, const std::vector<bool>& aside) {
+void RayCaster::Build(const std::vector<const Mesh*>& meshes,
+                      const std::vector<bool>& aside,
+                      const std::optional<RayFrame>& frame) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Vec3 infinite{kInfinity, kInfinity, kInfinity};
   const auto include = [](const Vec3& p, Box& box) {
@@ -265,11 +267,13 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes, const std::vector<
       triangles_.push_back(TriangleGeometry::Make(corner(0), corner(1), corner(2)));
     }
   }
-  const bool empty = triangles_.empty();
-  extent_ = empty ? 1.0 : all.HalfDiagonal();
-  const Middle middle = ChooseMiddle(meshes, aside);
-  center_ = middle.at;
-  least_distance_ = empty ? extent_ : kLeastDistance * middle.size;
+  extent_ = triangles_.empty() ? 1.0 : all.HalfDiagonal();
+  if (frame.has_value()) {
+    frame_ = *frame;
+  } else {
+    const Middle middle = ChooseMiddle(meshes, aside);
+    frame_ = RayFrame{middle.at, middle.size > 0.0 ? kLeastDistance * middle.size : extent_};
+  }
 
   if (handles_->scene != nullptr) {
     rtcReleaseScene(handles_->scene);
@@ -279,7 +283,8 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes, const std::vector<
                    static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | kEmbreeFilterFlag));
   pieces_.clear();
   for (const Mesh* mesh : meshes) {
-    pieces_.push_back(AddMesh(handles_->device, handles_->scene, *mesh, center_, least_distance_));
+    pieces_.push_back(
+        AddMesh(handles_->device, handles_->scene, *mesh, frame_.center, frame_.least_distance));
   }
   rtcCommitScene(handles_->scene);
   if (const RTCError error = rtcGetDeviceError(handles_->device); error != RTC_ERROR_NONE) {
@@ -327,7 +332,7 @@ std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
                                                 double min_distance,
                                                 std::span<const TriangleId> ignored) const {
   RTCRayHit query;
-  FillRay(ray, center_, min_distance, std::numeric_limits<double>::infinity(), query.ray);
+  FillRay(ray, frame_.center, min_distance, std::numeric_limits<double>::infinity(), query.ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   if (ignored.empty()) {
@@ -349,7 +354,7 @@ std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
 
 bool RayCaster::Occluded(const Ray& ray, double max_distance) const {
   RTCRay query;
-  FillRay(ray, center_, 0.0, max_distance, query);
+  FillRay(ray, frame_.center, 0.0, max_distance, query);
   EmbreeOccluded(handles_->scene, query);
   return query.tfar < 0.0F;
 }
@@ -476,15 +481,18 @@ std::size_t RayCaster::TrianglesNear(const Vec3& x,
                                      double radius,
                                      std::span<TriangleId> found) const {
   TouchQuery query{*this, x, radius, found};
-  VisitTriangles(handles_->scene, x - center_, radius, VisitForTouch, &query);
+  VisitTriangles(handles_->scene, x - frame_.center, radius, VisitForTouch, &query);
   return query.count;
 }
 
 double RayCaster::Nearness(
     const Vec3& x, const Vec3& n, const Reach& reach, double most, double radius) const {
   NearQuery query{*this, reach, x, n, most, 0.0};
-  VisitTriangles(
-      handles_->scene, x - center_, std::min(radius, most * reach.most), VisitForNearness, &query);
+  VisitTriangles(handles_->scene,
+                 x - frame_.center,
+                 std::min(radius, most * reach.most),
+                 VisitForNearness,
+                 &query);
   return query.most;
 }
 
@@ -493,7 +501,7 @@ double RayCaster::SearchRadius(const Vec3& x,
                                const Reach& reach,
                                double slack) const {
   NearQuery query{*this, reach, x, n, 1.0, slack};
-  VisitTriangles(handles_->scene, x - center_, reach.most + slack, VisitForRadius, &query);
+  VisitTriangles(handles_->scene, x - frame_.center, reach.most + slack, VisitForRadius, &query);
   return query.radius;
 }
 

@@ -15,6 +15,12 @@
 
 namespace pathfit::renderer {
 
+/// What rounding and offsets of rays are measured from.
+struct RayFrame {
+  Vec3 center;                  ///< see RayCaster::Center()
+  double least_distance = 0.0;  ///< distances from the centre count as at least this, metres
+};
+
 /// Ray queries against triangle meshes: the only door to Embree, whose float hits are refined in
 /// double on the reported triangle. Geometry is stored relative to Center(), so that its rounding
 /// is a share of the distance from there. Triangles that are large for their distance from it are
@@ -33,8 +39,11 @@ class RayCaster {
   RayCaster& operator=(RayCaster&&) noexcept;
 
   /// (Re)builds for meshes in the world frame. Center() is chosen without those with aside[mesh],
-  /// unless there are no others; empty: none is aside. Embree errors become SceneError.
-  void Build(const std::vector<const Mesh*>& meshes, const std::vector<bool>& aside = {});
+  /// unless there are no others; empty: none is aside. With `frame`, that of another caster, rays
+  /// are rounded and offset as by that one. Embree errors become SceneError.
+  void Build(const std::vector<const Mesh*>& meshes,
+             const std::vector<bool>& aside = {},
+             const std::optional<RayFrame>& frame = {});
 
   [[nodiscard]] std::optional<Hit> Intersect(const Ray& ray) const;
   /// First hit at least `min_distance` away that is on none of `ignored` and, unless there are none
@@ -95,7 +104,7 @@ class RayCaster {
   /// kRayOffset times the distance from Center(). All that depends on what rays can tell apart near
   /// a point is a multiple of it.
   [[nodiscard]] double Offset(const Vec3& x) const {
-    return kRayOffset * std::max(Norm(x - center_), least_distance_);
+    return kRayOffset * std::max(Norm(x - frame_.center), frame_.least_distance);
   }
   [[nodiscard]] const Box& Bounds(int mesh) const {
     return bounds_[static_cast<std::size_t>(mesh)];
@@ -104,7 +113,8 @@ class RayCaster {
   [[nodiscard]] double Extent() const { return extent_; }
   /// Near the middle of a mesh, chosen so that every mesh lies near for its size; it moves in steps
   /// of about that mesh's size.
-  [[nodiscard]] const Vec3& Center() const { return center_; }
+  [[nodiscard]] const Vec3& Center() const { return frame_.center; }
+  [[nodiscard]] const RayFrame& frame() const { return frame_; }
 
   /// Well above the float rounding (6e-8) of Embree's geometry and of its tests.
   static constexpr double kRayOffset = 4e-6;
@@ -116,9 +126,8 @@ class RayCaster {
   std::vector<TriangleGeometry> triangles_;
   std::vector<Box> bounds_;
   std::vector<std::vector<std::int32_t>> pieces_;  // by mesh: whose piece it is; empty: none is cut
-  Vec3 center_;
+  RayFrame frame_;
   double extent_ = 0.0;
-  double least_distance_ = 0.0;
 };
 
 /// Version of the Embree headers.

@@ -5,16 +5,16 @@
 
 namespace pathfit::renderer {
 
-World::World(Scene scene) : scene_(std::move(scene)) {
+World::World(Scene scene, const std::optional<RayFrame>& ray_frame) : scene_(std::move(scene)) {
   ValidateScene(scene_);
   for (const SceneMesh& m : scene_.meshes) {
     topologies_.push_back(MeshTopology::Build(m.mesh));
   }
-  PlaceMeshes();
+  PlaceMeshes(ray_frame);
   light_samplers_ = LightSamplers::Make(*this);
 }
 
-void World::PlaceMeshes() {
+void World::PlaceMeshes(const std::optional<RayFrame>& ray_frame) {
   meshes_ = WorldMeshes(scene_);
   std::vector<const Mesh*> all;
   for (std::size_t m = 0; m < meshes_.size(); ++m) {
@@ -28,7 +28,7 @@ void World::PlaceMeshes() {
       lamps[static_cast<std::size_t>(area->mesh)] = true;
     }
   }
-  caster_.Build(all, lamps);
+  caster_.Build(all, lamps, ray_frame);
   edge_trees_.Clear();
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "renderer/geometry/mesh_topology.h"
@@ -18,8 +19,8 @@ namespace pathfit::renderer {
 /// SetParameters. Constant members may be called from several threads at once.
 class World {
  public:
-  /// Throws SceneError if the scene is not valid.
-  explicit World(Scene scene);
+  /// Throws SceneError if the scene is not valid. `ray_frame`: see RayCaster::Build.
+  explicit World(Scene scene, const std::optional<RayFrame>& ray_frame = {});
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
@@ -52,7 +53,7 @@ class World {
   void SetParameters(const ParameterLayout& layout, const std::vector<double>& values);
 
  private:
-  void PlaceMeshes();
+  void PlaceMeshes(const std::optional<RayFrame>& ray_frame = {});
 
   Scene scene_;
   std::vector<Mesh> meshes_;

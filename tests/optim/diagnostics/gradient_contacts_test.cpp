@@ -24,12 +24,15 @@ void ExpectRightTranslation(const std::string& name,
                             const Vec3& rate,
                             int max_bounces,
                             int spp_factor,
-                            const ExpectedTerms& terms) {
+                            const ExpectedTerms& terms,
+                            int replicates_factor = 1) {
   for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
     ParameterLayout layout(scene);
     layout.Add(ParameterKind::kObjectTranslation, 1);
     GradientCheckOptions options = tests::OptionsForMotion(form, max_bounces);
     options.render.spp *= spp_factor;
+    options.replicates *= replicates_factor;
+    options.difference_spp *= replicates_factor;
     tests::ExpectRightDerivative(
         name + (form == DerivativeForm::kImage ? ", image" : ", material"),
         CheckGradient(scene, scene.sensors[0], -1, layout, {rate.x, rate.y, rate.z}, options),
@@ -62,7 +65,8 @@ TEST(Contacts, BoxAndFloorLightEachOther) {
                          {0.7, 0.0, 0.5},
                          2,
                          2,
-                         {Term::kInterior, Term::kPrimary, Term::kDirect});
+                         {Term::kInterior, Term::kPrimary, Term::kDirect},
+                         3);
 }
 
 /// Light from the floor reaches the camera by the wall: only the indirect term knows that the box
