@@ -53,26 +53,27 @@ void CheckJacobians(const std::vector<PriorTerm>& terms,
   ASSERT_FALSE(terms.empty());
   for (const PriorTerm& term : terms) {
     std::vector<const double*> blocks;
-    std::vector<std::vector<double>> storage(term.blocks.size(), std::vector<double>(9));
+    const auto size = static_cast<std::size_t>(set.BlockSize(term.blocks[0]));
+    const std::size_t rows = term.NumGroups() * size;
+    std::vector<std::vector<double>> storage(term.blocks.size(), std::vector<double>(rows * size));
     std::vector<double*> jacobians;
     for (std::size_t k = 0; k < term.blocks.size(); ++k) {
       blocks.push_back(theta.data() + set.BlockOffset(term.blocks[k]));
       jacobians.push_back(storage[k].data());
     }
-    double residual[3], above[3], below[3];
-    EvalPrior(term, set, blocks.data(), residual, jacobians.data());
-    const auto size = static_cast<std::size_t>(set.BlockSize(term.blocks[0]));
+    std::vector<double> residual(rows), above(rows), below(rows);
+    EvalPrior(term, set, blocks.data(), residual.data(), jacobians.data());
     for (std::size_t k = 0; k < term.blocks.size(); ++k) {
       for (std::size_t c = 0; c < size; ++c) {
         double& x = theta[set.BlockOffset(term.blocks[k]) + c];
         const double before = x;
         constexpr double kStep = 1e-5;
         x = before + kStep;
-        EvalPrior(term, set, blocks.data(), above, nullptr);
+        EvalPrior(term, set, blocks.data(), above.data(), nullptr);
         x = before - kStep;
-        EvalPrior(term, set, blocks.data(), below, nullptr);
+        EvalPrior(term, set, blocks.data(), below.data(), nullptr);
         x = before;
-        for (std::size_t row = 0; row < size; ++row) {
+        for (std::size_t row = 0; row < rows; ++row) {
           const double difference = (above[row] - below[row]) / (2.0 * kStep);
           EXPECT_NEAR(storage[k][row * size + c], difference, 1e-6 * (1.0 + std::abs(difference)));
         }
