@@ -203,7 +203,7 @@ ExitStatus Fit(CommandContext& context) {
   const RunDirectory run =
       CreateRunDirectory(config.output.directory, config.name, std::chrono::system_clock::now());
   renderer::WriteFileAtomically(run.Config(), config.given_text);
-  renderer::WriteFileAtomically(run.ResolvedConfig(), config.resolved_yaml);
+  renderer::WriteFileAtomically(run.ResolvedConfig(), ResolvedYaml(config, experiment.scene));
   context.log.AddFile(run.LogFile());
   for (const std::string& text : experiment.assumptions) {
     context.log.Info(text);

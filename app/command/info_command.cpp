@@ -4,7 +4,6 @@
 
 #include <OpenEXR/OpenEXRConfig.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <oneapi/tbb/version.h>
 #include <opencv4/opencv2/core/version.hpp>
 #include <openvdb/version.h>
@@ -12,6 +11,7 @@
 
 #include "app/command/command_line.h"
 #include "app/command/program_info.h"
+#include "app/output/fields.h"
 
 namespace pathfit::app {
 namespace {
@@ -37,17 +37,17 @@ std::int64_t MemoryBytes() {
   return static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
 }
 
-nlohmann::ordered_json Describe(const CommandLine& line) {
+Json Describe(const CommandLine& line) {
   RunRecord record;
   FillProgramInfo(record);
-  nlohmann::ordered_json json = {{"version", record.program_version},
-                                 {"build", record.build},
-                                 {"checks", PATHFIT_CHECKS != 0},
-                                 {"libraries", nlohmann::ordered_json::object()},
-                                 {"cpu", CpuInfo("model name")},
-                                 {"instruction_set", InstructionSet()},
-                                 {"threads", NumThreads(line, 0)},
-                                 {"memory_bytes", MemoryBytes()}};
+  Json json = {{"version", record.program_version},
+               {"build", record.build},
+               {"checks", PATHFIT_CHECKS != 0},
+               {"libraries", Json::object()},
+               {"cpu", CpuInfo("model name")},
+               {"instruction_set", InstructionSet()},
+               {"threads", NumThreads(line, 0)},
+               {"memory_bytes", MemoryBytes()}};
   for (const auto& [name, version] : record.libraries) json["libraries"][name] = version;
   json["libraries"]["OpenCV"] = CV_VERSION;
   json["libraries"]["OpenEXR"] = OPENEXR_VERSION_STRING;
@@ -59,9 +59,9 @@ nlohmann::ordered_json Describe(const CommandLine& line) {
 void Declare(OptionList& /*options*/, CommandLine& /*line*/) {}
 
 ExitStatus Run(CommandContext& context) {
-  const nlohmann::ordered_json info = Describe(context.line);
+  const Json info = Describe(context.line);
   if (context.line.json) {
-    fmt::print("{}\n", info.dump(2));
+    fmt::print("{}\n", JsonText(info));
     return ExitStatus::kFinished;
   }
   constexpr double kGiB = 1073741824.0;

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "app/command/command_line.h"
 #include "app/command/program_info.h"
+#include "app/output/fields.h"
 
 namespace pathfit::app {
 namespace {
@@ -13,11 +13,11 @@ ExitStatus Run(CommandContext& context) {
   RunRecord record;
   FillProgramInfo(record);
   if (context.line.json) {
-    nlohmann::json json = {{"version", record.program_version}, {"build", record.build}};
+    Json json = {{"version", record.program_version}, {"build", record.build}};
     for (const auto& [name, version] : record.libraries) {
       json["libraries"][name] = version;
     }
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json));
     return ExitStatus::kFinished;
   }
   fmt::print("pathfit {} ({})\n", record.program_version, record.build);

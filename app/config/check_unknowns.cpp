@@ -42,16 +42,6 @@ std::vector<int> FreeOf(const YamlNode& node, const std::string& path, ConfigRea
 
 }  // namespace
 
-void CheckUnknowns(ConfigReading& reading) {
-  const YamlNode* unknowns = reading.root.Find("unknowns");
-  if (unknowns == nullptr) return;
-  for (std::size_t i = 0; i < unknowns->entries.size(); ++i) {
-    UnknownConfig& unknown = reading.config.unknowns[i];
-    unknown.place = unknowns->entries[i].key_place;
-    unknown.settings = unknowns->entries[i].value;
-  }
-}
-
 void CheckStages(ConfigReading& reading) {
   const YamlNode* stages = reading.root.Find("stages");
   if (stages == nullptr) return;

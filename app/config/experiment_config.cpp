@@ -7,7 +7,6 @@
 #include "app/config/apply_schema.h"
 #include "app/config/overrides.h"
 #include "app/config/read_config.h"
-#include "app/config/resolved_yaml.h"
 #include "app/config/schema.h"
 #include "app/config/yaml_document.h"
 
@@ -99,14 +98,13 @@ ExperimentConfig LoadExperimentConfig(const std::filesystem::path& path,
   CompleteName(path, reading);
   BindValues(schema, reading.root, "", &reading.config, reading.problems);
   CheckScene(reading);
-  CheckUnknowns(reading);
   CheckStages(reading);
   if (!reading.problems.empty()) throw ConfigError(document.source, reading.problems);
 
   reading.config.places = PlacesOf(reading, document.source);
   SortLikeSchema(schema, reading.root);
   reading.config.given_text = std::move(document.text);
-  reading.config.resolved_yaml = WriteResolvedYaml(reading.root, document.source);
+  reading.config.resolved = std::move(reading.root);
   reading.config.source = std::move(document.source);
   return std::move(reading.config);
 }

@@ -184,9 +184,7 @@ struct SensorConfig {
 /// here or depends on the kind.
 struct UnknownConfig {
   std::string name;         ///< "axe.vertices"
-  Place place;              ///< of the name
   optim::UnknownSpec spec;  ///< without kind, object and bounds
-  YamlNode settings;  ///< the map behind the name, as the schema accepts it; null if it was wrong
 };
 
 struct OutputConfig {
@@ -226,8 +224,10 @@ struct ExperimentConfig {
   /// Where objects are described, by what messages about the built scene begin with: "mesh 'axe'"
   /// -> "axe.yaml:12:5".
   std::map<std::string, std::string> places;
-  std::string given_text;     ///< byte copy of the file
-  std::string resolved_yaml;  ///< every value with the place it came from; runs alone
+  std::string given_text;  ///< byte copy of the file
+  /// Every value with the place it came from, as far as it is known without the scene; the entries
+  /// of `unknowns` are in the order of those above.
+  YamlNode resolved;
 };
 
 /// Name of the mesh with one material of a file: "room-oak"; what a name may not hold becomes '_'.

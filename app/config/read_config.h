@@ -33,9 +33,7 @@ std::vector<NamedMesh> MeshesOf(const ExperimentConfig& config);
 
 /// Names of materials, meshes and textures; sets the textures' roles.
 void CheckScene(ConfigReading& reading);
-/// Places and settings of the unknowns; what they may be waits for the scene.
-void CheckUnknowns(ConfigReading& reading);
-/// After CheckUnknowns; sets what is free in each stage.
+/// Sets what is free in each stage.
 void CheckStages(ConfigReading& reading);
 
 }  // namespace pathfit::app

@@ -1,5 +1,6 @@
 #include "app/config/schema_builders.h"
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -144,7 +145,9 @@ SchemaNode Make(Type type, std::string key, std::string doc) {
 std::string Write(bool value) { return value ? "true" : "false"; }
 std::string Write(int value) { return std::to_string(value); }
 std::string Write(std::uint64_t value) { return std::to_string(value); }
-std::string Write(double value) { return fmt::format("{}", value); }
+std::string Write(double value) {
+  return std::isinf(value) ? (value > 0.0 ? ".inf" : "-.inf") : fmt::format("{}", value);
+}
 std::string Write(const std::string& value) { return value; }
 std::string Write(const std::filesystem::path& value) { return value.string(); }
 

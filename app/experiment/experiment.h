@@ -38,6 +38,10 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
 std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
                                              const renderer::Scene& scene);
 
+/// The whole configuration as YAML with the place that each value came from; it can be run again.
+/// What unknowns have by default, which depends on the scene, stands there too.
+std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& scene);
+
 /// Unknowns, stages and loss with names resolved to the scene's objects.
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene);
 

@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include "app/config/nearest_name.h"
+#include "app/config/resolved_yaml.h"
 #include "app/config/scalar.h"
+#include "app/config/schema_builders.h"
 #include "app/experiment/experiment.h"
 #include "app/experiment/parameter_names.h"
 
@@ -20,13 +22,10 @@ using renderer::ParameterTraits;
 /// Completes the settings of one unknown, of which `traits` says what fits it.
 class UnknownReader {
  public:
-  UnknownReader(const UnknownConfig& config,
+  UnknownReader(const YamlEntry& entry,
                 const ParameterTraits& traits,
                 std::vector<Problem>& problems)
-      : traits_(traits),
-        path_("unknowns." + config.name),
-        node_(&config.settings),
-        problems_(problems) {}
+      : traits_(traits), path_("unknowns." + entry.key), node_(&entry.value), problems_(problems) {}
 
   void Read(optim::UnknownSpec& unknown) const {
     ReadBounds(unknown);
@@ -159,29 +158,53 @@ std::string ProblemOfExposure(const UnknownConfig& unknown,
              : "";
 }
 
+// Of all sensors, those of the first.
+const ParameterTraits& TraitsOf(const renderer::ParameterRef& parameter,
+                                const renderer::Scene& scene) {
+  return renderer::TraitsOf(parameter.kind, scene, std::max(0, parameter.object));
+}
+
 }  // namespace
 
 std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
                                              const renderer::Scene& scene) {
   std::vector<optim::UnknownSpec> unknowns;
   std::vector<Problem> problems;
-  for (const UnknownConfig& item : config.unknowns) {
+  for (std::size_t i = 0; i < config.unknowns.size(); ++i) {
+    const UnknownConfig& item = config.unknowns[i];
+    const YamlEntry& entry = config.resolved.Find("unknowns")->entries[i];
     ParameterName found = FindParameter(scene, item.name);
     if (found.problem.empty()) found.problem = ProblemOfExposure(item, found.parameter, config);
     if (!found.problem.empty()) {
-      problems.push_back({item.place, "unknowns", found.problem});
+      problems.push_back({entry.key_place, "unknowns", found.problem});
       continue;
     }
     optim::UnknownSpec& unknown = unknowns.emplace_back(item.spec);
     unknown.name = item.name;
     unknown.kind = found.parameter.kind;
     unknown.object = found.parameter.object;
-    UnknownReader(
-        item, renderer::TraitsOf(unknown.kind, scene, std::max(0, unknown.object)), problems)
-        .Read(unknown);
+    UnknownReader(entry, TraitsOf(found.parameter, scene), problems).Read(unknown);
   }
   if (!problems.empty()) throw ConfigError(config.source, problems);
   return unknowns;
+}
+
+std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& scene) {
+  YamlNode root = config.resolved;
+  YamlNode none;
+  YamlNode* unknowns = root.Find("unknowns");
+  for (YamlEntry& entry : (unknowns == nullptr ? none : *unknowns).entries) {
+    const ParameterTraits& traits = TraitsOf(FindParameter(scene, entry.key).parameter, scene);
+    const auto fill = [&](const char* key, const std::string& yaml) {
+      if (entry.value.Find(key) == nullptr) SetDefault(entry.value, key, yaml);
+    };
+    if (traits.bounded) {
+      fill("bounds", binding::Write(std::array{traits.lower, traits.upper}));
+      fill("transform", traits.log ? "log" : "identity");
+    }
+    if (traits.kind == ParameterKind::kVertexPositions) fill("parametrisation", "vertices");
+  }
+  return WriteResolvedYaml(root, config.source);
 }
 
 }  // namespace pathfit::app

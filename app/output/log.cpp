@@ -4,12 +4,12 @@
 #include <mutex>
 
 #include <fmt/chrono.h>
-#include <nlohmann/json.hpp>
 #include <spdlog/logger.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/basic_file_sink.h>
 
+#include "app/output/fields.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
@@ -58,10 +58,8 @@ class TerminalSink final : public spdlog::sinks::base_sink<std::mutex> {
     const bool color = terminal_.options().color;
     switch (terminal_.options().style) {
       case LineStyle::kJson: {
-        const nlohmann::ordered_json line = {
-            {"time", UtcIso(message.time)}, {"level", level}, {"message", text}};
-        terminal_.PrintLine(
-            line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+        const Json line = {{"time", UtcIso(message.time)}, {"level", level}, {"message", text}};
+        terminal_.PrintLine(JsonText(line, -1));
         return;
       }
       case LineStyle::kStamped:

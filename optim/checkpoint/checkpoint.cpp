@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <string_view>
 #include <type_traits>
 #include <unordered_map>
@@ -258,6 +259,9 @@ class Codec {
     state.stage_start = SceneFromJson(json.at("stage_start"), arrays);
     state.average.older = WeightedFromJson(json.at("older"), arrays);
     state.average.newer = WeightedFromJson(json.at("newer"), arrays);
+    if (!HasWeightsOfRounds(state.average, state.round)) {
+      throw renderer::IoError("it is damaged: no rounds have the weights of its averages");
+    }
     return state;
   }
 
@@ -397,6 +401,13 @@ FitState ReadState(const fs::path& path, const Codec& codec) {
 }
 
 }  // namespace
+
+bool HasWeightsOfRounds(const AverageState& average, int round) {
+  const double most = static_cast<double>(round) * std::numeric_limits<int>::max();
+  const double older = average.older.weight;
+  const double newer = average.newer.weight;
+  return older >= 0.0 && newer >= 0.0 && older + newer <= most && (newer > 0.0 || older == 0.0);
+}
 
 bool SameShapes(const Scene& a, const Scene& b) {
   bool same = true;

@@ -24,6 +24,9 @@ struct AverageState {
   int newer_start = 1;  ///< round from which the newer window counts
 };
 
+/// Whether `round` rounds of some samples per pixel can have these weights.
+bool HasWeightsOfRounds(const AverageState& average, int round);
+
 /// Everything a fit needs to continue to the same bits, besides the scene it started from and its
 /// specification. Scenes may differ from the start in the values of unknowns and in the shape of
 /// meshes (connectivity), textures and environments (size); the lists of objects are the start's.

@@ -49,12 +49,16 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
   require(state.stage >= 0 && state.stage <= num_stages,
           "stage " + std::to_string(state.stage) + "; allowed: 0 to " + std::to_string(num_stages));
   require(state.round >= 0 && state.step >= state.round && state.sequence >= 0 &&
-              state.rejected_in_row >= 0 && state.average.newer_start >= 1,
-          "a negative count of rounds");
+              state.rejected_in_row >= 0 && state.average.newer_start >= 1 &&
+              state.average.newer_start <= std::max(1, state.round),
+          "a count of rounds out of range");
   require(state.wall_s >= 0.0 && std::isfinite(state.wall_s) && state.radius_factor > 0.0 &&
               std::isfinite(state.radius_factor) && state.damping > 0.0 &&
               std::isfinite(state.damping),
           "step control or time out of range");
+  require(HasWeightsOfRounds(state.average, state.round) &&
+              (state.average.newer.weight > 0.0) == (state.round > 0),
+          "averages with the weights of no rounds");
   require(state.costs.size() == static_cast<std::size_t>(state.round) &&
               std::all_of(state.costs.begin(),
                           state.costs.end(),

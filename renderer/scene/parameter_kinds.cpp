@@ -409,7 +409,7 @@ std::vector<ParameterTraits> MakeRows() {
           .Log(),
       Row::Emitters(Kind::kLightIntensity, "intensity", "rgb", intensity)
           .Measured("W/(sr m²)")
-          .Of("envmap, constant, area",
+          .Of("envmap, constant, area, rectangle",
               [](const Scene& scene, int i) {
                 return Is<EnvironmentEmitter>(scene, i) || Is<AreaEmitter>(scene, i);
               })

@@ -53,6 +53,18 @@ TEST(ConfigFiles, TheReferencePageIsUpToDate) {
       << path << " is out of date; run this test with PATHFIT_UPDATE_DOCS=1";
 }
 
+TEST(ConfigFiles, TheTableOfKindsNamesEveryLightThatShines) {
+  std::string named;
+  std::istringstream lines(SchemaMarkdown());
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("| `LIGHT.intensity`", 0) == 0) named += line.substr(0, line.find(" | ", 2));
+  }
+  const SchemaNode& light = ConfigSchema().Child("scene")->Child("lights")->children.front();
+  for (const std::string& type : light.Child("type")->words) {
+    EXPECT_NE(named.find(" " + type), std::string::npos) << type << " in " << named;
+  }
+}
+
 // That every line has a member is a matter of compiling; that it is a member of the right struct is
 // checked when the schema is made.
 TEST(ConfigFiles, LinesAreBoundToTheStructOfTheirMap) {

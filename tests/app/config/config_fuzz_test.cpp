@@ -15,7 +15,7 @@ void ExpectAnswer(const ConfigFile& file,
   file.Write(text);
   try {
     const ExperimentConfig config = LoadExperimentConfig(file.path(), Sets(sets));
-    EXPECT_FALSE(config.resolved_yaml.empty());
+    EXPECT_FALSE(ResolvedText(config).empty());
   } catch (const ConfigError& error) {
     EXPECT_GE(error.num_problems(), 1);
     EXPECT_NE(std::string(error.what()).find("nothing was run (status 3)"), std::string::npos);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "app/config/experiment_config.h"
+#include "app/config/resolved_yaml.h"
 
 namespace pathfit::app {
 
@@ -51,6 +52,11 @@ inline ExperimentConfig LoadText(const std::string& text,
                                  const std::vector<std::string>& sets = {}) {
   const ConfigFile file(text);
   return LoadExperimentConfig(file.path(), Sets(sets));
+}
+
+/// As far as it is known without the scene.
+inline std::string ResolvedText(const ExperimentConfig& config) {
+  return WriteResolvedYaml(config.resolved, config.source);
 }
 
 /// The lines with problems, "LINE:COLUMN: path: text" or "--set #1: path: text".

@@ -72,11 +72,12 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
 TEST(ExperimentConfig, UnknownsWaitForTheScene) {
   const ExperimentConfig config = LoadText(kFitConfig);
   ASSERT_EQ(config.unknowns.size(), 8U);
-  const UnknownConfig& colors = UnknownOf(config, "mug.colors");
-  EXPECT_EQ(colors.place.line, 26);
-  EXPECT_FALSE(colors.spec.hold);
-  ASSERT_NE(colors.settings.Find("bounds"), nullptr);
-  const YamlNode& bounds = *colors.settings.Find("bounds");
+  EXPECT_FALSE(UnknownOf(config, "mug.colors").spec.hold);
+  const YamlEntry& colors = config.resolved.Find("unknowns")->entries.at(1);
+  EXPECT_EQ(colors.key, "mug.colors");
+  EXPECT_EQ(colors.key_place.line, 26);
+  ASSERT_NE(colors.value.Find("bounds"), nullptr);
+  const YamlNode& bounds = *colors.value.Find("bounds");
   EXPECT_EQ(bounds.items[0].text + " " + bounds.items[1].text, "0.02 0.95");
   EXPECT_TRUE(UnknownOf(config, "glaze.metallic").spec.hold);
   EXPECT_EQ(config.source.lines.at(25), "  mug.colors: {bounds: [0.02, 0.95]}");

@@ -139,6 +139,79 @@ TEST(ReadUnknowns, ReadsWhatIsWritten) {
   EXPECT_EQ(wall.gaussian->sigma, 0.1);
 }
 
+TEST(ReadUnknowns, TheResolvedCopyHoldsWhatIsUsedAndIsReadAlike) {
+  std::string all;
+  for (const char* name :
+       {"floor.uvs",       "tri.normals",      "mug.vertices",    "mug.colors",      "bulb.scale",
+        "bulb.rotation",   "wall.base_color",  "glaze.roughness", "glaze.metallic",  "brass.eta",
+        "clear.eta",       "chrome.k",         "oak.texels",      "worn.texels",     "slide.texels",
+        "room.texels",     "lamp.intensity",   "lamp.angles",     "beamer.position", "exposure",
+        "camera.position", "front.distortion", "camera.focal"}) {
+    all += std::string(all.empty() ? "" : "\n  ") + name + ": {}";
+  }
+  const ConfigFile file(
+      Replaced(Replaced(With(all), "bulb.scale: {}", "bulb.scale: {bounds: [0.5, .inf]}"),
+               "room.texels: {}",
+               "room.texels: {transform: identity}"));
+  const ExperimentConfig config = LoadExperimentConfig(file.path(), {});
+  const Experiment first = BuildExperiment(config);
+  const std::string yaml = ResolvedYaml(config, first.scene);
+  const auto expect = [&](const std::string& name, const std::string& lines) {
+    const std::size_t at = yaml.find("\n  " + name + ":");
+    ASSERT_NE(at, std::string::npos) << name;
+    EXPECT_EQ(yaml.compare(yaml.find("bounds", at), lines.size(), lines), 0)
+        << yaml.substr(at, 200);
+  };
+  expect("mug.colors", "bounds: [0.01, 0.99]  # default\n    transform: identity  # default\n");
+  expect("slide.texels", "bounds: [0.0001, .inf]  # default\n    transform: log  # default\n");
+  expect("bulb.scale", "bounds: [0.5, .inf]  # test.yaml:");
+  EXPECT_NE(yaml.find("\n    parametrisation: vertices  # default\n"), std::string::npos) << yaml;
+
+  const ConfigFile copy(yaml);
+  const ExperimentConfig again = LoadExperimentConfig(copy.path(), {});
+  const Experiment second = BuildExperiment(again);
+  ASSERT_EQ(second.fit.unknowns.size(), first.fit.unknowns.size());
+  for (std::size_t i = 0; i < first.fit.unknowns.size(); ++i) {
+    const optim::UnknownSpec& a = first.fit.unknowns[i];
+    const optim::UnknownSpec& b = second.fit.unknowns[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.lower, b.lower) << a.name;
+    EXPECT_EQ(a.upper, b.upper) << a.name;
+    EXPECT_EQ(a.parameterization, b.parameterization) << a.name;
+    EXPECT_EQ(a.hold, b.hold) << a.name;
+    EXPECT_EQ(a.large_steps_lambda, b.large_steps_lambda) << a.name;
+  }
+  EXPECT_EQ(ResolvedYaml(again, second.scene).find("# default"), std::string::npos)
+      << "every value is written in the copy";
+  EXPECT_EQ(ResolvedYaml(LoadText(kSceneConfig), first.scene).find("bounds"), std::string::npos);
+}
+
+// Sensors are then called as the photos.
+TEST(ReadUnknowns, KnowsPhotosAndTheirExposures) {
+  renderer::Scene scene = Build(kScene).scene;
+  scene.sensors[0].name = "IMG_1.JPG";
+  const auto read = [&](const std::string& unknowns, const std::string& model) {
+    return ReadUnknowns(
+        LoadText(kFitConfig,
+                 {"unknowns=" + unknowns, "stages=[]", "input.exposure.model=" + model}),
+        scene);
+  };
+  const auto unknowns = read("{IMG_1.JPG.position: {}, exposure: {}}", "gain");
+  ASSERT_EQ(unknowns.size(), 2U);
+  EXPECT_EQ(unknowns[0].kind, ParameterKind::kCameraPosition);
+  EXPECT_EQ(unknowns[0].object, 0);
+  EXPECT_EQ(unknowns[1].kind, ParameterKind::kExposure);
+  try {
+    read("{exposure: {}}", "none");
+    FAIL() << "not refused";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("unknowns: 'exposure' needs input.exposure.model: gain"),
+        std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(ReadUnknowns, NamesMustFitTheScene) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"wood.base_color", "'wood.base_color' is a texture; write oak.texels"},

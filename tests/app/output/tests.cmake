@@ -1,5 +1,5 @@
 foreach(name sha256 run_directory fit_history run_record progress report_images report export_result fit_recorder
-        signed_image)
+        signed_image fields)
   pathfit_test(app/output/${name}_test LABEL unit LINK "pathfit_app;nlohmann_json::nlohmann_json")
 endforeach()
 

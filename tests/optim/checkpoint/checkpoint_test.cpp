@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -185,6 +186,30 @@ TEST_F(CheckpointTest, KeepsTheTwoNewestAndFallsBackToTheOlderWithAReason) {
     EXPECT_NE(text.find("state_000011.cbor"), std::string::npos) << text;
     EXPECT_NE(text.find("state_000012.cbor"), std::string::npos) << text;
   }
+}
+
+TEST_F(CheckpointTest, RefusesAveragesWithWeightsOfNoRounds) {
+  Write(State(1));
+  const auto refuses = [&](double older, double newer) {
+    optim::FitState state = State(2);
+    state.average.older = {older, state.scene};
+    state.average.newer = {newer, state.scene};
+    Write(state);
+    const optim::NewestCheckpoint read = Read();
+    EXPECT_EQ(read.state->sequence, 1) << older << " " << newer;
+    ASSERT_EQ(read.damaged.size(), 1U);
+    EXPECT_NE(read.damaged[0].find("state_000002.cbor: it is damaged"), std::string::npos);
+  };
+  const double nan = std::nan("");
+  refuses(0.0, nan);
+  refuses(nan, 8.0);
+  refuses(0.0, -1.0);
+  refuses(-8.0, 8.0);
+  refuses(-4.0, 8.0);
+  refuses(0.0, 1e12);
+  refuses(1e300, 8.0);
+  refuses(0.0, std::numeric_limits<double>::infinity());
+  refuses(8.0, 0.0);
 }
 
 TEST_F(CheckpointTest, RefusesNestedListsBeforeItReadsThem) {

@@ -162,6 +162,12 @@ TEST_F(FitTest, RefusesStatesThatNoFitCanHaveWritten) {
   refuses([](optim::FitState& state) { state.round = -1; });
   refuses([](optim::FitState& state) { state.costs.push_back(1.0); });
   refuses([](optim::FitState& state) { state.damping = std::nan(""); });
+  refuses([](optim::FitState& state) { state.average.newer.weight = std::nan(""); });
+  refuses([](optim::FitState& state) { state.average.newer_start = 2000000000; });
+  refuses([](optim::FitState& state) {
+    ++state.round;
+    state.costs.push_back(1.0);
+  });
 }
 
 TEST_F(FitTest, ContinuesWithAMeshOfAnotherConnectivity) {
