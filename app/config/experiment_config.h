@@ -16,6 +16,7 @@
 #include "optim/diagnostics/gradient_check.h"
 #include "optim/observation/load_observations.h"
 #include "optim/round/fit_spec.h"
+#include "renderer/bsdf/bsdf.h"
 #include "renderer/render_options.h"
 
 namespace pathfit::app {
@@ -116,9 +117,8 @@ struct MaterialConfig {
     kVertexOfMesh,
     kTexture
   } base_color_source = BaseColor::kConstant;
-  Triple base_color{0.5, 0.5, 0.5};  ///< of kConstant, and the initial one of kVertexConstant
-  double roughness = 0.5;
-  double metallic = 0.0;
+  Triple base_color{0.5, 0.5, 0.5};      ///< of kConstant, and the initial one of kVertexConstant
+  renderer::MetallicRoughnessBsdf gltf;  ///< its roughness is that of every rough model
   std::string base_color_texture, roughness_texture, metallic_texture;  ///< names, or empty
   std::string metal;                                                    ///< named, or empty:
   Triple eta{0.0, 0.0, 0.0}, k{0.0, 0.0, 0.0};  ///< of conductors and mirrors

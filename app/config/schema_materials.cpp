@@ -1,9 +1,15 @@
+#include <utility>
+
 #include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
 #include "renderer/bsdf/metals.h"
+#include "renderer/scene/parameter_kinds.h"
 
 namespace pathfit::app {
 namespace {
+
+using renderer::MetallicRoughnessBsdf;
+using renderer::ParameterKind;
 
 WordsOf<std::string> Metals() {
   WordsOf<std::string> words;
@@ -11,17 +17,28 @@ WordsOf<std::string> Metals() {
   return words;
 }
 
-SchemaNode ScalarSchema(const char* key,
-                        double lower,
-                        double MaterialConfig::*constant,
-                        std::string MaterialConfig::*texture,
+/// A constant of the glTF model by the name and in the range that the parameter has.
+SchemaNode GltfConstant(ParameterKind kind,
+                        double MetallicRoughnessBsdf::*member,
                         const char* doc) {
+  const renderer::ParameterTraits& traits = renderer::TraitsOf(kind);
+  return Key(traits.property, doc, &MaterialConfig::gltf, member)
+      .From(traits.smallest, traits.largest);
+}
+
+/// The same, or a texture.
+SchemaNode GltfInput(ParameterKind kind,
+                     double MetallicRoughnessBsdf::*member,
+                     std::string MaterialConfig::*texture,
+                     const char* doc) {
+  SchemaNode constant = GltfConstant(kind, member, "The same everywhere.").OneOf("source");
+  const std::string key = std::exchange(constant.key, "constant");
   return Map(key,
-             {Key("constant", "The same everywhere.", constant).From(lower, 1.0).OneOf("source"),
+             {constant,
               Name("texture", "One of `scene.textures`, by the mesh's UVs.", texture)
                   .OneOf("source")},
              doc)
-      .Default(fmt::format("{{constant: {}}}", MaterialConfig{}.*constant));
+      .Default(fmt::format("{{constant: {}}}", MetallicRoughnessBsdf{}.*member));
 }
 
 SchemaNode BaseColorSchema() {
@@ -98,17 +115,15 @@ SchemaNode MaterialsSchema() {
                          &MaterialConfig::model)
                       .Required(),
                   BaseColorSchema().When("model", all),
-                  ScalarSchema("roughness",
-                               0.1,
-                               &MaterialConfig::roughness,
-                               &MaterialConfig::roughness_texture,
-                               "Perceptual roughness, alpha = roughness².")
+                  GltfInput(ParameterKind::kRoughness,
+                            &MetallicRoughnessBsdf::roughness,
+                            &MaterialConfig::roughness_texture,
+                            "Perceptual roughness, alpha = roughness².")
                       .When("model", {"metallic_roughness", "conductor", "dielectric"}),
-                  ScalarSchema("metallic",
-                               0.0,
-                               &MaterialConfig::metallic,
-                               &MaterialConfig::metallic_texture,
-                               "0 = plastic, 1 = metal.")
+                  GltfInput(ParameterKind::kMetallic,
+                            &MetallicRoughnessBsdf::metallic,
+                            &MaterialConfig::metallic_texture,
+                            "0 = plastic, 1 = metal.")
                       .When("model", {"metallic_roughness"}),
                   Choice("metal",
                          Metals(),

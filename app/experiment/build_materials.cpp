@@ -33,11 +33,12 @@ renderer::Bsdf BsdfOf(const MaterialConfig& config) {
     case Model::kDiffuse:
       return renderer::LambertBsdf{};
     case Model::kMetallicRoughness:
-      return renderer::MetallicRoughnessBsdf{config.roughness, config.metallic};
+      return config.gltf;
     case Model::kConductor:
-      return renderer::RoughConductorBsdf{config.roughness, MetalOf(config).eta, MetalOf(config).k};
+      return renderer::RoughConductorBsdf{
+          config.gltf.roughness, MetalOf(config).eta, MetalOf(config).k};
     case Model::kDielectric:
-      return renderer::RoughDielectricBsdf{config.roughness, config.ior};
+      return renderer::RoughDielectricBsdf{config.gltf.roughness, config.ior};
     case Model::kMirror:
       return renderer::MirrorBsdf{MetalOf(config).eta, MetalOf(config).k};
     case Model::kGlass:

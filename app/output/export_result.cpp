@@ -125,9 +125,8 @@ void WriteMesh(const fs::path& stem, const renderer::SceneMesh& scene_mesh, cons
       scene.materials.at(static_cast<std::size_t>(scene_mesh.material));
   renderer::Mesh mesh = renderer::WorldMesh(scene_mesh);
   renderer::GlbMaterial glb{.name = material.name, .double_sided = material.two_sided};
-  if (const auto* metal = std::get_if<renderer::MetallicRoughnessBsdf>(&material.bsdf)) {
-    glb.roughness = metal->roughness;
-    glb.metallic = metal->metallic;
+  if (const auto* bsdf = std::get_if<renderer::MetallicRoughnessBsdf>(&material.bsdf)) {
+    glb.bsdf = *bsdf;
   }
   std::string texture_file;
   if (!material.vertex_colors) {

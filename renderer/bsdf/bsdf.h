@@ -87,12 +87,25 @@ struct BsdfCosines {
 };
 inline constexpr double kMinCosO = 1e-2;
 
-/// Value and partial derivatives. base_color, eta and k act channel by channel, so their partials
-/// are diagonals; the eta of a dielectric is one number with a partial per channel.
-struct BsdfPartials {
+/// Partial derivatives by what a material is made of. base_color, eta and k act channel by channel,
+/// so their partials are diagonals; one number, such as the eta of a dielectric, has a partial per
+/// channel.
+struct MaterialPartials {
+  Rgb d_base_color, d_roughness, d_metallic, d_eta, d_k;
+
+  void AddScaled(const Rgb& weight, const MaterialPartials& p) {
+    d_base_color += weight * p.d_base_color;
+    d_roughness += weight * p.d_roughness;
+    d_metallic += weight * p.d_metallic;
+    d_eta += weight * p.d_eta;
+    d_k += weight * p.d_k;
+  }
+};
+
+/// Value and partial derivatives.
+struct BsdfPartials : MaterialPartials {
   Rgb value;
   Rgb d_cos_i, d_cos_o, d_dot_io;
-  Rgb d_base_color, d_roughness, d_metallic, d_eta, d_k;
 };
 
 struct BsdfSample {
@@ -139,10 +152,9 @@ enum class TransportMode { kRadiance, kImportance };
 /// Weight of a delta lobe: what leaves along wo per what arrives along the mirrored (`transmit`
 /// false) or refracted direction, radiance or importance. Zero for rough models, for cos_o <= 0,
 /// and for transmission through a mirror or in total reflection.
-struct DeltaPartials {
+struct DeltaPartials : MaterialPartials {
   Rgb value;
   Rgb d_cos_o;
-  Rgb d_base_color, d_eta, d_k;
 };
 DeltaPartials EvalDelta(const Bsdf& bsdf,
                         const BsdfInputs& inputs,

@@ -37,18 +37,18 @@ MaterialBlocks BlocksOfMaterial(const ParameterLayout& layout,
                                 int index,
                                 const std::vector<std::int32_t>& textures) {
   MaterialBlocks b;
-  b.base_color = layout.FirstBlock(ParameterKind::kBaseColor, index);
-  b.roughness = layout.FirstBlock(ParameterKind::kRoughness, index);
-  b.metallic = layout.FirstBlock(ParameterKind::kMetallic, index);
-  b.eta = layout.FirstBlock(ParameterKind::kEta, index);
-  b.k = layout.FirstBlock(ParameterKind::kExtinction, index);
-  b.scalar_eta = b.eta >= 0 && layout.GroupOfBlock(b.eta).block_size == 1;
+  for (const ParameterGroup& group : layout.groups()) {
+    const ParameterTraits& traits = TraitsOf(group.kind);
+    if (traits.list == ObjectList::kMaterials && group.object == index &&
+        (traits.varies == nullptr || !traits.varies(material))) {
+      b.constants.push_back({group.first_block, group.block_size == 1, traits.partial});
+    }
+  }
   const auto active = [&](int texture) {
     return texture >= 0 && textures[static_cast<std::size_t>(texture)] >= 0;
   };
-  b.any = b.base_color >= 0 || b.roughness >= 0 || b.metallic >= 0 || b.eta >= 0 || b.k >= 0 ||
-          active(material.base_color_texture) || active(material.roughness_texture) ||
-          active(material.metallic_texture);
+  b.any = !b.constants.empty() || active(material.base_color_texture) ||
+          active(material.roughness_texture) || active(material.metallic_texture);
   return b;
 }
 

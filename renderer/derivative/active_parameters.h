@@ -25,8 +25,14 @@ struct ActiveParameters {
     double inverse_scale = 1.0;
   };
   struct MaterialBlocks {
-    std::int32_t base_color = -1, roughness = -1, metallic = -1, eta = -1, k = -1;
-    bool scalar_eta = false;
+    /// A property that is the same all over the surface: a block of one number, or of one per
+    /// channel.
+    struct Constant {
+      std::int32_t block = -1;
+      bool scalar = false;
+      Rgb MaterialPartials::*partial = nullptr;
+    };
+    std::vector<Constant> constants;
     bool any = false;    ///< any of these or of its textures' texels, or colours of a mesh
     bool bends = false;  ///< eta of smooth glass: turns the refracted ray
   };

@@ -80,28 +80,20 @@ void AppearanceAdjoint::Material(const SurfacePoint& p, const VertexAdjoint& d) 
       AddDiagonal(sum_.Entry(first + t[1]), d.d_base_color * p.b1);
       AddDiagonal(sum_.Entry(first + t[2]), d.d_base_color * p.b2);
     }
-  } else if (blocks.base_color >= 0) {
-    AddDiagonal(sum_.Entry(blocks.base_color), d.d_base_color);
   }
   if (material.roughness_texture >= 0) {
     TextureRole(p, material.roughness_texture, d.d_roughness);
-  } else if (blocks.roughness >= 0) {
-    AddComponent(sum_.Entry(blocks.roughness), 0, d.d_roughness);
   }
   if (material.metallic_texture >= 0) {
     TextureRole(p, material.metallic_texture, d.d_metallic);
-  } else if (blocks.metallic >= 0) {
-    AddComponent(sum_.Entry(blocks.metallic), 0, d.d_metallic);
   }
-  if (blocks.eta >= 0) {
-    if (blocks.scalar_eta) {
-      AddComponent(sum_.Entry(blocks.eta), 0, d.d_eta);
+  for (const auto& constant : blocks.constants) {
+    const Rgb& value = d.*constant.partial;
+    if (constant.scalar) {
+      AddComponent(sum_.Entry(constant.block), 0, value);
     } else {
-      AddDiagonal(sum_.Entry(blocks.eta), d.d_eta);
+      AddDiagonal(sum_.Entry(constant.block), value);
     }
-  }
-  if (blocks.k >= 0) {
-    AddDiagonal(sum_.Entry(blocks.k), d.d_k);
   }
 }
 

@@ -231,11 +231,7 @@ Rgb PathAdjoint::AdjointOfBsdf(std::size_t k,
   VertexAdjoint& d = adjoints_[k];
   const BsdfCosines cosines = p.Cosines(wi);
   const BsdfPartials f = EvalBsdfPartials(p.material->bsdf, p.inputs, cosines);
-  d.d_base_color += weight * f.d_base_color;
-  d.d_roughness += weight * f.d_roughness;
-  d.d_metallic += weight * f.d_metallic;
-  d.d_eta += weight * f.d_eta;
-  d.d_k += weight * f.d_k;
+  d.AddScaled(weight, f);
   if (Moves(k)) {
     const Rgb by_cos_i = weight * (f.d_cos_i + f.value * (1.0 / cosines.cos_i));
     const Rgb by_cos_o = weight * f.d_cos_o;
@@ -252,9 +248,7 @@ Rgb PathAdjoint::AdjointOfDeltaWeight(std::size_t k, const Rgb& weight) {
   const Vertex& v = path_->vertices[k];
   VertexAdjoint& d = adjoints_[k];
   const DeltaPartials f = DeltaWeight(v);
-  d.d_base_color += weight * f.d_base_color;
-  d.d_eta += weight * f.d_eta;
-  d.d_k += weight * f.d_k;
+  d.AddScaled(weight, f);
   if (Moves(k)) {
     d.d_n += Outer(v.p.wo, weight * f.d_cos_o);
     d.d_wo += Outer(v.p.n, weight * f.d_cos_o);

@@ -20,16 +20,16 @@ struct PathRecord {
   std::vector<DirectContribution> directs;
 };
 
-/// Adjoints of a path's radiance by what its vertex is: they lie beside the record, one per vertex.
-struct VertexAdjoint {
+/// Adjoints of a path's radiance by what its vertex is, its material included: they lie beside the
+/// record, one per vertex.
+struct VertexAdjoint : MaterialPartials {
   Rgb throughput;           ///< from the vertex to the pixel
   ColorGradient d_x, d_ng;  ///< by position and by the geometric normal on the side of wo
   ColorGradient d_n;        ///< by the shading normal on the side of wo
   ColorGradient d_wo;       ///< by the direction to the viewer
   ColorGradient d_wi;       ///< delta vertices: by the direction of the next ray
   Rgb d_log_area;           ///< by log of the area ratio J
-  Rgb d_base_color, d_roughness, d_metallic, d_eta, d_k;
-  Rgb emission;  ///< throughput * weight, the factor of the radiance it emits
+  Rgb emission;             ///< throughput * weight, the factor of the radiance it emits
 };
 
 /// Writes a PathRecord.

@@ -116,8 +116,8 @@ tinygltf::Material MakeMaterial(const GlbMaterial& material, const std::filesyst
                                                  factor(material.base_color.g),
                                                  factor(material.base_color.b),
                                                  1.0};
-  result.pbrMetallicRoughness.roughnessFactor = factor(material.roughness);
-  result.pbrMetallicRoughness.metallicFactor = factor(material.metallic);
+  result.pbrMetallicRoughness.roughnessFactor = factor(material.bsdf.roughness);
+  result.pbrMetallicRoughness.metallicFactor = factor(material.bsdf.metallic);
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "renderer/bsdf/bsdf.h"
 #include "renderer/geometry/mesh.h"
 #include "renderer/texture/texture.h"
 
@@ -14,8 +15,7 @@ namespace pathfit::renderer {
 struct GlbMaterial {
   std::string name = "material";
   Rgb base_color = {1.0, 1.0, 1.0};  ///< multiplies the vertex colours
-  double roughness = 1.0;
-  double metallic = 0.0;
+  MetallicRoughnessBsdf bsdf = {.roughness = 1.0};
   bool double_sided = false;
   /// Multiplies the factor; embedded as an 8-bit sRGB PNG, clamped to 0..1. Needs UVs.
   std::optional<Texture> base_color_texture = std::nullopt;

@@ -97,8 +97,14 @@ struct Row : ParameterTraits {
     return Make<ObjectList::kMeshes, Get>(kind, property, components);
   }
   template <class Get>
-  static Row Materials(Kind kind, const char* property, const char* components, Get) {
-    return Make<ObjectList::kMaterials, Get>(kind, property, components);
+  static Row Materials(Kind kind,
+                       const char* property,
+                       const char* components,
+                       Rgb MaterialPartials::*partial,
+                       Get) {
+    Row row = Make<ObjectList::kMaterials, Get>(kind, property, components);
+    row.partial = partial;
+    return row;
   }
   template <class Get>
   static Row Textures(Kind kind, const char* property, const char* components, Get) {
@@ -125,6 +131,11 @@ struct Row : ParameterTraits {
   Row& Of(const char* which, bool (*is)(const Scene&, int) = nullptr) {
     objects = which;
     if (is != nullptr) is_for = is;
+    return *this;
+  }
+  /// A texture may stand in for it, or vertex colours.
+  Row& Varying(bool (*is)(const Material&)) {
+    varies = is;
     return *this;
   }
   Row& Lacking(std::string (*why)(const Scene&, int)) {
@@ -284,8 +295,12 @@ std::vector<ParameterTraits> MakeRows() {
           .Moving(Moves::kMeshes)
           .Bounded(1e-3, kInfinity, 0.0, kInfinity)
           .Log(),
-      Row::Materials(
-          Kind::kBaseColor, "base_color", "rgb", [](auto& m) { return One(m.base_color); })
+      Row::Materials(Kind::kBaseColor,
+                     "base_color",
+                     "rgb",
+                     &MaterialPartials::d_base_color,
+                     [](auto& m) { return One(m.base_color); })
+          .Varying([](const Material& m) { return m.vertex_colors || m.base_color_texture >= 0; })
           .Lacking([](const Scene& scene, int i) {
             const Material& m = MaterialAt(scene, i);
             return m.vertex_colors ? " needs base_color: {constant: …}; this one is per vertex, "
@@ -296,6 +311,7 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Materials(Kind::kRoughness,
                      "roughness",
                      "",
+                     &MaterialPartials::d_roughness,
                      [](auto& m) -> BlocksIn<decltype(m)> {
                        if (auto* b = As<MetallicRoughnessBsdf>(m.bsdf)) return One(b->roughness);
                        if (auto* b = As<RoughConductorBsdf>(m.bsdf)) return One(b->roughness);
@@ -303,6 +319,7 @@ std::vector<ParameterTraits> MakeRows() {
                        return {};
                      })
           .Of("metallic_roughness, conductor, dielectric")
+          .Varying([](const Material& m) { return m.roughness_texture >= 0; })
           .Lacking([](const Scene& scene, int i) {
             return LackOfConstant(scene, MaterialAt(scene, i).roughness_texture);
           })
@@ -310,11 +327,13 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Materials(Kind::kMetallic,
                      "metallic",
                      "",
+                     &MaterialPartials::d_metallic,
                      [](auto& m) -> BlocksIn<decltype(m)> {
                        if (auto* b = As<MetallicRoughnessBsdf>(m.bsdf)) return One(b->metallic);
                        return {};
                      })
           .Of("metallic_roughness")
+          .Varying([](const Material& m) { return m.metallic_texture >= 0; })
           .Lacking([](const Scene& scene, int i) {
             return LackOfConstant(scene, MaterialAt(scene, i).metallic_texture);
           })
@@ -322,6 +341,7 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Materials(Kind::kEta,
                      "eta",
                      "rgb",
+                     &MaterialPartials::d_eta,
                      [](auto& m) -> BlocksIn<decltype(m)> {
                        if (auto* b = As<RoughConductorBsdf>(m.bsdf)) return One(b->eta);
                        if (auto* b = As<MirrorBsdf>(m.bsdf)) return One(b->eta);
@@ -335,6 +355,7 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Materials(Kind::kEta,
                      "eta",
                      "",
+                     &MaterialPartials::d_eta,
                      [](auto& m) -> BlocksIn<decltype(m)> {
                        if (auto* b = As<RoughDielectricBsdf>(m.bsdf)) return One(b->eta);
                        if (auto* b = As<SmoothDielectricBsdf>(m.bsdf)) return One(b->eta);
@@ -354,6 +375,7 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Materials(Kind::kExtinction,
                      "k",
                      "rgb",
+                     &MaterialPartials::d_k,
                      [](auto& m) -> BlocksIn<decltype(m)> {
                        if (auto* b = As<RoughConductorBsdf>(m.bsdf)) return One(b->k);
                        if (auto* b = As<MirrorBsdf>(m.bsdf)) return One(b->k);

@@ -91,6 +91,10 @@ struct ParameterTraits {
   const char* bounds_advice = "";            ///< behind "bounds of PROPERTY are not supported"
   std::span<const char* const> priors = {};  ///< names of those that mean something
 
+  /// Of materials: the partial by it, and whether a list or texture stands in for the constant.
+  Rgb MaterialPartials::*partial = nullptr;
+  bool (*varies)(const Material&) = nullptr;
+
   ParameterBlocks<const double> (*read)(const Scene&, int object) = nullptr;
   /// The blocks, to be written; lists that other scenes share are copied first.
   ParameterBlocks<double> (*edit)(Scene&, int object) = nullptr;

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -8,6 +10,7 @@
 #include <vector>
 
 #include "renderer/core/error.h"
+#include "renderer/scene/parameter_kinds.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::renderer {
@@ -26,6 +29,11 @@ bool InRange(const Rgb& c, double low, double high) {
 bool InRange(const std::vector<Rgb>& values, double low, double high) {
   return std::all_of(
       values.begin(), values.end(), [&](const Rgb& c) { return InRange(c, low, high); });
+}
+
+std::string TextOf(double v) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), v).ptr};
 }
 
 bool IsRotation(const Mat3& m) {
@@ -56,31 +64,19 @@ void ValidateTexture(const Texture& texture) {
           "a scalar texture must have equal channels");
 }
 
-/// The model's own numbers.
+/// The model's indices of refraction.
 class BsdfValidator {
  public:
   explicit BsdfValidator(const std::string& where) : where_(where) {}
 
   void operator()(const LambertBsdf&) const {}
-  void operator()(const MetallicRoughnessBsdf& m) const {
-    CheckRoughness(m.roughness);
-    Require(InRange(m.metallic, 0.0, 1.0), where_, "metallic must lie in [0, 1]");
-  }
-  void operator()(const RoughConductorBsdf& m) const {
-    CheckRoughness(m.roughness);
-    CheckComplexIndex(m.eta, m.k);
-  }
-  void operator()(const RoughDielectricBsdf& m) const {
-    CheckRoughness(m.roughness);
-    CheckIndex(m.eta);
-  }
+  void operator()(const MetallicRoughnessBsdf&) const {}
+  void operator()(const RoughConductorBsdf& m) const { CheckComplexIndex(m.eta, m.k); }
+  void operator()(const RoughDielectricBsdf& m) const { CheckIndex(m.eta); }
   void operator()(const MirrorBsdf& m) const { CheckComplexIndex(m.eta, m.k); }
   void operator()(const SmoothDielectricBsdf& m) const { CheckIndex(m.eta); }
 
  private:
-  void CheckRoughness(double roughness) const {
-    Require(InRange(roughness, kMinRoughness, 1.0), where_, "roughness must lie in [0.1, 1]");
-  }
   void CheckComplexIndex(const Rgb& eta, const Rgb& k) const {
     Require(
         InRange(eta, 0.0, 1e3) && InRange(k, 0.0, 1e3), where_, "eta and k must lie in [0, 1e3]");
@@ -105,8 +101,9 @@ class SceneValidator {
 
   void CheckAll() {
     std::for_each(scene_.textures.begin(), scene_.textures.end(), ValidateTexture);
-    for (const Material& material : scene_.materials) {
-      CheckMaterial(material);
+    for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
+      CheckMaterial(scene_.materials[i]);
+      CheckShares(static_cast<int>(i));
     }
     for (const SceneMesh& mesh : scene_.meshes) {
       CheckMesh(mesh);
@@ -167,6 +164,21 @@ class SceneValidator {
                  std::holds_alternative<MetallicRoughnessBsdf>(material.bsdf),
                  0.0,
                  "[0, 1]");
+  }
+
+  /// The numbers of a material that have a range of their own: roughness and the like.
+  void CheckShares(int material) const {
+    for (const ParameterTraits& row : AllParameterTraits()) {
+      if (row.list != ObjectList::kMaterials || row.NumComponents() > 1 ||
+          !std::isfinite(row.largest) || !row.is_for(scene_, material)) {
+        continue;
+      }
+      const auto blocks = row.read(scene_, material);
+      Require(blocks.num_blocks == 0 || InRange(*blocks.first, row.smallest, row.largest),
+              "material '" + scene_.materials[static_cast<std::size_t>(material)].name + "'",
+              std::string(row.property) + " must lie in [" + TextOf(row.smallest) + ", " +
+                  TextOf(row.largest) + "]");
+    }
   }
 
   void CheckMesh(const SceneMesh& m) const {

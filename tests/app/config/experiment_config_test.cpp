@@ -45,7 +45,7 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
   EXPECT_EQ(config.materials[0].model, MaterialConfig::Model::kMetallicRoughness);
   EXPECT_EQ(config.materials[0].base_color_source, MaterialConfig::BaseColor::kVertexConstant);
   EXPECT_EQ(config.materials[0].base_color, (Triple{0.5, 0.4, 0.3}));
-  EXPECT_DOUBLE_EQ(config.materials[0].roughness, 0.4);
+  EXPECT_DOUBLE_EQ(config.materials[0].gltf.roughness, 0.4);
   EXPECT_EQ(config.materials[1].base_color_source, MaterialConfig::BaseColor::kConstant);
   ASSERT_EQ(config.lights.size(), 2U);
   EXPECT_EQ(config.lights[0].size_px, (std::array<int, 2>{16, 8}));

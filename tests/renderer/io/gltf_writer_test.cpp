@@ -74,7 +74,7 @@ TEST(GltfWriter, WritesAValidColoredSphere) {
   Mesh mesh = MakeIcosphere(2, 0.5);
   SetUniformVertexColors({0.25, 0.5, 1.5}, mesh);
   const TemporaryFolder folder;
-  WriteGlb(folder.Path() / "a.glb", mesh, {"glaze", {0.5, 2.0, 1.0}, 0.25, 0.75, true});
+  WriteGlb(folder.Path() / "a.glb", mesh, {"glaze", {0.5, 2.0, 1.0}, {0.25, 0.75}, true});
   const Glb glb = ParseGlb(folder.Path() / "a.glb");
   EXPECT_EQ(glb.json["asset"]["version"], "2.0");
   EXPECT_EQ(glb.json["asset"]["generator"], "pathfit");
