@@ -125,6 +125,11 @@ SchemaNode MaterialsSchema() {
                             &MaterialConfig::metallic_texture,
                             "0 = plastic, 1 = metal.")
                       .When("model", {"metallic_roughness"}),
+                  GltfConstant(ParameterKind::kSpecular,
+                               &MetallicRoughnessBsdf::specular,
+                               "Factor of what is reflected without taking the base colour on, 4 % "
+                               "head-on at 1; glTF's specularFactor.")
+                      .When("model", {"metallic_roughness"}),
                   Choice("metal",
                          Metals(),
                          "Measured eta and k. A mirror without metal reflects everything.",

@@ -14,10 +14,12 @@ struct LambertBsdf {
 };
 
 /// glTF 2.0 metallic-roughness: GGX (alpha = roughness^2), height-correlated Smith, Schlick Fresnel
-/// with F0 = lerp(0.04, base_color, metallic). Source: glTF 2.0 specification, appendix B.
+/// with F0 = lerp(0.04 specular, base_color, metallic), F90 = lerp(specular, 1, metallic). Source:
+/// glTF 2.0 specification, appendix B, and KHR_materials_specular.
 struct MetallicRoughnessBsdf {
   double roughness = 0.5;  ///< perceptual, in [kMinRoughness, 1]
   double metallic = 0.0;   ///< 0..1
+  double specular = 1.0;   ///< factor of the dielectric's reflection, 0..1: 4 % of it at 1
   friend bool operator==(const MetallicRoughnessBsdf&, const MetallicRoughnessBsdf&) = default;
 };
 
@@ -91,12 +93,13 @@ inline constexpr double kMinCosO = 1e-2;
 /// so their partials are diagonals; one number, such as the eta of a dielectric, has a partial per
 /// channel.
 struct MaterialPartials {
-  Rgb d_base_color, d_roughness, d_metallic, d_eta, d_k;
+  Rgb d_base_color, d_roughness, d_metallic, d_specular, d_eta, d_k;
 
   void AddScaled(const Rgb& weight, const MaterialPartials& p) {
     d_base_color += weight * p.d_base_color;
     d_roughness += weight * p.d_roughness;
     d_metallic += weight * p.d_metallic;
+    d_specular += weight * p.d_specular;
     d_eta += weight * p.d_eta;
     d_k += weight * p.d_k;
   }

@@ -118,6 +118,10 @@ tinygltf::Material MakeMaterial(const GlbMaterial& material, const std::filesyst
                                                  1.0};
   result.pbrMetallicRoughness.roughnessFactor = factor(material.bsdf.roughness);
   result.pbrMetallicRoughness.metallicFactor = factor(material.bsdf.metallic);
+  if (const double specular = factor(material.bsdf.specular); specular != 1.0) {
+    result.extensions["KHR_materials_specular"] =
+        tinygltf::Value(tinygltf::Value::Object{{"specularFactor", tinygltf::Value(specular)}});
+  }
   return result;
 }
 
@@ -216,6 +220,9 @@ void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMate
   model.asset.version = "2.0";
   model.asset.generator = "pathfit";
   model.materials.push_back(MakeMaterial(material, path));
+  for (const auto& [name, value] : model.materials[0].extensions) {
+    model.extensionsUsed.push_back(name);
+  }
   BufferBuilder buffer(model);
   tinygltf::Mesh gltf_mesh;
   gltf_mesh.primitives.push_back(AddPrimitive(WithUnitNormals(mesh), path, buffer));

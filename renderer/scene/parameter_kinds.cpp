@@ -338,6 +338,16 @@ std::vector<ParameterTraits> MakeRows() {
             return LackOfConstant(scene, MaterialAt(scene, i).metallic_texture);
           })
           .Bounded(0.0, 1.0, 0.0, 1.0),
+      Row::Materials(Kind::kSpecular,
+                     "specular",
+                     "",
+                     &MaterialPartials::d_specular,
+                     [](auto& m) -> BlocksIn<decltype(m)> {
+                       if (auto* b = As<MetallicRoughnessBsdf>(m.bsdf)) return One(b->specular);
+                       return {};
+                     })
+          .Of("metallic_roughness")
+          .Bounded(0.0, 1.0, 0.0, 1.0),
       Row::Materials(Kind::kEta,
                      "eta",
                      "rgb",

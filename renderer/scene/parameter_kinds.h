@@ -23,6 +23,7 @@ enum class ParameterKind {
   kBaseColor,             ///< Material::base_color
   kRoughness,             ///< perceptual
   kMetallic,              ///< 0: dielectric, 1: metal
+  kSpecular,              ///< factor of the dielectric's reflection
   kEta,                   ///< of metals per channel, of dielectrics one number
   kExtinction,            ///< k of metals
   kTextureTexels,         ///< one block per texel; of scalar textures one number

@@ -50,6 +50,7 @@ TEST(SceneConfig, ReadsMaterialsAndTextures) {
   EXPECT_EQ(wood.base_color_texture, "oak");
   EXPECT_EQ(wood.roughness_texture, "worn");
   EXPECT_DOUBLE_EQ(wood.gltf.metallic, 0.1);
+  EXPECT_DOUBLE_EQ(wood.gltf.specular, 1.0);
   const MaterialConfig& brass = Named(config.materials, "brass");
   EXPECT_EQ(brass.model, Model::kConductor);
   EXPECT_EQ(brass.metal, "copper");

@@ -199,7 +199,7 @@ TEST(BuildScene, TexturesAreReadByTheirUse) {
   renderer::WritePng8(file.folder() / "p.png", picture);
   file.Write(SceneOf("a: {primitive: {cube: {}}, material: paint}",
                      "paint: {model: metallic_roughness, base_color: {texture: colour}, roughness: "
-                     "{texture: worn}}",
+                     "{texture: worn}, specular: 0.3}",
                      "  textures: {colour: {file: p.png, wrap: clamp}, worn: {file: p.png}, spare: "
                      "{size_px: [3, 2], init: {constant: [1, 2, 3]}}}\n"));
   const Experiment experiment = BuildExperiment(LoadExperimentConfig(file.path(), {}));
@@ -215,6 +215,7 @@ TEST(BuildScene, TexturesAreReadByTheirUse) {
   EXPECT_EQ(scene.materials[0].base_color_texture, 0);
   EXPECT_EQ(scene.materials[0].roughness_texture, 1);
   EXPECT_EQ(scene.materials[0].metallic_texture, -1);
+  EXPECT_EQ(std::get<renderer::MetallicRoughnessBsdf>(scene.materials[0].bsdf).specular, 0.3);
   EXPECT_EQ(experiment.input_files.size(), 2U);
 }
 

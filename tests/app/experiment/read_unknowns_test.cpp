@@ -104,6 +104,7 @@ TEST(ReadUnknowns, DefaultsFollowTheUse) {
   expect("mug.colors", 0.01, 0.99, false);
   expect("wall.base_color", 0.01, 0.99, false);
   expect("glaze.roughness", 0.1, 1.0, false);
+  expect("glaze.specular", 0.0, 1.0, false);
   expect("room.texels", 1e-4, infinity, true);
   expect("front.focal", 1.0, infinity, false);
 }

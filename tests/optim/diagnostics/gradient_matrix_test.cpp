@@ -141,6 +141,7 @@ TEST(GradientMatrix, SurfacesAndTexels) {
                 {"gloss.base_color", ParameterKind::kBaseColor, kGlossMaterial},
                 {"gloss.roughness", ParameterKind::kRoughness, kGlossMaterial},
                 {"gloss.metallic", ParameterKind::kMetallic, kGlossMaterial},
+                {"gloss.specular", ParameterKind::kSpecular, kGlossMaterial, 10.0},
                 {"metal.eta", ParameterKind::kEta, kMetalMaterial},
                 {"metal.k", ParameterKind::kExtinction, kMetalMaterial},
                 {"paint.texels (base colour)", ParameterKind::kTextureTexels, kPaint},

@@ -17,9 +17,9 @@ namespace {
 
 constexpr double kSameFormula = 1e-10;
 constexpr double kDifference = 1e-6;
-constexpr int kArguments = 8;  // cos_i, cos_o, dot_io, base, roughness, metallic, eta, k
+constexpr int kArguments = 9;
 constexpr std::array<const char*, kArguments> kNames = {
-    "cos_i", "cos_o", "dot_io", "base", "roughness", "metallic", "eta", "k"};
+    "cos_i", "cos_o", "dot_io", "base", "roughness", "metallic", "eta", "k", "specular"};
 
 enum class Kind { kMetallicRoughness, kConductor, kDielectric };
 
@@ -27,7 +27,7 @@ enum class Kind { kMetallicRoughness, kConductor, kDielectric };
 template <class T>
 T Formula(Kind kind, bool from_inside, const std::array<T, kArguments>& x) {
   using std::sqrt;
-  const auto& [cos_i, cos_o, dot_io, base, roughness, metallic, eta, k] = x;
+  const auto& [cos_i, cos_o, dot_io, base, roughness, metallic, eta, k, specular_share] = x;
   const T alpha = roughness * roughness;
   const T half = sqrt((T(1.0) + dot_io) * T(0.5));
   if (kind == Kind::kDielectric) {
@@ -40,8 +40,9 @@ T Formula(Kind kind, bool from_inside, const std::array<T, kArguments>& x) {
   if (kind == Kind::kConductor) {
     return base * FresnelConductor(half, eta, k) * specular;
   }
-  const T f0 = T(0.04) + (base - T(0.04)) * metallic;
-  const T fresnel = f0 + (T(1.0) - f0) * SchlickWeight(dot_io);
+  const auto fresnel_of = [&](const T& f0) { return f0 + (T(1.0) - f0) * SchlickWeight(dot_io); };
+  const T fresnel =
+      specular_share * fresnel_of(T(0.04)) * (T(1.0) - metallic) + fresnel_of(base) * metallic;
   return (T(1.0) - fresnel) * base * (T(1.0) - metallic) * T(std::numbers::inv_pi) +
          fresnel * specular;
 }
@@ -53,7 +54,7 @@ double Value(Kind kind, bool from_inside, const std::array<double, kArguments>& 
   // The constants of the model must not matter: the inputs replace them.
   switch (kind) {
     case Kind::kMetallicRoughness:
-      return EvalBsdf(MetallicRoughnessBsdf{0.9, 0.1}, in, c).g;
+      return EvalBsdf(MetallicRoughnessBsdf{0.9, 0.1, x[8]}, in, c).g;
     case Kind::kConductor:
       return EvalBsdf(RoughConductorBsdf{0.9, Rgb::Constant(x[6]), Rgb::Constant(x[7])}, in, c).g;
     case Kind::kDielectric:
@@ -67,7 +68,7 @@ BsdfPartials Partials(Kind kind, bool from_inside, const std::array<double, kArg
   const BsdfCosines c{x[0], x[1], x[2]};
   switch (kind) {
     case Kind::kMetallicRoughness:
-      return EvalBsdfPartials(MetallicRoughnessBsdf{0.9, 0.1}, in, c);
+      return EvalBsdfPartials(MetallicRoughnessBsdf{0.9, 0.1, x[8]}, in, c);
     case Kind::kConductor:
       return EvalBsdfPartials(
           RoughConductorBsdf{0.9, Rgb::Constant(x[6]), Rgb::Constant(x[7])}, in, c);
@@ -85,7 +86,8 @@ std::array<double, kArguments> AsArray(const BsdfPartials& p) {
           p.d_roughness.g,
           p.d_metallic.g,
           p.d_eta.g,
-          p.d_k.g};
+          p.d_k.g,
+          p.d_specular.g};
 }
 
 struct Case {
@@ -98,20 +100,18 @@ struct Case {
 /// from both.
 std::vector<Case> Cases() {
   std::vector<Case> cases;
-  const auto add = [&](Kind kind,
-                       bool inside,
-                       Vec3 wi,
-                       Vec3 wo,
-                       double roughness,
-                       double eta,
-                       double k) {
-    wi = Normalized(wi);
-    wo = Normalized(wo);
-    for (const double metallic : {0.0, 0.3, 1.0}) {
-      cases.push_back({kind, inside, {wi.z, wo.z, Dot(wi, wo), 0.7, roughness, metallic, eta, k}});
-      if (kind != Kind::kMetallicRoughness) return;
-    }
-  };
+  const auto add =
+      [&](Kind kind, bool inside, Vec3 wi, Vec3 wo, double roughness, double eta, double k) {
+        wi = Normalized(wi);
+        wo = Normalized(wo);
+        for (const double metallic : {0.0, 0.3, 1.0}) {
+          const double specular = 0.3 + 0.6 * metallic;
+          cases.push_back({kind,
+                           inside,
+                           {wi.z, wo.z, Dot(wi, wo), 0.7, roughness, metallic, eta, k, specular}});
+          if (kind != Kind::kMetallicRoughness) return;
+        }
+      };
   const std::array<std::array<Vec3, 2>, 5> reflections = {{{{{0.5, 0.2, 0.8}, {-0.3, 0.1, 0.7}}},
                                                            {{{0.62, 0.02, 0.8}, {-0.6, 0.0, 0.8}}},
                                                            {{{0.9, 0.3, 0.06}, {-0.8, 0.1, 0.3}}},
@@ -217,8 +217,14 @@ TEST(BsdfPartials, OfLambertAreThoseOfAConstant) {
   const BsdfPartials p = EvalBsdfPartials(LambertBsdf{}, {base}, {0.5, -0.6, 0.2});
   EXPECT_EQ(p.value, base * std::numbers::inv_pi);
   EXPECT_EQ(p.d_base_color, Rgb::Constant(std::numbers::inv_pi));
-  for (const Rgb& zero :
-       {p.d_cos_i, p.d_cos_o, p.d_dot_io, p.d_roughness, p.d_metallic, p.d_eta, p.d_k})
+  for (const Rgb& zero : {p.d_cos_i,
+                          p.d_cos_o,
+                          p.d_dot_io,
+                          p.d_roughness,
+                          p.d_metallic,
+                          p.d_specular,
+                          p.d_eta,
+                          p.d_k})
     EXPECT_TRUE(IsBlack(zero));
 }
 

@@ -85,6 +85,7 @@ TEST(Bsdf, StaysFiniteForDegenerateDirections) {
                                p.d_base_color,
                                p.d_roughness,
                                p.d_metallic,
+                               p.d_specular,
                                p.d_eta,
                                p.d_k})
             EXPECT_TRUE(IsFinite(d));
@@ -111,6 +112,11 @@ TEST(Bsdf, FollowsTheGltfFormula) {
     const double f = 0.04 + 0.96 * weight;
     EXPECT_NEAR(dielectric[i], (1.0 - f) * kBase[i] * std::numbers::inv_pi + f * specular, 1e-12);
     EXPECT_NEAR(metal[i], (kBase[i] + (1.0 - kBase[i]) * weight) * specular, 1e-12);
+  }
+  for (const double factor : {0.0, 0.25, 1.0}) {
+    const double share = factor * (0.04 + 0.96 * weight);
+    const Rgb dull = EvalBsdf(MetallicRoughnessBsdf{0.5, 0.0, factor}, {kBase, 0.5, 0.0}, c);
+    EXPECT_NEAR(dull.r, (1.0 - share) * kBase.r * std::numbers::inv_pi + share * specular, 1e-12);
   }
 }
 

@@ -70,6 +70,20 @@ std::vector<float> ReadVec3(const Glb& glb, const char* attribute) {
   return ReadAccessor<float>(glb, index, 3, 5126, 34962);
 }
 
+TEST(GltfWriter, SpecularIsTheExtensionsFactor) {
+  const TemporaryFolder folder;
+  for (const double specular : {0.0, 0.25, 0.875}) {
+    GlbMaterial material;
+    material.bsdf.specular = specular;
+    WriteGlb(folder.Path() / "a.glb", MakeIcosphere(1, 0.5), material);
+    const Glb glb = ParseGlb(folder.Path() / "a.glb");
+    EXPECT_EQ(glb.json["extensionsUsed"], (std::vector<std::string>{"KHR_materials_specular"}));
+    const nlohmann::json& extension =
+        glb.json["materials"][0]["extensions"]["KHR_materials_specular"];
+    EXPECT_EQ(extension, (nlohmann::json{{"specularFactor", specular}}));
+  }
+}
+
 TEST(GltfWriter, WritesAValidColoredSphere) {
   Mesh mesh = MakeIcosphere(2, 0.5);
   SetUniformVertexColors({0.25, 0.5, 1.5}, mesh);
@@ -88,6 +102,8 @@ TEST(GltfWriter, WritesAValidColoredSphere) {
   EXPECT_EQ(pbr["baseColorFactor"], (std::vector<double>{0.5, 1.0, 1.0, 1.0}));
   EXPECT_EQ(pbr["roughnessFactor"], 0.25);
   EXPECT_EQ(pbr["metallicFactor"], 0.75);
+  EXPECT_FALSE(material.contains("extensions"));
+  EXPECT_FALSE(glb.json.contains("extensionsUsed"));
 
   const std::vector<float> positions = ReadVec3(glb, "POSITION");
   const std::vector<float> normals = ReadVec3(glb, "NORMAL");

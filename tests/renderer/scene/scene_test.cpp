@@ -40,6 +40,9 @@ TEST(ValidateScene, RefusesBadMaterials) {
   ExpectRefused(
       [](Scene& s) { std::get<MetallicRoughnessBsdf>(s.materials[1].bsdf).metallic = 1.5; },
       "'gloss'");
+  ExpectRefused(
+      [](Scene& s) { std::get<MetallicRoughnessBsdf>(s.materials[1].bsdf).specular = 1.5; },
+      "'gloss'");
 }
 
 TEST(ValidateScene, RefusesBadVertexColors) {
