@@ -40,8 +40,10 @@ double MeanOf(const std::vector<double>& costs, std::size_t end) {
 /// Theta of the mean of two scenes of the same shapes; the rest of `b`.
 WeightedScene Mean(const WeightedScene& a, const WeightedScene& b, const ParameterSet& set) {
   const renderer::ParameterLayout& layout = set.layout();
-  std::vector<double> theta = set.ThetaFromValues(layout.Gather(a.scene));
-  const std::vector<double> other = set.ThetaFromValues(layout.Gather(b.scene));
+  std::vector<double> values = layout.Gather(a.scene);
+  std::vector<double> theta = set.ThetaFromValues(values);
+  layout.Gather(b.scene, values);
+  const std::vector<double> other = set.ThetaFromValues(values);
   const double weight = a.weight + b.weight;
   for (std::size_t i = 0; i < theta.size(); ++i) {
     theta[i] += b.weight / weight * (other[i] - theta[i]);

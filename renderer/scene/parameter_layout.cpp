@@ -120,6 +120,12 @@ std::string ParameterLayout::ScalarName(std::int32_t block, int component) const
 
 std::vector<double> ParameterLayout::Gather(const Scene& scene) const {
   std::vector<double> values;
+  Gather(scene, values);
+  return values;
+}
+
+void ParameterLayout::Gather(const Scene& scene, std::vector<double>& values) const {
+  values.clear();
   values.reserve(static_cast<std::size_t>(num_scalars_));
   for (const ParameterGroup& group : groups_) {
     const auto blocks = TraitsOf(group.kind, scene, group.object).read(scene, group.object);
@@ -130,12 +136,13 @@ std::vector<double> ParameterLayout::Gather(const Scene& scene) const {
                     blocks.first + static_cast<std::size_t>(blocks.num_blocks) * blocks.stride);
       continue;
     }
-    for (std::int32_t b = 0; b < blocks.num_blocks; ++b) {
-      const std::span<const double> block = blocks[b];
-      values.insert(values.end(), block.begin(), block.end());
+    const auto size = static_cast<std::size_t>(blocks.block_size);
+    std::size_t to = values.size();
+    values.resize(to + static_cast<std::size_t>(blocks.num_blocks) * size);
+    for (std::int32_t b = 0; b < blocks.num_blocks; ++b, to += size) {
+      std::copy_n(blocks[b].data(), size, &values[to]);
     }
   }
-  return values;
 }
 
 void ParameterLayout::Scatter(const std::vector<double>& values, Scene& scene) const {

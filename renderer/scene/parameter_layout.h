@@ -55,6 +55,9 @@ class ParameterLayout {
 
   /// NumScalars() values of the scene, which must fit.
   [[nodiscard]] std::vector<double> Gather(const Scene& scene) const;
+  /// The same in the memory of `values`, whatever they were: for many texels, memory that was never
+  /// touched costs more than copying does.
+  void Gather(const Scene& scene, std::vector<double>& values) const;
   /// Writes NumScalars() values into the scene, which must fit; they are not checked. Lists that
   /// are shared with other scenes become its own, all others stay shared.
   void Scatter(const std::vector<double>& values, Scene& scene) const;

@@ -74,7 +74,8 @@ nlohmann::json MeasureLayout(const Scene& scene, ParameterKind kind, int repeats
     made.Add(kind, 0);
   });
   std::vector<double> values;
-  json["gather_ms"] = MedianMs(repeats, [&] { values = layout.Gather(scene); });
+  json["gather_new_ms"] = MedianMs(repeats, [&] { values = layout.Gather(scene); });
+  json["gather_ms"] = MedianMs(repeats, [&] { layout.Gather(scene, values); });
   Scene own = scene;
   layout.Scatter(values, own);
   json["scatter_ms"] = MedianMs(repeats, [&] { layout.Scatter(values, own); });

@@ -106,6 +106,23 @@ TEST(ParameterLayout, OfScalarTexturesOneNumberIsAllChannels) {
   EXPECT_EQ(scene.textures[0].texels[1], Rgb::Constant(1.0));
 }
 
+TEST(ParameterLayout, GathersIntoTheMemoryThatItIsGiven) {
+  const Scene scene = tests::BallAndWall();
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kVertexPositions, 0);
+  layout.Add(ParameterKind::kObjectScale, 0);
+  const std::vector<double> expected = layout.Gather(scene);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{7}, 2 * expected.size()}) {
+    std::vector<double> values(size, 3.0);
+    layout.Gather(scene, values);
+    EXPECT_EQ(values, expected);
+    const double* memory = values.data();
+    layout.Gather(scene, values);
+    EXPECT_EQ(values, expected);
+    EXPECT_EQ(values.data(), memory);
+  }
+}
+
 TEST(ParameterLayout, WritingOneListLeavesTheOthersShared) {
   const Scene scene = tests::BallAndWall();
   Scene moved = scene;
