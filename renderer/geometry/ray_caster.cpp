@@ -27,8 +27,9 @@ void FillRay(const Ray& ray, const Vec3& center, double near, double far, RTCRay
   out.flags = 0;
 }
 
-// A piece of a triangle is at most so many times longer than its distance from the centre.
-constexpr double kPieceLength = 1.0;
+// A side of a piece of a triangle is at most so many times longer than its distance from the
+// centre. Below 2 sqrt(3) a triangle that passes by the centre has a side to cut.
+constexpr double kPieceLength = 3.0;
 // Distances from the centre below this share of the size of the mesh there do not count.
 constexpr double kLeastDistance = 0.125;
 // Vertices of a mesh that are looked at for its middle.
@@ -110,45 +111,31 @@ Middle ChooseMiddle(const std::vector<const Mesh*>& meshes, const std::vector<bo
 
 using Corners = std::array<Vec3, 3>;
 
-/// Cuts a triangle, its corners relative to the centre, until no piece is long for its distance.
-/// Where a side is cut depends on its ends alone, so that neighbours stay joined.
+/// Cuts a triangle, its corners relative to the centre, until no side is long for its distance.
+/// Where a side is cut depends on its ends alone, so that neighbours stay joined. Triangles are cut
+/// across their longest such side only: cuts elsewhere leave thin pieces.
 void CutTriangle(const Corners& c, double least, int cuts, std::vector<Corners>& pieces) {
-  const auto limit = [&](const Vec3& nearest) {
-    return kPieceLength * std::max(Norm(nearest), least);
-  };
   std::size_t longest = 3;
-  double length = 0.0;
-  double longest_side = 0.0;
+  double length = kPieceLength * least;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec3& a = c[i];
     const Vec3& b = c[(i + 1) % 3];
     const double side = Norm(b - a);
-    longest_side = std::max(longest_side, side);
-    if (side > length && side > kPieceLength * least &&
-        side > limit(ClosestPointOfSegment({}, a, b))) {
+    if (side > length && side > kPieceLength * Norm(ClosestPointOfSegment({}, a, b))) {
       longest = i;
       length = side;
     }
   }
-  if (cuts < kMaxCuts && longest < 3) {
-    const Vec3& a = c[longest];
-    const Vec3& b = c[(longest + 1) % 3];
-    const Vec3& apex = c[(longest + 2) % 3];
-    const Vec3 middle = (a + b) * 0.5;
-    CutTriangle({a, middle, apex}, least, cuts + 1, pieces);
-    CutTriangle({middle, b, apex}, least, cuts + 1, pieces);
+  if (cuts == kMaxCuts || longest == 3) {
+    pieces.push_back(c);
     return;
   }
-  const TriangleGeometry t = TriangleGeometry::Make(c[0], c[1], c[2]);
-  if (cuts < kMaxCuts && longest_side > kPieceLength * least &&
-      longest_side > limit(ClosestPointOfTriangle({}, t))) {
-    const Vec3 middle = t.Point(1.0 / 3.0, 1.0 / 3.0);
-    for (std::size_t i = 0; i < 3; ++i) {
-      CutTriangle({c[i], c[(i + 1) % 3], middle}, least, cuts + 1, pieces);
-    }
-    return;
-  }
-  pieces.push_back(c);
+  const Vec3& a = c[longest];
+  const Vec3& b = c[(longest + 1) % 3];
+  const Vec3& apex = c[(longest + 2) % 3];
+  const Vec3 middle = (a + b) * 0.5;
+  CutTriangle({a, middle, apex}, least, cuts + 1, pieces);
+  CutTriangle({middle, b, apex}, least, cuts + 1, pieces);
 }
 
 /// Adds a mesh; returns whose piece each primitive is, nothing if all are whole.
