@@ -60,7 +60,7 @@ void RequireFittable(const ExperimentConfig& config, const std::string& stop_aft
   if (!config.input) {
     problems.push_back({{}, "input", "a fit needs photos: give input.images and input.cameras"});
   }
-  if (config.unknowns.empty()) {
+  if (config.fit.unknowns.empty()) {
     problems.push_back(
         {{}, "unknowns", "a fit needs at least one unknown, for example axe.vertices: {}"});
   }

@@ -13,8 +13,20 @@ namespace {
 
 using Role = TextureConfig::Role;
 
-bool Contains(const std::vector<std::string>& list, const std::string& text) {
-  return std::find(list.begin(), list.end(), text) != list.end();
+const std::vector<YamlEntry>& EntriesOf(const YamlNode& scene, const char* list) {
+  static const YamlNode none;
+  const YamlNode* node = scene.Find(list);
+  return (node == nullptr ? none : *node).entries;
+}
+
+void ReportNothingCalled(const YamlNode& name,
+                         const std::string& path,
+                         const char* noun,
+                         const std::vector<std::string>& names,
+                         ConfigReading& reading) {
+  reading.Report(name.place,
+                 path,
+                 fmt::format("no {} is called '{}'", noun, name.text) + NameHint(name.text, names));
 }
 
 bool IsData(Role role) { return role == Role::kRoughness || role == Role::kMetallic; }
@@ -43,8 +55,7 @@ void UseTexture(const YamlNode& name, const std::string& path, Role role, Config
     }
     return;
   }
-  reading.Report(
-      name.place, path, "no texture is called '" + name.text + "'" + NameHint(name.text, names));
+  ReportNothingCalled(name, path, "texture", names, reading);
 }
 
 // What the start value of a texture without file must lie in.
@@ -82,66 +93,55 @@ void CheckStartValue(const TextureConfig& texture, ConfigReading& reading) {
 
 // Every use of a texture, in materials and lights.
 void CheckTextures(const YamlNode& scene, ConfigReading& reading) {
-  if (const YamlNode* materials = scene.Find("materials")) {
-    for (const YamlEntry& entry : materials->entries) {
-      const auto use = [&](const char* key, Role role) {
-        const YamlNode* source = entry.value.Find(key);
-        const YamlNode* name = source == nullptr ? nullptr : source->Find("texture");
-        if (name == nullptr) return;
-        UseTexture(*name, "scene.materials." + entry.key + "." + key + ".texture", role, reading);
-      };
-      use("base_color", Role::kBaseColor);
-      use("roughness", Role::kRoughness);
-      use("metallic", Role::kMetallic);
-    }
+  for (const YamlEntry& entry : EntriesOf(scene, "materials")) {
+    const auto use = [&](const char* key, Role role) {
+      const YamlNode* source = entry.value.Find(key);
+      const YamlNode* name = source == nullptr ? nullptr : source->Find("texture");
+      if (name == nullptr) return;
+      UseTexture(*name, "scene.materials." + entry.key + "." + key + ".texture", role, reading);
+    };
+    use("base_color", Role::kBaseColor);
+    use("roughness", Role::kRoughness);
+    use("metallic", Role::kMetallic);
   }
-  if (const YamlNode* lights = scene.Find("lights")) {
-    for (const YamlEntry& entry : lights->entries) {
-      const YamlNode* name = entry.value.Find("texture");
-      if (name == nullptr) continue;
-      UseTexture(*name, "scene.lights." + entry.key + ".texture", Role::kLight, reading);
-    }
+  for (const YamlEntry& entry : EntriesOf(scene, "lights")) {
+    const YamlNode* name = entry.value.Find("texture");
+    if (name == nullptr) continue;
+    UseTexture(*name, "scene.lights." + entry.key + ".texture", Role::kLight, reading);
   }
   for (const TextureConfig& texture : reading.config.textures) CheckStartValue(texture, reading);
 }
 
 // Every material that is named exists.
 void CheckMaterialNames(const YamlNode& scene, ConfigReading& reading) {
-  const YamlNode* materials = scene.Find("materials");
-  const YamlNode* meshes = scene.Find("geometry");
-  if (materials == nullptr || meshes == nullptr) return;
+  if (scene.Find("materials") == nullptr) return;
   std::vector<std::string> names;
-  for (const YamlEntry& entry : materials->entries) names.push_back(entry.key);
+  for (const YamlEntry& entry : EntriesOf(scene, "materials")) names.push_back(entry.key);
   const auto check = [&](const YamlNode& name, const std::string& path) {
     if (!name.IsScalar() || Contains(names, name.text)) return;
-    reading.Report(
-        name.place, path, "no material is called '" + name.text + "'" + NameHint(name.text, names));
+    ReportNothingCalled(name, path, "material", names, reading);
   };
-  for (const YamlEntry& entry : meshes->entries) {
+  for (const YamlEntry& entry : EntriesOf(scene, "geometry")) {
     const std::string path = "scene.geometry." + entry.key;
     if (const YamlNode* name = entry.value.Find("material")) check(*name, path + ".material");
-    const YamlNode* groups = entry.value.Find("materials");
-    if (groups == nullptr) continue;
-    for (const YamlEntry& group : groups->entries) {
+    for (const YamlEntry& group : EntriesOf(entry.value, "materials")) {
       check(group.value, path + ".materials." + group.key);
     }
   }
 }
 
 void CheckMeshes(const YamlNode& scene, ConfigReading& reading) {
-  const YamlNode* meshes = scene.Find("geometry");
-  if (meshes == nullptr) return;
   std::set<std::string> names;
   for (const NamedMesh& mesh : MeshesOf(reading.config)) {
     if (names.insert(mesh.name).second) continue;
-    const YamlNode* node = meshes->Find(mesh.geometry->name);
-    reading.Report(node->place,
-                   "scene.geometry." + mesh.geometry->name,
+    const std::string& name = mesh.geometry->name;
+    reading.Report(scene.Find("geometry")->Find(name)->place,
+                   "scene.geometry." + name,
                    "two meshes would be called '" + mesh.name + "'");
   }
   const auto& input = reading.config.input;
   if (input && input->photos.masks.meaning == optim::MaskMeaning::kSilhouette) return;
-  for (const YamlEntry& entry : meshes->entries) {
+  for (const YamlEntry& entry : EntriesOf(scene, "geometry")) {
     const YamlNode* hull = entry.value.Find("visual_hull");
     if (hull == nullptr) continue;
     reading.Report(hull->place,
@@ -153,13 +153,11 @@ void CheckMeshes(const YamlNode& scene, ConfigReading& reading) {
 
 // There is one environment at most; area lights have meshes, each its own.
 void CheckLights(const YamlNode& scene, ConfigReading& reading) {
-  const YamlNode* lights = scene.Find("lights");
-  if (lights == nullptr) return;
   std::vector<std::string> meshes;
   for (const NamedMesh& mesh : MeshesOf(reading.config)) meshes.push_back(mesh.name);
   std::string environment;
   std::vector<std::string> shining;
-  for (const YamlEntry& entry : lights->entries) {
+  for (const YamlEntry& entry : EntriesOf(scene, "lights")) {
     const YamlNode* type = entry.value.Find("type");
     if (type == nullptr) continue;
     const std::string path = "scene.lights." + entry.key;
@@ -176,9 +174,7 @@ void CheckLights(const YamlNode& scene, ConfigReading& reading) {
     const YamlNode* mesh = entry.value.Find("mesh");
     if (mesh == nullptr) continue;
     if (!Contains(meshes, mesh->text) && !meshes.empty()) {
-      reading.Report(mesh->place,
-                     path + ".mesh",
-                     "no mesh is called '" + mesh->text + "'" + NameHint(mesh->text, meshes));
+      ReportNothingCalled(*mesh, path + ".mesh", "mesh", meshes, reading);
     } else if (Contains(shining, mesh->text)) {
       reading.Report(
           mesh->place, path + ".mesh", "mesh '" + mesh->text + "' has an area light already");
@@ -189,11 +185,10 @@ void CheckLights(const YamlNode& scene, ConfigReading& reading) {
 
 // A rectangle is a black mesh that shines: derivatives, shadows and exports need to know no more.
 void AddRectangles(const YamlNode& scene, ConfigReading& reading) {
-  const YamlNode* lights = scene.Find("lights");
-  if (lights == nullptr) return;
   ExperimentConfig& config = reading.config;
-  for (std::size_t i = 0; i < lights->entries.size(); ++i) {
-    const YamlNode* type = lights->entries[i].value.Find("type");
+  const std::vector<YamlEntry>& lights = EntriesOf(scene, "lights");
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const YamlNode* type = lights[i].value.Find("type");
     if (type == nullptr || type->text != "rectangle") continue;
     LightConfig& light = config.lights[i];
     const auto is_taken = [&](const auto& list) {
@@ -230,6 +225,36 @@ void CheckSensors(const YamlNode& scene, ConfigReading& reading) {
   }
 }
 
+// Indices of the unknowns that a stage frees.
+std::vector<int> FreeOf(const YamlNode& node, const std::string& path, ConfigReading& reading) {
+  const std::vector<optim::UnknownSpec>& unknowns = reading.config.fit.unknowns;
+  std::vector<std::string> known;
+  std::vector<int> free;
+  for (const optim::UnknownSpec& unknown : unknowns) {
+    if (!node.IsList() && !unknown.hold) free.push_back(static_cast<int>(known.size()));
+    known.push_back(unknown.name);
+  }
+  if (!node.IsList() && free.empty()) {
+    reading.Report(node.place,
+                   path,
+                   known.empty() ? "there are no unknowns to free" : "every unknown is held");
+  }
+  for (const YamlNode& item : node.items) {
+    const auto index =
+        static_cast<int>(std::find(known.begin(), known.end(), item.text) - known.begin());
+    if (index == static_cast<int>(known.size())) {
+      ReportNothingCalled(item, path, "unknown", known, reading);
+    } else if (unknowns[static_cast<std::size_t>(index)].hold) {
+      reading.Report(item.place, path, "'" + item.text + "' is held (hold: true)");
+    } else if (std::find(free.begin(), free.end(), index) != free.end()) {
+      reading.Report(item.place, path, "'" + item.text + "' is given twice");
+    } else {
+      free.push_back(index);
+    }
+  }
+  return free;
+}
+
 }  // namespace
 
 std::vector<NamedMesh> MeshesOf(const ExperimentConfig& config) {
@@ -252,6 +277,29 @@ void CheckScene(ConfigReading& reading) {
   CheckMeshes(*scene, reading);
   CheckLights(*scene, reading);
   CheckSensors(*scene, reading);
+}
+
+void CheckStages(ConfigReading& reading) {
+  const YamlNode* stages = reading.root.Find("stages");
+  if (stages == nullptr) return;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < stages->items.size(); ++i) {
+    const YamlNode& node = stages->items[i];
+    const std::string path = fmt::format("stages[{}]", i);
+    if (const YamlNode* free = node.Find("free")) {
+      reading.config.fit.stages[i].free = FreeOf(*free, path + ".free", reading);
+    }
+    const YamlNode* name = node.Find("name");
+    if (name == nullptr) continue;
+    if (std::find(names.begin(), names.end(), name->text) != names.end()) {
+      reading.Report(
+          name->place, path + ".name", "another stage is called '" + name->text + "' already");
+    }
+    names.push_back(name->text);
+  }
+  if (!stages->items.empty() && !reading.has_input) {
+    reading.Report(stages->place, "stages", "a fit needs photos; give input");
+  }
 }
 
 }  // namespace pathfit::app

@@ -180,13 +180,6 @@ struct SensorConfig {
   double exposure_ev = 0.0;
 };
 
-/// Only the scene tells what a name stands for: app/experiment looks it up, and what is left open
-/// here or depends on the kind.
-struct UnknownConfig {
-  std::string name;         ///< "axe.vertices"
-  optim::UnknownSpec spec;  ///< without kind, object and bounds
-};
-
 struct OutputConfig {
   std::filesystem::path directory = "runs/{name}/{timestamp}";  ///< made absolute
   bool images_every_stage = true;
@@ -212,9 +205,8 @@ struct ExperimentConfig {
       ///< also holds the seed of everything
       {.spp = 64, .sppe = 8.0, .spp_direct = 8.0, .spp_indirect = 8.0, .spp_pixel = 4.0},
       {}};
-  std::vector<UnknownConfig> unknowns;
-  /// Stages (free: indices into `unknowns`), loss and solver; the rest is filled when the scene is
-  /// built.
+  /// Stages, loss, solver and unknowns. Only the scene tells what a name stands for:
+  /// app/experiment completes the unknowns, and fills the rest.
   optim::FitSpec fit;
   int threads = 0;  ///< 0 = auto
   OutputConfig output;
@@ -226,7 +218,7 @@ struct ExperimentConfig {
   std::map<std::string, std::string> places;
   std::string given_text;  ///< byte copy of the file
   /// Every value with the place it came from, as far as it is known without the scene; the entries
-  /// of `unknowns` are in the order of those above.
+  /// of `unknowns` are in the order of those of `fit`.
   YamlNode resolved;
 };
 

@@ -49,8 +49,12 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 std::string NameHint(const std::string& name, const std::vector<std::string>& candidates) {
   if (candidates.empty()) return {};
   const std::string nearest = NearestName(name, candidates);
-  return nearest.empty() ? " (known: " + JoinNames(candidates) + ")"
+  return nearest.empty() ? " (known: " + JoinNames(candidates, 12) + ")"
                          : " (did you mean '" + nearest + "'?)";
+}
+
+bool Contains(const std::vector<std::string>& list, const std::string& text) {
+  return std::find(list.begin(), list.end(), text) != list.end();
 }
 
 std::string JoinNames(const std::vector<std::string>& names, std::size_t limit) {

@@ -13,7 +13,9 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 /// " (did you mean 'x'?)", or " (known: a, b, c)" with at most 12 names, or "" if there are none.
 std::string NameHint(const std::string& name, const std::vector<std::string>& candidates);
 
+bool Contains(const std::vector<std::string>& list, const std::string& text);
+
 /// "a, b, c", cut after `limit` names.
-std::string JoinNames(const std::vector<std::string>& names, std::size_t limit = 12);
+std::string JoinNames(const std::vector<std::string>& names, std::size_t limit = std::string::npos);
 
 }  // namespace pathfit::app

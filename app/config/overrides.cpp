@@ -80,11 +80,8 @@ class PathWalker {
     const std::string key = TakeKey(rest);
     const SchemaNode* child = schema.Child(key);
     if (child == nullptr) {
-      const auto known = std::find_if(schema.unsupported.begin(),
-                                      schema.unsupported.end(),
-                                      [&](const Unsupported& u) { return u.name == key; });
-      if (known != schema.unsupported.end()) {
-        return Fail("key '" + key + "' is not supported" + known->advice);
+      if (const std::string* advice = schema.AdviceFor(key)) {
+        return Fail("key '" + key + "' is not supported" + *advice);
       }
       std::vector<std::string> keys;
       for (const SchemaNode& c : schema.children) keys.push_back(c.key);

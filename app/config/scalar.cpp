@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -63,8 +64,6 @@ std::string WithoutLeadingZeros(const std::string& text) {
   return (text[0] == '-' ? "-" : "") + std::string(rest.substr(zeros));
 }
 
-std::string Quoted(const YamlNode& node) { return DescribeNode(node); }
-
 double FromDigits(const std::string& text) {
   const char* first = text.data() + (text[0] == '+' ? 1 : 0);
   double value = 0.0;
@@ -80,22 +79,23 @@ std::string NumberProblem(const YamlNode& node, const std::string& noun) {
   const std::string& text = node.text;
   if (node.quoted) {
     const bool number = HasNumberForm(text) && !HasLeadingZero(text);
-    return Quoted(node) + " is text, because it is in quotes" +
+    return DescribeNode(node) + " is text, because it is in quotes" +
            (number ? "; write " + text : "; " + noun + " is needed");
   }
   const std::string lower = Lower(text);
   if (lower == ".nan" || lower == "nan") return "NaN is not allowed";
   if (HasNumberForm(text) && HasLeadingZero(text)) {
-    return fmt::format("{} has a leading zero; write {}", Quoted(node), WithoutLeadingZeros(text));
+    return fmt::format(
+        "{} has a leading zero; write {}", DescribeNode(node), WithoutLeadingZeros(text));
   }
   std::string with_point = text;
   if (std::count(text.begin(), text.end(), ',') == 1) {
     with_point[text.find(',')] = '.';
     if (HasNumberForm(with_point)) {
-      return fmt::format("{} is not a number; write {}", Quoted(node), with_point);
+      return fmt::format("{} is not a number; write {}", DescribeNode(node), with_point);
     }
   }
-  return Quoted(node) + " is not " + noun;
+  return DescribeNode(node) + " is not " + noun;
 }
 
 std::optional<double> Infinity(const std::string& text) {
@@ -110,6 +110,24 @@ bool IsInfinityWord(const std::string& text) {
   return rest == "inf" || rest == "infinity";
 }
 
+Parsed<std::string> ExpandVariables(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t open = text.find("${", i);
+    out += text.substr(i, open - i);
+    if (open == std::string::npos) break;
+    const std::size_t close = text.find('}', open);
+    if (close == std::string::npos) return {{}, "'${' is never closed by '}'"};
+    const std::string name = text.substr(open + 2, close - open - 2);
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing sets variables.
+    const char* value = name.empty() ? nullptr : std::getenv(name.c_str());
+    if (value == nullptr) return {{}, "environment variable '" + name + "' is not set"};
+    out += value;
+    i = close + 1;
+  }
+  return {out, {}};
+}
+
 }  // namespace
 
 Parsed<double> ParseNumber(const YamlNode& node, bool allow_infinite) {
@@ -117,18 +135,19 @@ Parsed<double> ParseNumber(const YamlNode& node, bool allow_infinite) {
   if (!node.quoted) {
     if (const std::optional<double> infinite = Infinity(node.text)) {
       if (allow_infinite) return {infinite, {}};
-      return {{}, Quoted(node) + " is not allowed here; a finite number is needed"};
+      return {{}, DescribeNode(node) + " is not allowed here; a finite number is needed"};
     }
     if (IsInfinityWord(node.text)) {
       const std::string sign = node.text[0] == '-' ? "-" : "";
       return {{},
-              allow_infinite ? Quoted(node) + " is not a number; write " + sign + ".inf"
-                             : Quoted(node) + " is not allowed here; a finite number is needed"};
+              allow_infinite
+                  ? DescribeNode(node) + " is not a number; write " + sign + ".inf"
+                  : DescribeNode(node) + " is not allowed here; a finite number is needed"};
     }
     if (HasNumberForm(node.text) && !HasLeadingZero(node.text)) {
       const double value = FromDigits(node.text);
       if (std::isfinite(value)) return {value, {}};
-      return {{}, Quoted(node) + " does not fit a double-precision number"};
+      return {{}, DescribeNode(node) + " does not fit a double-precision number"};
     }
   }
   return {{}, NumberProblem(node, "a number")};
@@ -145,7 +164,7 @@ Parsed<std::int64_t> ParseInteger(const YamlNode& node) {
   std::int64_t value = 0;
   const char* first = text.data() + (text[0] == '+' ? 1 : 0);
   const auto [end, error] = std::from_chars(first, text.data() + text.size(), value);
-  if (error != std::errc()) return {{}, Quoted(node) + " has too many digits"};
+  if (error != std::errc()) return {{}, DescribeNode(node) + " has too many digits"};
   return {value, {}};
 }
 
@@ -167,10 +186,10 @@ Parsed<bool> ParseBool(const YamlNode& node) {
                                                                                {"false", "false"}}};
   for (const auto& [spelling, meaning] : kSpellings) {
     if (lower == spelling) {
-      return {{}, Quoted(node) + " is not a boolean here; write " + std::string(meaning)};
+      return {{}, DescribeNode(node) + " is not a boolean here; write " + std::string(meaning)};
     }
   }
-  return {{}, Quoted(node) + " is not a boolean; write true or false"};
+  return {{}, DescribeNode(node) + " is not a boolean; write true or false"};
 }
 
 Parsed<double> ParseBytes(const YamlNode& node) {
@@ -195,7 +214,28 @@ Parsed<double> ParseBytes(const YamlNode& node) {
       if (value >= 1.0 && std::isfinite(value)) return {value, {}};
     }
   }
-  return {{}, Quoted(node) + " is not a size; write a number and a unit, as 16 GiB or 500 MiB"};
+  return {{},
+          DescribeNode(node) + " is not a size; write a number and a unit, as 16 GiB or 500 MiB"};
+}
+
+Parsed<std::filesystem::path> ResolvePath(const std::string& text,
+                                          const std::filesystem::path& folder) {
+  Parsed<std::string> expanded = ExpandVariables(text);
+  if (!expanded.value) return {{}, expanded.problem};
+  std::string& path = *expanded.value;
+  if (path == "~" || path.rfind("~/", 0) == 0) {
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing sets variables.
+    const char* home = std::getenv("HOME");
+    if (home == nullptr) return {{}, "'~' cannot be replaced, HOME is not set"};
+    path.replace(0, 1, home);
+  }
+  if (path.empty()) return {{}, "a path is needed, not empty text"};
+  std::filesystem::path result = (folder / path).lexically_normal();
+  if (!result.has_filename() && result.has_relative_path()) result = result.parent_path();
+  if (result.string().find("${") != std::string::npos) {
+    return {{}, "the folder '" + result.string() + "' holds '${' in its name"};
+  }
+  return {result, {}};
 }
 
 std::optional<double> ParseDuration(const std::string& text) {

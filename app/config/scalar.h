@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -23,6 +24,10 @@ Parsed<std::int64_t> ParseInteger(const YamlNode& node);
 Parsed<bool> ParseBool(const YamlNode& node);
 /// "16 GiB", "500MB", as bytes. Powers of 1024 for KiB MiB GiB TiB, of 1000 for KB MB GB TB.
 Parsed<double> ParseBytes(const YamlNode& node);
+/// A path as written in a file: a leading `~/` and every `${VAR}` are replaced, what is relative is
+/// taken from `folder`, and the result is absolute and normal.
+Parsed<std::filesystem::path> ResolvePath(const std::string& text,
+                                          const std::filesystem::path& folder);
 /// "2h", "90m", "1h30m", "45s", as seconds.
 std::optional<double> ParseDuration(const std::string& text);
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/config/experiment_config.h"
+#include "app/config/nearest_name.h"
 #include "app/config/schema_builders.h"
 
 namespace pathfit::app {
@@ -40,17 +41,11 @@ SchemaNode RootSchema() {
       .Refuse({{"extends", "; write the values into this file"}});
 }
 
-std::string Joined(const std::vector<std::string>& words) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : ", ") + word;
-  return out;
-}
-
 // "a number from 0 to 1" of a scalar node.
 std::string DescribeScalar(const SchemaNode& node, const std::string& noun) {
   const std::string range = DescribeRange(node);
   std::string out = noun + (range.empty() ? "" : " " + range);
-  if (!node.words.empty()) out += ", or " + Joined(node.words);
+  if (!node.words.empty()) out += ", or " + JoinNames(node.words);
   return out;
 }
 
@@ -70,7 +65,7 @@ std::string DescribeList(const SchemaNode& node) {
     case SchemaNode::Type::kMap:
       return "a list of " + count + "maps" + least;
     case SchemaNode::Type::kChoice:
-      return "a list of " + count + "words" + least + " out of " + Joined(item.words);
+      return "a list of " + count + "words" + least + " out of " + JoinNames(item.words);
     default:
       return "a list of " + count + "texts" + least;
   }
@@ -117,11 +112,11 @@ std::string DescribeType(const SchemaNode& node) {
       return "a name";
     case SchemaNode::Type::kChoice:
       return node.words.size() == 1 ? "'" + node.words.front() + "'"
-                                    : "one of " + Joined(node.words);
+                                    : "one of " + JoinNames(node.words);
     case SchemaNode::Type::kPath:
-      return node.words.empty() ? "a path" : "a path, or " + Joined(node.words);
+      return node.words.empty() ? "a path" : "a path, or " + JoinNames(node.words);
     case SchemaNode::Type::kBytes:
-      return "a size such as 16 GiB" + (node.words.empty() ? "" : ", or " + Joined(node.words));
+      return "a size such as 16 GiB" + (node.words.empty() ? "" : ", or " + JoinNames(node.words));
     case SchemaNode::Type::kList:
       return DescribeList(node);
     case SchemaNode::Type::kMap:

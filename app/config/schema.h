@@ -2,7 +2,9 @@
 
 #include <functional>
 #include <string>
+#include <type_traits>
 #include <typeinfo>
+#include <utility>
 #include <vector>
 
 #include "app/config/config_error.h"
@@ -24,6 +26,22 @@ struct NumberRange {
   bool lower_open = false;
   bool upper_open = false;
   bool allow_infinite = false;  ///< `.inf` may be written
+};
+
+/// The map of a check, at its path. Defaults that it adds are part of the resolved copy.
+struct CheckedMap {
+  YamlNode& node;
+  const std::string& path;
+  std::vector<Problem>& problems;
+
+  [[nodiscard]] YamlNode* Find(const std::string& key) const { return node.Find(key); }
+  /// What is wrong with a key; the place is its own, or that of another value that says so.
+  void Report(const std::string& key, std::string text) const {
+    Report(key, *node.Find(key), std::move(text));
+  }
+  void Report(const std::string& key, const YamlNode& at, std::string text) const {
+    problems.push_back({at.place, path + "." + key, std::move(text)});
+  }
 };
 
 /// One value of the configuration: what it may be, what it is without the file, what it means, and
@@ -82,47 +100,66 @@ struct SchemaNode {
   const std::type_info* target_type = nullptr;
   /// Maps: what depends on several values, once they are stored: derived members, defaults that
   /// depend on other values (written into the node, too), problems.
-  std::function<void(void*, YamlNode&, const std::string&, std::vector<Problem>&)> check;
+  std::function<void(void*, const CheckedMap&)> check;
   const std::type_info* check_type = nullptr;
 
   [[nodiscard]] const SchemaNode* Child(const std::string& name) const;
+  /// The advice of what is refused by this name; null if nothing is.
+  [[nodiscard]] const std::string* AdviceFor(const std::string& name) const;
 
   // To build the tree in reading order.
-  SchemaNode& Default(std::string yaml);
-  SchemaNode& DefaultIs(std::string text);
-  SchemaNode& Required();
+  SchemaNode& Default(std::string yaml) {
+    default_yaml = std::move(yaml);
+    return Always();
+  }
+  SchemaNode& DefaultIs(std::string text) { return Set(default_doc, std::move(text)).Optional(); }
+  SchemaNode& Required() { return Set(Optional().presence, Presence::kRequired); }
   /// Required for these values of the sibling named by When; for others it has `yaml` as default,
   /// if that is not empty.
-  SchemaNode& RequiredFor(std::vector<std::string> values, std::string yaml = "");
-  SchemaNode& Always();
-  SchemaNode& Unit(std::string text);
+  SchemaNode& RequiredFor(std::vector<std::string> values, std::string yaml = "") {
+    required_values = std::move(values);
+    return Required().Set(default_yaml, std::move(yaml));
+  }
+  SchemaNode& Always() { return Set(presence, Presence::kDefaulted); }
+  SchemaNode& Unit(std::string text) { return Set(unit, std::move(text)); }
   SchemaNode& From(double lower, double upper);
   SchemaNode& AtLeast(double lower);
   SchemaNode& Above(double lower);
   SchemaNode& Between(double lower, double upper);  ///< ends excluded
   SchemaNode& OrInfinite();
-  SchemaNode& Words(std::vector<std::string> list);
-  SchemaNode& Refuse(std::vector<Unsupported> list);
-  SchemaNode& Items(int min_count, int max_count);
-  SchemaNode& OneOf(std::string group);
+  SchemaNode& Words(std::vector<std::string> list) { return Set(words, std::move(list)); }
+  SchemaNode& Refuse(std::vector<Unsupported> list) { return Set(unsupported, std::move(list)); }
+  SchemaNode& Items(int min_count, int max_count) {
+    return Set(min_items, min_count).Set(max_items, max_count);
+  }
+  SchemaNode& OneOf(std::string group) { return Set(one_of, std::move(group)).Optional(); }
   /// One of the group at most; exactly one for these values of the sibling named by When.
-  SchemaNode& OneOfFor(std::string group, std::vector<std::string> values);
-  SchemaNode& Needs(std::string sibling);
-  SchemaNode& When(std::string sibling, std::vector<std::string> values);
-  SchemaNode& FreeNames();
-  SchemaNode& Optional();                    ///< absent = the member keeps its own value
-  SchemaNode& OrWord(const std::string& w);  ///< the word stands for the member's own value
-  SchemaNode& Distinct();
+  SchemaNode& OneOfFor(std::string group, std::vector<std::string> values) {
+    return Set(one_of_values, std::move(values)).OneOf(std::move(group));
+  }
+  SchemaNode& Needs(std::string sibling) { return Set(needs, std::move(sibling)); }
+  SchemaNode& When(std::string sibling, std::vector<std::string> values) {
+    return Set(when_key, std::move(sibling)).Set(when_values, std::move(values));
+  }
+  SchemaNode& FreeNames() { return Set(free_names, true); }
+  /// Absent = the member keeps its own value.
+  SchemaNode& Optional() { return Set(default_yaml, {}).Set(presence, Presence::kOptional); }
+  /// The word stands for the member's own value.
+  SchemaNode& OrWord(const std::string& word) { return Words({word}).Default(word); }
+  SchemaNode& Distinct() { return Set(distinct, true); }
   SchemaNode& OrOne();  ///< of a list of numbers: one number stands for all
-  /// `function(T& values, YamlNode&, const std::string& path, std::vector<Problem>&)`
   template <class T>
-  SchemaNode& Check(void (*function)(T&, YamlNode&, const std::string&, std::vector<Problem>&)) {
-    check =
-        [function](
-            void* values, YamlNode& node, const std::string& path, std::vector<Problem>& problems) {
-          function(*static_cast<T*>(values), node, path, problems);
-        };
-    check_type = &typeid(T);
+  SchemaNode& Check(void (*function)(T&, const CheckedMap&)) {
+    check = [function](void* values, const CheckedMap& map) {
+      function(*static_cast<T*>(values), map);
+    };
+    return Set(check_type, &typeid(T));
+  }
+
+ private:
+  template <class T>
+  SchemaNode& Set(T& member, std::type_identity_t<T> value) {
+    member = std::move(value);
     return *this;
   }
 };

@@ -17,39 +17,6 @@ SchemaNode& Innermost(SchemaNode& node) {
 
 }  // namespace
 
-SchemaNode& SchemaNode::Default(std::string yaml) {
-  presence = Presence::kDefaulted;
-  default_yaml = std::move(yaml);
-  return *this;
-}
-SchemaNode& SchemaNode::Optional() {
-  presence = Presence::kOptional;
-  default_yaml.clear();
-  return *this;
-}
-SchemaNode& SchemaNode::DefaultIs(std::string text) {
-  default_doc = std::move(text);
-  return Optional();
-}
-SchemaNode& SchemaNode::Required() {
-  Optional();
-  presence = Presence::kRequired;
-  return *this;
-}
-SchemaNode& SchemaNode::RequiredFor(std::vector<std::string> values, std::string yaml) {
-  presence = Presence::kRequired;
-  required_values = std::move(values);
-  default_yaml = std::move(yaml);
-  return *this;
-}
-SchemaNode& SchemaNode::Always() {
-  presence = Presence::kDefaulted;
-  return *this;
-}
-SchemaNode& SchemaNode::Unit(std::string text) {
-  unit = std::move(text);
-  return *this;
-}
 SchemaNode& SchemaNode::From(double lower, double upper) {
   SchemaNode& number = Innermost(*this);
   number.has_range = true;
@@ -70,45 +37,6 @@ SchemaNode& SchemaNode::Between(double lower, double upper) {
 }
 SchemaNode& SchemaNode::OrInfinite() {
   Innermost(*this).range.allow_infinite = true;
-  return *this;
-}
-SchemaNode& SchemaNode::Words(std::vector<std::string> list) {
-  words = std::move(list);
-  return *this;
-}
-SchemaNode& SchemaNode::OrWord(const std::string& w) { return Words({w}).Default(w); }
-SchemaNode& SchemaNode::Refuse(std::vector<Unsupported> list) {
-  unsupported = std::move(list);
-  return *this;
-}
-SchemaNode& SchemaNode::Items(int min_count, int max_count) {
-  min_items = min_count;
-  max_items = max_count;
-  return *this;
-}
-SchemaNode& SchemaNode::OneOf(std::string group) {
-  one_of = std::move(group);
-  return Optional();
-}
-SchemaNode& SchemaNode::OneOfFor(std::string group, std::vector<std::string> values) {
-  one_of_values = std::move(values);
-  return OneOf(std::move(group));
-}
-SchemaNode& SchemaNode::Needs(std::string sibling) {
-  needs = std::move(sibling);
-  return *this;
-}
-SchemaNode& SchemaNode::When(std::string sibling, std::vector<std::string> values) {
-  when_key = std::move(sibling);
-  when_values = std::move(values);
-  return *this;
-}
-SchemaNode& SchemaNode::FreeNames() {
-  free_names = true;
-  return *this;
-}
-SchemaNode& SchemaNode::Distinct() {
-  distinct = true;
   return *this;
 }
 SchemaNode& SchemaNode::OrOne() {
@@ -132,6 +60,13 @@ const SchemaNode* SchemaNode::Child(const std::string& name) const {
   return nullptr;
 }
 
+const std::string* SchemaNode::AdviceFor(const std::string& name) const {
+  for (const Unsupported& known : unsupported) {
+    if (known.name == name) return &known.advice;
+  }
+  return nullptr;
+}
+
 namespace binding {
 
 SchemaNode Make(Type type, std::string key, std::string doc) {
@@ -142,28 +77,9 @@ SchemaNode Make(Type type, std::string key, std::string doc) {
   return node;
 }
 
-std::string Write(bool value) { return value ? "true" : "false"; }
-std::string Write(int value) { return std::to_string(value); }
-std::string Write(std::uint64_t value) { return std::to_string(value); }
-std::string Write(double value) {
+std::string WriteNumber(double value) {
   return std::isinf(value) ? (value > 0.0 ? ".inf" : "-.inf") : fmt::format("{}", value);
 }
-std::string Write(const std::string& value) { return value; }
-std::string Write(const std::filesystem::path& value) { return value.string(); }
-
-void Read(const YamlNode& node, bool& value) { value = ParseBool(node).value.value_or(value); }
-void Read(const YamlNode& node, int& value) {
-  value = static_cast<int>(ParseInteger(node).value.value_or(value));
-}
-void Read(const YamlNode& node, std::uint64_t& value) {
-  const auto parsed = ParseInteger(node);
-  if (parsed.value) value = static_cast<std::uint64_t>(*parsed.value);
-}
-void Read(const YamlNode& node, double& value) {
-  value = ParseNumber(node, true).value.value_or(value);
-}
-void Read(const YamlNode& node, std::string& value) { value = node.text; }
-void Read(const YamlNode& node, std::filesystem::path& value) { value = node.text; }
 
 }  // namespace binding
 
@@ -176,9 +92,6 @@ SchemaNode ListNode(std::string key, SchemaNode item, std::string doc) {
   SchemaNode node = binding::Make(Type::kList, std::move(key), std::move(doc));
   node.children.push_back(std::move(item));
   return node;
-}
-SchemaNode ListOfMaps(std::string key, SchemaNode item, std::string doc) {
-  return ListNode(std::move(key), std::move(item), std::move(doc));
 }
 SchemaNode TextNode(std::string key, std::string doc) {
   return binding::Make(Type::kText, std::move(key), std::move(doc));
@@ -222,7 +135,7 @@ void BindValues(const SchemaNode& schema,
         YamlNode* value = node.Find(child.key);
         if (value != nullptr) BindValues(child, *value, JoinPath(path, child.key), own, problems);
       }
-      if (schema.check) schema.check(own, node, path, problems);
+      if (schema.check) schema.check(own, {node, path, problems});
       return;
     }
     case Type::kNamedMap:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -63,6 +64,10 @@ template <class F, class V, class O>
 struct FunctionOf<V& (F::*)(O&) const> {
   using Type = Access<O, V>;
 };
+template <class V, class O>
+struct FunctionOf<V& (*)(O&)> {
+  using Type = Access<O, V>;
+};
 
 template <class O, class M, class... Rest>
 auto To(M O::*first, Rest... rest) {
@@ -77,36 +82,35 @@ requires(!std::is_member_pointer_v<F>) typename FunctionOf<F>::Type To(F functio
 
 // Values as text, for defaults, and from accepted nodes. Words that are no value of the type leave
 // it as it is.
-std::string Write(bool value);
-std::string Write(int value);
-std::string Write(std::uint64_t value);
-std::string Write(double value);
-std::string Write(const std::string& value);
-std::string Write(const std::filesystem::path& value);
-void Read(const YamlNode& node, bool& value);
-void Read(const YamlNode& node, int& value);
-void Read(const YamlNode& node, std::uint64_t& value);
-void Read(const YamlNode& node, double& value);
-void Read(const YamlNode& node, std::string& value);
-void Read(const YamlNode& node, std::filesystem::path& value);
-template <class T, std::size_t N>
-std::string Write(const std::array<T, N>& value);
-template <class T, std::size_t N>
-void Read(const YamlNode& node, std::array<T, N>& value);
-
-template <class List>
-std::string WriteList(const List& list) {
-  std::string out;
-  for (const auto& item : list) out += (out.empty() ? "" : ", ") + Write(item);
-  return "[" + out + "]";
-}
-template <class T, std::size_t N>
-std::string Write(const std::array<T, N>& value) {
-  return WriteList(value);
-}
+std::string WriteNumber(double value);
 template <class T>
-std::string Write(const std::vector<T>& value) {
-  return WriteList(value);
+std::string Write(const T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    return value ? "true" : "false";
+  } else if constexpr (std::is_same_v<T, double>) {
+    return WriteNumber(value);
+  } else if constexpr (std::is_integral_v<T>) {
+    return std::to_string(value);
+  } else if constexpr (std::is_convertible_v<T, std::string>) {
+    return value;
+  } else {
+    std::string out;
+    for (const auto& item : value) out += (out.empty() ? "" : ", ") + Write(item);
+    return "[" + out + "]";
+  }
+}
+
+template <class T>
+void Read(const YamlNode& node, T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    value = ParseBool(node).value.value_or(value);
+  } else if constexpr (std::is_same_v<T, double>) {
+    value = ParseNumber(node, true).value.value_or(value);
+  } else if constexpr (std::is_integral_v<T>) {
+    if (const auto parsed = ParseInteger(node); parsed.value) value = static_cast<T>(*parsed.value);
+  } else {
+    value = node.text;
+  }
 }
 template <class T, std::size_t N>
 void Read(const YamlNode& node, std::array<T, N>& value) {
@@ -122,67 +126,54 @@ void Read(const YamlNode& node, std::array<T, N>& value) {
 template <class T>
 void Read(const YamlNode& node, std::vector<T>& value) {
   value.clear();
-  if (!node.IsList()) {
-    if (ParseNumber(node, true).value) Read(node, value.emplace_back());
-    return;
-  }
+  if (!node.IsList() && ParseNumber(node, true).value) Read(node, value.emplace_back());
   for (const YamlNode& item : node.items) Read(item, value.emplace_back());
 }
 
 SchemaNode Make(SchemaNode::Type type, std::string key, std::string doc);
 
+/// What the file holds for a value of type T.
 template <class T>
-struct Describe;
-template <class T>
-requires std::is_integral_v<T>
-struct Describe<T> {
-  static SchemaNode Node() {
-    return Make(
-        std::is_same_v<T, bool> ? SchemaNode::Type::kBool : SchemaNode::Type::kInteger, "", "");
-  }
-};
-template <>
-struct Describe<double> {
-  static SchemaNode Node() { return Make(SchemaNode::Type::kNumber, "", ""); }
-};
-template <>
-struct Describe<std::string> {
-  static SchemaNode Node() { return Make(SchemaNode::Type::kText, "", ""); }
-};
-template <>
-struct Describe<std::filesystem::path> {
-  static SchemaNode Node() { return Make(SchemaNode::Type::kPath, "", ""); }
+struct Described {
+  static constexpr auto kType = std::is_same_v<T, bool>          ? SchemaNode::Type::kBool
+                                : std::is_integral_v<T>          ? SchemaNode::Type::kInteger
+                                : std::is_same_v<T, double>      ? SchemaNode::Type::kNumber
+                                : std::is_same_v<T, std::string> ? SchemaNode::Type::kText
+                                                                 : SchemaNode::Type::kPath;
+  static SchemaNode Node() { return Make(kType, "", ""); }
 };
 template <class T>
-struct Describe<std::vector<T>> {
+struct Described<std::vector<T>> {
   static SchemaNode Node() {
     SchemaNode node = Make(SchemaNode::Type::kList, "", "");
-    node.children = {Describe<T>::Node()};
+    node.children = {Described<T>::Node()};
     return node;
   }
 };
 template <class T, std::size_t N>
-struct Describe<std::array<T, N>> {
+struct Described<std::array<T, N>> {
   static SchemaNode Node() {
-    return Describe<std::vector<T>>::Node().Items(static_cast<int>(N), static_cast<int>(N));
+    return Described<std::vector<T>>::Node().Items(static_cast<int>(N), static_cast<int>(N));
   }
 };
 template <class T>
-struct Describe<std::optional<T>> : Describe<T> {};
+struct Described<std::optional<T>> : Described<T> {};
 
-template <class A>
-void Bind(SchemaNode& node, const A& access) {
+/// The value goes by store(node, member).
+template <class A, class Store>
+void StoreIn(const A& access, SchemaNode& node, Store store) {
   using Owner = typename A::Owner;
   node.owner = &typeid(Owner);
-  node.store = [access](const YamlNode& from, void* owner) {
-    Read(from, Filled(access.get(*static_cast<Owner*>(owner))));
+  node.store = [access, store](const YamlNode& from, void* owner) {
+    store(from, Filled(access.get(*static_cast<Owner*>(owner))));
   };
 }
 
+/// The member's own value.
 template <class A>
-std::string DefaultOf(const A& access) {
+auto InitialOf(const A& access) {
   typename A::Owner owner{};
-  return Write(Filled(access.get(owner)));
+  return Filled(access.get(owner));
 }
 
 }  // namespace binding
@@ -191,16 +182,19 @@ std::string DefaultOf(const A& access) {
 template <class... Members>
 SchemaNode Bound(SchemaNode node, Members... members) {
   const auto access = binding::To(members...);
-  binding::Bind(node, access);
+  binding::StoreIn(
+      access, node, [](const YamlNode& from, auto& value) { binding::Read(from, value); });
   using Value = typename decltype(access)::Value;
-  if constexpr (!binding::IsOptional<Value>::value) node.Default(binding::DefaultOf(access));
+  if constexpr (!binding::IsOptional<Value>::value) {
+    node.Default(binding::Write(binding::InitialOf(access)));
+  }
   return node;
 }
 
 template <class... Members>
 SchemaNode Key(std::string key, std::string doc, Members... members) {
   using Value = typename decltype(binding::To(members...))::Value;
-  SchemaNode node = binding::Describe<Value>::Node();
+  SchemaNode node = binding::Described<Value>::Node();
   node.key = std::move(key);
   node.doc = std::move(doc);
   return Bound(std::move(node), members...);
@@ -216,19 +210,16 @@ SchemaNode Choice(std::string key,
                   std::string doc,
                   Members... members) {
   const auto access = binding::To(members...);
-  using Owner = typename decltype(access)::Owner;
   SchemaNode node = binding::Make(SchemaNode::Type::kChoice, std::move(key), std::move(doc));
-  Owner owner{};
   for (const auto& [word, value] : words) {
     node.words.push_back(word);
-    if (access.get(owner) == value) node.Default(word);
+    if (binding::InitialOf(access) == value) node.Default(word);
   }
-  node.owner = &typeid(Owner);
-  node.store = [access, words](const YamlNode& from, void* values) {
+  binding::StoreIn(access, node, [words](const YamlNode& from, auto& member) {
     for (const auto& [word, value] : words) {
-      if (from.text == word) access.get(*static_cast<Owner*>(values)) = value;
+      if (from.text == word) member = value;
     }
-  };
+  });
   return node;
 }
 
@@ -239,39 +230,32 @@ SchemaNode Flags(std::string key,
                  std::string doc,
                  Members... members) {
   const auto access = binding::To(members...);
-  using Owner = typename decltype(access)::Owner;
   SchemaNode node = binding::Make(SchemaNode::Type::kList, std::move(key), std::move(doc));
   SchemaNode word = binding::Make(SchemaNode::Type::kChoice, "", "");
-  Owner owner{};
   std::vector<std::string> on;
   for (const auto& [name, flag] : flags) {
     word.words.push_back(name);
-    if (access.get(owner).*flag) on.push_back(name);
+    if (binding::InitialOf(access).*flag) on.push_back(name);
   }
   node.children = {word};
-  node.owner = &typeid(Owner);
-  node.store = [access, flags](const YamlNode& from, void* values) {
-    T& target = access.get(*static_cast<Owner*>(values));
-    for (const auto& [name, flag] : flags) target.*flag = false;
-    for (const YamlNode& item : from.items) {
-      for (const auto& [name, flag] : flags) target.*flag = target.*flag || item.text == name;
+  binding::StoreIn(access, node, [flags](const YamlNode& from, T& target) {
+    for (const auto& [name, flag] : flags) {
+      target.*flag = std::any_of(from.items.begin(), from.items.end(), [&](const YamlNode& item) {
+        return item.text == name;
+      });
     }
-  };
-  node.Items(1, static_cast<int>(flags.size())).Distinct().Default(binding::WriteList(on));
-  return node;
+  });
+  return node.Items(1, static_cast<int>(flags.size())).Distinct().Default(binding::Write(on));
 }
 
 /// Degrees in the file, radians in the member.
 template <class... Members>
 SchemaNode Degrees(std::string key, std::string doc, Members... members) {
   SchemaNode node = Key(std::move(key), std::move(doc), members...).Unit("degrees");
-  const auto access = binding::To(members...);
-  using Owner = typename decltype(access)::Owner;
-  node.store = [access](const YamlNode& from, void* values) {
-    double& angle = access.get(*static_cast<Owner*>(values));
+  binding::StoreIn(binding::To(members...), node, [](const YamlNode& from, double& angle) {
     binding::Read(from, angle);
     angle = angle * std::numbers::pi / 180.0;
-  };
+  });
   return node.Optional();
 }
 
@@ -280,12 +264,9 @@ template <class... Members>
 SchemaNode Bytes(std::string key, std::string doc, Members... members) {
   SchemaNode node = Key(std::move(key), std::move(doc), members...);
   node.type = SchemaNode::Type::kBytes;
-  const auto access = binding::To(members...);
-  using Owner = typename decltype(access)::Owner;
-  node.store = [access](const YamlNode& from, void* values) {
-    double& bytes = access.get(*static_cast<Owner*>(values));
+  binding::StoreIn(binding::To(members...), node, [](const YamlNode& from, double& bytes) {
     bytes = ParseBytes(from).value.value_or(bytes);
-  };
+  });
   return node;
 }
 
@@ -354,8 +335,6 @@ SchemaNode ListOf(std::string key, SchemaNode item, std::string doc, Members... 
   node.children.push_back(std::move(item));
   return binding::Appending(std::move(node), binding::To(members...));
 }
-/// A list of maps with keys of the same struct as those beside the list.
-SchemaNode ListOfMaps(std::string key, SchemaNode item, std::string doc);
 
 /// Alternatives, told apart by scalar, list or map.
 SchemaNode Either(std::string key, std::vector<SchemaNode> forms, std::string doc);
@@ -365,6 +344,7 @@ SchemaNode Word(std::string word);
 /// language. `node` has no members.
 SchemaNode ByCheck(SchemaNode node);
 SchemaNode TextNode(std::string key, std::string doc);
+/// Maps in it have keys of the same struct as those beside the list.
 SchemaNode ListNode(std::string key, SchemaNode item, std::string doc);
 
 /// Number that must be `version`.

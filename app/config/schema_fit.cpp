@@ -10,6 +10,7 @@ using optim::LinearSolverChoice;
 using optim::LossSpec;
 using optim::ResidualKind;
 using optim::StageSpec;
+using optim::UnknownSpec;
 using renderer::DerivativeForm;
 using renderer::DerivativeTerms;
 using renderer::GuideKind;
@@ -18,26 +19,26 @@ using renderer::SampleBudget;
 
 constexpr auto kRender = &ExperimentConfig::render;
 
-SchemaNode Weight(double optim::UnknownSpec::*weight) {
-  return Key("weight", "Strength; 0 = off.", &UnknownConfig::spec, weight).AtLeast(0.0).Required();
+SchemaNode Weight(double UnknownSpec::*weight) {
+  return Key("weight", "Strength; 0 = off.", weight).AtLeast(0.0).Required();
 }
 
 SchemaNode PriorSchema() {
-  const auto weighted = [](const char* key, double optim::UnknownSpec::*weight, const char* doc) {
+  const auto weighted = [](const char* key, double UnknownSpec::*weight, const char* doc) {
     return Map(key, {Weight(weight)}, doc).OneOf("prior");
   };
-  const SchemaNode number = binding::Describe<double>::Node();
+  const SchemaNode number = binding::Described<double>::Node();
   return Map("",
              {weighted("laplacian",
-                       &optim::UnknownSpec::laplacian_weight,
+                       &UnknownSpec::laplacian_weight,
                        "Vertices: each near the middle of its neighbours."),
               weighted("smooth",
-                       &optim::UnknownSpec::smooth_weight,
+                       &UnknownSpec::smooth_weight,
                        "Texels and vertex colours: neighbours alike."),
               weighted("total_variation",
-                       &optim::UnknownSpec::total_variation_weight,
+                       &UnknownSpec::total_variation_weight,
                        "Texels: neighbours alike except at edges, which stay sharp."),
-              weighted("neutral", &optim::UnknownSpec::neutral_weight, "Texels: light near grey."),
+              weighted("neutral", &UnknownSpec::neutral_weight, "Texels: light near grey."),
               MapOf("gaussian",
                     {Bound(Either("mean",
                                   {SchemaNode(number).Words({"start"}),
@@ -52,57 +53,49 @@ SchemaNode PriorSchema() {
                          .Above(0.0)
                          .Required()},
                     "Near a known value.",
-                    &UnknownConfig::spec,
-                    &optim::UnknownSpec::gaussian)
+                    &UnknownSpec::gaussian)
                   .OneOf("prior")},
              "")
       .Refuse({{"normal_consistency", "; write laplacian"}, {"binary", ""}});
 }
 
-void CheckStage(StageSpec& stage,
-                YamlNode& node,
-                const std::string& path,
-                std::vector<Problem>& problems) {
-  const YamlNode* spp = node.Find("spp");
-  const YamlNode* max_spp = node.Find("max_spp");
+void CheckStage(StageSpec& stage, const CheckedMap& map) {
+  const YamlNode* spp = map.Find("spp");
+  const YamlNode* max_spp = map.Find("max_spp");
   if (spp == nullptr || max_spp == nullptr || stage.samples.spp <= stage.max_spp) return;
   const bool max_given = max_spp->place.source != Place::Source::kDefault;
-  problems.push_back({max_given ? max_spp->place : spp->place,
-                      path + ".max_spp",
-                      fmt::format("max_spp {} is below spp {}", stage.max_spp, stage.samples.spp)});
+  map.Report("max_spp",
+             max_given ? *max_spp : *spp,
+             fmt::format("max_spp {} is below spp {}", stage.max_spp, stage.samples.spp));
 }
 
 }  // namespace
 
 SchemaNode RenderSchema() {
   constexpr double kMost = 1 << 20;
+  const auto samples = [&](const char* key, const char* doc, double SampleBudget::*budget) {
+    return Key(key, doc, kRender, budget).From(0.0, kMost);
+  };
   return Map("render",
              {Key("spp", "Samples per pixel of `pathfit render`.", kRender, &SampleBudget::spp)
                   .From(1, kMost),
-              Key("sppe",
-                  "Samples of primary boundaries in derivatives, per pixel of their length: "
-                  "silhouettes, borders and creases as the camera sees them.",
-                  kRender,
-                  &SampleBudget::sppe)
-                  .From(0.0, kMost),
-              Key("spp_direct",
-                  "Samples per pixel of direct boundaries: edges between a light and a surface "
-                  "(shadows).",
-                  kRender,
-                  &SampleBudget::spp_direct)
-                  .From(0.0, kMost),
-              Key("spp_indirect",
-                  "Samples per pixel of indirect boundaries: edges between two surfaces "
-                  "(interreflections).",
-                  kRender,
-                  &SampleBudget::spp_indirect)
-                  .From(0.0, kMost),
-              Key("spp_pixel",
+              samples("sppe",
+                      "Samples of primary boundaries in derivatives, per pixel of their length: "
+                      "silhouettes, borders and creases as the camera sees them.",
+                      &SampleBudget::sppe),
+              samples("spp_direct",
+                      "Samples per pixel of direct boundaries: edges between a light and a surface "
+                      "(shadows).",
+                      &SampleBudget::spp_direct),
+              samples("spp_indirect",
+                      "Samples per pixel of indirect boundaries: edges between two surfaces "
+                      "(interreflections).",
+                      &SampleBudget::spp_indirect),
+              samples(
+                  "spp_pixel",
                   "Samples per pixel of pixel boundaries: surfaces that move over the border of a "
                   "box filter; only with `form: material`.",
-                  kRender,
-                  &SampleBudget::spp_pixel)
-                  .From(0.0, kMost),
+                  &SampleBudget::spp_pixel),
               Key("max_bounces",
                   "1 = direct light only, 0 = only what shines or is seen behind the objects.",
                   kRender,
@@ -273,10 +266,7 @@ SchemaNode UnknownsSchema() {
              {Word("vertices").Refuse(elsewhere),
               Map("",
                   {Map("large_steps",
-                       {Key("lambda",
-                            "Strength; 0 = off.",
-                            &UnknownConfig::spec,
-                            &optim::UnknownSpec::large_steps_lambda)
+                       {Key("lambda", "Strength; 0 = off.", &UnknownSpec::large_steps_lambda)
                             .AtLeast(0.0)
                             .Default("19")},
                        "Steps in the metric I + lambda L of the mesh: smooth changes come first.")
@@ -285,39 +275,39 @@ SchemaNode UnknownsSchema() {
                   .Refuse(elsewhere)},
              "Vertices: how they move.")
           .DefaultIs("`vertices`: each alone");
-  return NamedMap("unknowns",
-                  "OBJECT.PROPERTY",
-                  Map("",
-                      {ByCheck(ListNode("bounds",
-                                        binding::Describe<double>::Node(),
-                                        "Lower and upper limit of each number."))
-                           .OrInfinite()
-                           .Items(2, 2)
-                           .DefaultIs("by kind, see below"),
-                       Choice("transform",
-                              {{"identity", optim::Parameterization::kIdentity},
-                               {"log", optim::Parameterization::kLog}},
-                              "`log`: the logarithm is what the solver moves (never negative).",
-                              &UnknownConfig::spec,
-                              &optim::UnknownSpec::parameterization)
-                           .DefaultIs("by kind, see below"),
-                       Key("hold",
-                           "Known to the program, never freed.",
-                           &UnknownConfig::spec,
-                           &optim::UnknownSpec::hold),
-                       parametrisation,
-                       ListOfMaps("priors", PriorSchema(), "What is believed beforehand.")
-                           .Default("[]")},
-                      "What may change."),
-                  "What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "
-                  "below.",
-                  &ExperimentConfig::unknowns)
+  return NamedMap(
+             "unknowns",
+             "OBJECT.PROPERTY",
+             Map("",
+                 {ByCheck(ListNode("bounds",
+                                   binding::Described<double>::Node(),
+                                   "Lower and upper limit of each number."))
+                      .OrInfinite()
+                      .Items(2, 2)
+                      .DefaultIs("by kind, see below"),
+                  Choice("transform",
+                         {{"identity", optim::Parameterization::kIdentity},
+                          {"log", optim::Parameterization::kLog}},
+                         "`log`: the logarithm is what the solver moves (never negative).",
+                         &UnknownSpec::parameterization)
+                      .DefaultIs("by kind, see below"),
+                  Key("hold", "Known to the program, never freed.", &UnknownSpec::hold),
+                  parametrisation,
+                  ListNode("priors", PriorSchema(), "What is believed beforehand.").Default("[]")},
+                 "What may change."),
+             "What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "
+             "below.",
+             &ExperimentConfig::fit,
+             &FitSpec::unknowns)
       .FreeNames();
 }
 
 SchemaNode StagesSchema() {
   constexpr double kMost = 65536;
   constexpr auto kSamples = &StageSpec::samples;
+  const auto samples = [&](const char* key, const char* doc, double SampleBudget::*budget) {
+    return Key(key, doc, kSamples, budget).From(0.0, kMost);
+  };
   return ListOf(
       "stages",
       Map("",
@@ -339,27 +329,19 @@ SchemaNode StagesSchema() {
                .From(2, kMost),
            Key("spp_growth", "Factor of spp from round to round.", &StageSpec::spp_growth)
                .From(1.0, 10.0),
-           Key("sppe",
-               "Samples of silhouettes, borders and creases, per pixel of their length, in the "
-               "first round; grows as spp does, and so do the three below.",
-               kSamples,
-               &SampleBudget::sppe)
-               .From(0.0, kMost),
-           Key("spp_direct",
-               "Samples per pixel of edges that throw shadows.",
-               kSamples,
-               &SampleBudget::spp_direct)
-               .From(0.0, kMost),
-           Key("spp_indirect",
-               "Samples per pixel of edges between two surfaces.",
-               kSamples,
-               &SampleBudget::spp_indirect)
-               .From(0.0, kMost),
-           Key("spp_pixel",
-               "Samples per pixel of pixel borders; only with `form: material` in `render`.",
-               kSamples,
-               &SampleBudget::spp_pixel)
-               .From(0.0, kMost),
+           samples("sppe",
+                   "Samples of silhouettes, borders and creases, per pixel of their length, in the "
+                   "first round; grows as spp does, and so do the three below.",
+                   &SampleBudget::sppe),
+           samples("spp_direct",
+                   "Samples per pixel of edges that throw shadows.",
+                   &SampleBudget::spp_direct),
+           samples("spp_indirect",
+                   "Samples per pixel of edges between two surfaces.",
+                   &SampleBudget::spp_indirect),
+           samples("spp_pixel",
+                   "Samples per pixel of pixel borders; only with `form: material` in `render`.",
+                   &SampleBudget::spp_pixel),
            Map("stop",
                {Key("relative_cost",
                     "End when a round lowers the averaged cost by less than this share; 0 = never.",

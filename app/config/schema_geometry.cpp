@@ -24,74 +24,54 @@ SchemaNode PrimitiveSchema() {
                          &SphereGeometry::subdivisions)
                          .From(0, 8)},
                     "Sphere of triangles around the origin.",
-                    [](GeometryConfig& g) -> SphereGeometry& { return Become<SphereGeometry>(g); })
+                    Become<SphereGeometry>)
                   .OneOf("primitive"),
               MapOf("rectangle",
                     {},
                     "[-1, 1]² in the plane z = 0, seen from +z.",
-                    [](GeometryConfig& g) -> RectangleGeometry& {
-                      return Become<RectangleGeometry>(g);
-                    })
+                    Become<RectangleGeometry>)
                   .OneOf("primitive"),
-              MapOf("cube",
-                    {},
-                    "[-1, 1]³.",
-                    [](GeometryConfig& g) -> CubeGeometry& { return Become<CubeGeometry>(g); })
-                  .OneOf("primitive"),
+              MapOf("cube", {}, "[-1, 1]³.", Become<CubeGeometry>).OneOf("primitive"),
               MapOf("disk",
                     {Key("segments", "Corners on the circle.", &DiskGeometry::segments)
                          .From(3, 65536)},
                     "Radius 1 around the origin in the plane z = 0, seen from +z.",
-                    [](GeometryConfig& g) -> DiskGeometry& { return Become<DiskGeometry>(g); })
+                    Become<DiskGeometry>)
                   .OneOf("primitive")},
              "A simple shape with UVs; size and place come from `transform`.")
       .OneOf("shape");
 }
 
-void CheckInlineMesh(InlineGeometry& mesh,
-                     YamlNode& node,
-                     const std::string& path,
-                     std::vector<Problem>& problems) {
-  if (node.Find("vertices") == nullptr) return;
+void CheckInlineMesh(InlineGeometry& mesh, const CheckedMap& map) {
+  if (map.Find("vertices") == nullptr) return;
   const auto count = static_cast<int>(mesh.vertices.size());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& corners = mesh.triangles[i];
-    const Place& place = node.Find("triangles")->items[i].place;
     const int largest = *std::max_element(corners.begin(), corners.end());
-    if (largest >= count) {
-      problems.push_back(
-          {place,
-           path + ".triangles",
-           fmt::format("there is no vertex {}; there are {}, counted from 0", largest, count)});
-    }
+    if (largest < count) continue;
+    map.Report("triangles",
+               map.Find("triangles")->items[i],
+               fmt::format("there is no vertex {}; there are {}, counted from 0", largest, count));
   }
   const auto one_per_vertex = [&](const char* key, const char* noun, std::size_t given) {
-    const YamlNode* list = node.Find(key);
-    if (list == nullptr || given == mesh.vertices.size()) return;
-    problems.push_back(
-        {list->place,
-         path + "." + key,
-         fmt::format(
-             "{} {} for {} vertices; one for each is needed", given, noun, mesh.vertices.size())});
+    if (map.Find(key) == nullptr || given == mesh.vertices.size()) return;
+    map.Report(
+        key,
+        fmt::format(
+            "{} {} for {} vertices; one for each is needed", given, noun, mesh.vertices.size()));
   };
   one_per_vertex("colors", "colours", mesh.colors.size());
   one_per_vertex("normals", "normals", mesh.normals.size());
   one_per_vertex("uvs", "UVs", mesh.uvs.size());
   for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
     if (!IsZero(mesh.normals[i])) continue;
-    problems.push_back({node.Find("normals")->items[i].place,
-                        path + ".normals",
-                        "a normal must not be [0, 0, 0]"});
+    map.Report("normals", map.Find("normals")->items[i], "a normal must not be [0, 0, 0]");
   }
 }
 
 SchemaNode InlineMeshSchema() {
   return MapOf("mesh",
-               {Key("vertices", "Positions.", &InlineGeometry::vertices)
-                    .From(-kMaxLength, kMaxLength)
-                    .Items(3, 0)
-                    .Unit("metres")
-                    .Required(),
+               {Point("vertices", "Positions.", &InlineGeometry::vertices).Items(3, 0).Required(),
                 Key("triangles",
                     "Three vertex numbers each, counted from 0, counter-clockwise from outside.",
                     &InlineGeometry::triangles)
@@ -111,7 +91,7 @@ SchemaNode InlineMeshSchema() {
                     &InlineGeometry::uvs)
                     .Optional()},
                "A mesh written here.",
-               [](GeometryConfig& g) -> InlineGeometry& { return Become<InlineGeometry>(g); })
+               Become<InlineGeometry>)
       .OneOf("shape")
       .Check(CheckInlineMesh);
 }
@@ -123,18 +103,13 @@ SchemaNode TransformSchema() {
            .Between(0.0, kMaxLength)
            .OrOne(),
        Rotation<TransformConfig>("Applied second."),
-       Key("translate_m", "Applied last.", &TransformConfig::translate)
-           .From(-kMaxLength, kMaxLength)
-           .Unit("metres")},
+       Point("translate_m", "Applied last.", &TransformConfig::translate)},
       "From the mesh's own frame to the world.",
       &GeometryConfig::transform);
 }
 
 /// Unless they are to be repaired.
-void CheckTriangleAreas(const GeometryConfig& geometry,
-                        const YamlNode& node,
-                        const std::string& path,
-                        std::vector<Problem>& problems) {
+void CheckTriangleAreas(const GeometryConfig& geometry, const CheckedMap& map) {
   const auto* mesh = std::get_if<InlineGeometry>(&geometry.geometry);
   if (mesh == nullptr || geometry.repair) return;
   for (std::size_t i = 0; i < mesh->triangles.size(); ++i) {
@@ -147,19 +122,16 @@ void CheckTriangleAreas(const GeometryConfig& geometry,
     }
     if (has_all &&
         Norm(Cross(Minus(corners[1], corners[0]), Minus(corners[2], corners[0]))) == 0.0) {
-      problems.push_back({node.Find("mesh")->Find("triangles")->items[i].place,
-                          path + ".mesh.triangles",
-                          "the triangle has no area"});
+      map.Report("mesh.triangles",
+                 map.Find("mesh")->Find("triangles")->items[i],
+                 "the triangle has no area");
     }
   }
 }
 
-void CheckGeometry(GeometryConfig& geometry,
-                   YamlNode& node,
-                   const std::string& path,
-                   std::vector<Problem>& problems) {
-  CheckTriangleAreas(geometry, node, path, problems);
-  const YamlNode* groups = node.Find("materials");
+void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
+  CheckTriangleAreas(geometry, map);
+  const YamlNode* groups = map.Find("materials");
   if (groups == nullptr) return;
   for (const YamlEntry& group : groups->entries) {
     geometry.group_materials.emplace_back(group.key, group.value.text);
@@ -196,9 +168,7 @@ SchemaNode GeometrySchema() {
                              &VisualHullGeometry::resolution)
                              .From(8, 1024)},
                         "Carved from the masks.",
-                        [](GeometryConfig& g) -> VisualHullGeometry& {
-                          return Become<VisualHullGeometry>(g);
-                        })
+                        Become<VisualHullGeometry>)
                       .OneOf("shape"),
                   Name("material", "One of `scene.materials`.", &GeometryConfig::material)
                       .Required(),
@@ -217,11 +187,9 @@ SchemaNode GeometrySchema() {
                       "and say what was mended.",
                       &GeometryConfig::repair),
                   TransformSchema(),
-                  Key("pivot_m",
-                      "What `MESH.rotation` and `MESH.scale` turn and grow about, in the world.",
-                      &GeometryConfig::pivot)
-                      .From(-kMaxLength, kMaxLength)
-                      .Unit("metres")
+                  Point("pivot_m",
+                        "What `MESH.rotation` and `MESH.scale` turn and grow about, in the world.",
+                        &GeometryConfig::pivot)
                       .DefaultIs("middle of the bounding box")},
                  "A mesh.")
                  .Check(CheckGeometry)

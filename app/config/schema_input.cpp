@@ -24,16 +24,15 @@ WordsOf<std::string> CameraFormats() {
 }
 
 SchemaNode CamerasSchema() {
-  return Map("cameras",
+  return MapOf(
+             "cameras",
              {Key("path",
                   "`transforms.json`, or the folder of a COLMAP text model.",
-                  kPhotos,
                   &ObservationOptions::cameras)
                   .Required(),
               Choice("format",
                      CameraFormats(),
                      "Kind of the camera file.",
-                     kPhotos,
                      &ObservationOptions::camera_format)
                   .Refuse({{"bundler", ""}, {"opencv", ""}, {"list", ""}}),
               Choice(
@@ -41,22 +40,22 @@ SchemaNode CamerasSchema() {
                   {{"model", DistortionPolicy::kModel}, {"refuse", DistortionPolicy::kRefuse}},
                   "`model`: rays are bent as the lens does; `refuse`: a camera with distortion is "
                   "an error.",
-                  kPhotos,
                   &ObservationOptions::distortion)
                   .Refuse({{"undistort", "; write model, which needs no resampled photos"}}),
               Choice("orientation",
                      {{"sensor", false}, {"exif", true}},
                      "`sensor`: pixels as stored, which is what camera programs work on; `exif`: "
                      "turned as the EXIF tag says.",
-                     kPhotos,
                      &ObservationOptions::apply_exif_orientation)},
-             "Where the photos were taken from, and through what lens.")
+             "Where the photos were taken from, and through what lens.",
+             kPhotos)
       .Required()
       .Refuse({{"refine", "; free camera.position and camera.rotation in unknowns"},
                {"scale", "; scale the camera file instead"},
                {"up", ""}});
 }
 
+// Not of MaskOptions alone: what is the default is that of InputConfig.
 SchemaNode MasksSchema() {
   constexpr auto kMasks = &ObservationOptions::masks;
   return Map(
@@ -100,7 +99,8 @@ SchemaNode MasksSchema() {
 }
 
 SchemaNode ColourSchema() {
-  return Map("colour",
+  return MapOf(
+             "colour",
              {Choice(
                   "transfer",
                   {{"auto", Transfer::kAuto},
@@ -108,16 +108,15 @@ SchemaNode ColourSchema() {
                    {"linear", Transfer::kLinear}},
                   "What the numbers in the files mean; `auto`: 8 and 16 bit are sRGB, EXR and HDR "
                   "linear.",
-                  kPhotos,
                   &ObservationOptions::transfer)
                   .Refuse({{"rec709", ""}, {"gamma", ""}}),
               Key("clip_above",
                   "Brighter pixels (share of the file's range) count as clipped: they may pull the "
                   "model up, never down. 1 = none.",
-                  kPhotos,
                   &ObservationOptions::clip_above)
                   .From(0.5, 1.0)},
-             "From file values to light.")
+             "From file values to light.",
+             kPhotos)
       .Always()
       .Refuse({{"working", "; it is linear Rec.709"}, {"white_balance", ""}, {"grey_card", ""}});
 }
@@ -160,31 +159,12 @@ std::optional<int> EveryOf(const std::string& text) {
   return every;
 }
 
-void ReadValidation(const YamlNode& node,
-                    ObservationOptions& photos,
-                    std::vector<Problem>& problems) {
-  const std::optional<int> every = EveryOf(node.text);
-  photos.validation_every = every.value_or(0);
-  for (const YamlNode& item : node.items) photos.validation_names.push_back(item.text);
-  if (node.IsList() || every || node.text == "none") return;
-  problems.push_back({node.place,
-                      "input.split.validation",
-                      DescribeNode(node) +
-                          " is not understood; write every 8 (a number of at least 2), a list of "
-                          "file names, or none"});
-}
-
-void CheckInput(InputConfig& input,
-                YamlNode& node,
-                const std::string& path,
-                std::vector<Problem>& problems) {
+void CheckInput(InputConfig& input, const CheckedMap& map) {
   ObservationOptions& photos = input.photos;
   if (photos.images_dir.string().find_first_of("*?") != std::string::npos) {
-    problems.push_back({node.Find("images")->place,
-                        path + ".images",
-                        "file name patterns are not supported; give the folder"});
+    map.Report("images", "file name patterns are not supported; give the folder");
   }
-  const YamlNode* masks = node.Find("masks");
+  const YamlNode* masks = map.Find("masks");
   if (masks == nullptr) {
     photos.masks = {};
   } else if (const YamlNode* folder = masks->Find("path");
@@ -192,9 +172,18 @@ void CheckInput(InputConfig& input,
     photos.masks.alpha = true;
     photos.masks.folder.clear();
   }
-  const YamlNode* split = node.Find("split");
+  const YamlNode* split = map.Find("split");
   const YamlNode* validation = split == nullptr ? nullptr : split->Find("validation");
-  if (validation != nullptr) ReadValidation(*validation, photos, problems);
+  if (validation == nullptr) return;
+  const std::optional<int> every = EveryOf(validation->text);
+  photos.validation_every = every.value_or(0);
+  for (const YamlNode& item : validation->items) photos.validation_names.push_back(item.text);
+  if (validation->IsList() || every || validation->text == "none") return;
+  map.Report("split.validation",
+             *validation,
+             DescribeNode(*validation) +
+                 " is not understood; write every 8 (a number of at least 2), a list of file "
+                 "names, or none");
 }
 
 }  // namespace

@@ -9,61 +9,47 @@ namespace {
 
 using Type = LightConfig::Type;
 
-void CheckAim(LightConfig& light,
-              const YamlNode& node,
-              const std::string& path,
-              std::vector<Problem>& problems) {
-  const YamlNode* target = node.Find("target_m");
-  const YamlNode* aim = target != nullptr ? target : node.Find("direction");
-  if (aim == nullptr || (target != nullptr && node.Find("position_m") == nullptr)) return;
+void CheckAim(LightConfig& light, const CheckedMap& map) {
+  const YamlNode* target = map.Find("target_m");
+  const YamlNode* aim = target != nullptr ? target : map.Find("direction");
+  if (aim == nullptr || (target != nullptr && map.Find("position_m") == nullptr)) return;
   if (target != nullptr) light.direction = Minus(light.target, light.position);
   if (IsZero(light.direction)) {
-    problems.push_back({aim->place,
-                        path + (target != nullptr ? ".target_m" : ".direction"),
-                        target != nullptr ? "the target is where the light stands"
-                                          : "the direction must not be [0, 0, 0]"});
+    map.Report(target != nullptr ? "target_m" : "direction",
+               target != nullptr ? "the target is where the light stands"
+                                 : "the direction must not be [0, 0, 0]");
     return;
   }
-  const YamlNode* up = node.Find("up");
+  const YamlNode* up = map.Find("up");
   if (light.type == Type::kProjector && up != nullptr && AreParallel(light.direction, light.up)) {
     const bool given = up->place.source != Place::Source::kDefault;
-    problems.push_back({given ? up->place : aim->place,
-                        path + ".up",
-                        "up must not be zero or along the direction of the light"});
+    map.Report("up", given ? *up : *aim, "up must not be zero or along the direction of the light");
   }
 }
 
-void CheckCone(LightConfig& light,
-               YamlNode& node,
-               const std::string& path,
-               std::vector<Problem>& problems) {
+void CheckCone(LightConfig& light, const CheckedMap& map) {
   constexpr double kInnerShare = 0.75;
-  const YamlNode* outer = node.Find("outer_deg");
+  const YamlNode* outer = map.Find("outer_deg");
   if (outer == nullptr) return;
-  const YamlNode* inner = node.Find("inner_deg");
+  const YamlNode* inner = map.Find("inner_deg");
   if (inner == nullptr) {
     double degrees = 0.0;
     binding::Read(*outer, degrees);
     degrees *= kInnerShare;
     // As it is read back: a share of the angle in radians may have another last bit.
     light.inner_angle = degrees * std::numbers::pi / 180.0;
-    SetDefault(node, "inner_deg", fmt::format("{}", degrees));
+    SetDefault(map.node, "inner_deg", fmt::format("{}", degrees));
   } else if (light.inner_angle >= light.outer_angle) {
-    problems.push_back(
-        {inner->place,
-         path + ".inner_deg",
-         fmt::format("inner_deg {} must be below outer_deg {}", inner->text, outer->text)});
+    map.Report("inner_deg",
+               fmt::format("inner_deg {} must be below outer_deg {}", inner->text, outer->text));
   }
 }
 
-void CheckLight(LightConfig& light,
-                YamlNode& node,
-                const std::string& path,
-                std::vector<Problem>& problems) {
+void CheckLight(LightConfig& light, const CheckedMap& map) {
   // A constant environment is one texel of its radiance.
   if (light.type == Type::kConstant) std::swap(light.init, light.intensity);
-  CheckAim(light, node, path, problems);
-  if (light.type == Type::kSpot) CheckCone(light, node, path, problems);
+  CheckAim(light, map);
+  if (light.type == Type::kSpot) CheckCone(light, map);
 }
 
 }  // namespace
@@ -108,9 +94,7 @@ SchemaNode LightsSchema() {
                 &LightConfig::mesh)
                .Required()
                .When("type", {"area"}),
-           Colour("radiance", "Radiance.", &LightConfig::intensity)
-               .From(0.0, kMaxRadiance)
-               .Unit("W/(sr m²), relative")
+           Light("radiance", "W/(sr m²), relative", "Radiance.", &LightConfig::intensity)
                .When("type", {"constant", "area", "rectangle"}),
            Name("texture",
                 "One of `scene.textures`: the projected picture, or a factor on the radiance of "
@@ -124,11 +108,9 @@ SchemaNode LightsSchema() {
                "Seen behind the objects (else black there, without coverage).",
                &LightConfig::visible)
                .When("type", {"envmap", "constant"}),
-           Key("position_m",
-               "Place of the light; the middle of a rectangle.",
-               &LightConfig::position)
-               .From(-kMaxLength, kMaxLength)
-               .Unit("metres")
+           Point("position_m",
+                 "Place of the light; the middle of a rectangle.",
+                 &LightConfig::position)
                .Required()
                .When("type", {"point", "spot", "projector", "rectangle"}),
            Key("width_m", "Along x, before `rotate`.", &LightConfig::width_m)
@@ -141,9 +123,7 @@ SchemaNode LightsSchema() {
                .Unit("metres")
                .Required()
                .When("type", {"rectangle"}),
-           Key("target_m", "What is in the middle of the cone or picture.", &LightConfig::target)
-               .From(-kMaxLength, kMaxLength)
-               .Unit("metres")
+           Point("target_m", "What is in the middle of the cone or picture.", &LightConfig::target)
                .OneOf("aim")
                .When("type", {"spot", "projector"}),
            Key("direction",
@@ -178,16 +158,13 @@ SchemaNode LightsSchema() {
                   "Along which side of the picture `fov_deg` is measured.",
                   &LightConfig::fov_axis)
                .When("type", {"projector"}),
-           Colour("intensity",
-                  "Factor of an environment or of a projected picture; radiant intensity of a "
-                  "point light or spot.",
-                  &LightConfig::intensity)
-               .From(0.0, kMaxRadiance)
-               .Unit("1, or W/sr")
+           Light("intensity",
+                 "1, or W/sr",
+                 "Factor of an environment or of a projected picture; radiant intensity of a "
+                 "point light or spot.",
+                 &LightConfig::intensity)
                .When("type", {"envmap", "point", "spot", "projector"}),
-           Colour("irradiance", "On a surface facing the light.", &LightConfig::intensity)
-               .From(0.0, kMaxRadiance)
-               .Unit("W/m²")
+           Light("irradiance", "W/m²", "On a surface facing the light.", &LightConfig::intensity)
                .When("type", {"directional"}),
            Choice("frame",
                   {{"world", false}, {"camera", true}},

@@ -1,10 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cctype>
-#include <cmath>
 
 #include <fmt/format.h>
 
-#include "app/config/schema.h"
+#include "app/config/nearest_name.h"
+#include "app/config/schema_builders.h"
 #include "renderer/scene/parameter_kinds.h"
 
 namespace pathfit::app {
@@ -13,18 +14,12 @@ namespace {
 using Type = SchemaNode::Type;
 using Presence = SchemaNode::Presence;
 
-std::string Joined(const std::vector<std::string>& words, const std::string& between) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : between) + word;
-  return out;
-}
-
 std::string DefaultText(const SchemaNode& node) {
   if (node.presence == Presence::kRequired && node.required_values.empty()) return "**required**";
   if (node.presence == Presence::kRequired) {
     const std::string otherwise =
         node.default_yaml.empty() ? "" : ", else `" + node.default_yaml + "`";
-    return "**required** for " + Joined(node.required_values, ", ") + otherwise;
+    return "**required** for " + JoinNames(node.required_values) + otherwise;
   }
   if (!node.default_doc.empty()) return node.default_doc;
   if (!node.one_of.empty()) return "one of these";
@@ -39,7 +34,7 @@ std::string MeaningText(const SchemaNode& map, const SchemaNode& node) {
   std::string out = node.doc;
   if (!node.unit.empty()) out += " [" + node.unit + "]";
   if (!node.when_key.empty() && node.when_values.size() < map.Child(node.when_key)->words.size()) {
-    out += fmt::format(" Only for {} {}.", node.when_key, Joined(node.when_values, ", "));
+    out += fmt::format(" Only for {} {}.", node.when_key, JoinNames(node.when_values));
   }
   if (!node.needs.empty()) out += " Only with `" + node.needs + "`.";
   return out;
@@ -47,6 +42,17 @@ std::string MeaningText(const SchemaNode& map, const SchemaNode& node) {
 
 class ReferenceWriter {
  public:
+  // Rows of all below a node, which is at `path`.
+  void WriteBelow(const SchemaNode& node, const std::string& path) {
+    if (node.type == Type::kMap) return WriteRows(node, path + ".");
+    for (const SchemaNode& child : node.children) {
+      if (node.type == Type::kEither) {
+        WriteBelow(child, path);
+      } else if (child.type == Type::kMap) {
+        WriteRows(child, path + (node.type == Type::kList ? "[]." : "." + child.key + "."));
+      }
+    }
+  }
   // Rows of the keys of a map and of everything below.
   void WriteRows(const SchemaNode& map, const std::string& prefix) {
     for (const SchemaNode& child : map.children) WriteRow(map, child, prefix + child.key);
@@ -62,28 +68,6 @@ class ReferenceWriter {
                     DefaultText(node),
                     MeaningText(map, node)));
     WriteBelow(node, path);
-  }
-  void WriteBelow(const SchemaNode& node, const std::string& path) {
-    switch (node.type) {
-      case Type::kMap:
-        WriteRows(node, path + ".");
-        break;
-      case Type::kNamedMap:
-        if (node.children.front().type == Type::kMap) {
-          WriteRows(node.children.front(), path + "." + node.children.front().key + ".");
-        }
-        break;
-      case Type::kList:
-        if (node.children.front().type == Type::kMap) {
-          WriteRows(node.children.front(), path + "[].");
-        }
-        break;
-      case Type::kEither:
-        for (const SchemaNode& form : node.children) WriteBelow(form, path);
-        break;
-      default:
-        break;
-    }
   }
 
   std::string text_;
@@ -127,12 +111,6 @@ constexpr const char* kUnknownsNotes = R"(
   and `.o` (outer).
 )";
 
-// As a configuration has it.
-std::string NumberText(double value) {
-  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
-  return fmt::format("{:g}", value);
-}
-
 // "`MATERIAL.eta`, conductor, mirror".
 std::string DescribeName(const renderer::ParameterTraits& row) {
   if (row.kind == renderer::ParameterKind::kExposure) return "`exposure`";
@@ -149,14 +127,13 @@ std::string UnknownsTable() {
       "priors |\n|---|---|---|---|---|\n";
   for (const renderer::ParameterTraits& row : renderer::AllParameterTraits()) {
     const std::vector<std::string> priors(row.priors.begin(), row.priors.end());
-    out += fmt::format("| {} | {} | {} | {} | {} |\n",
-                       DescribeName(row),
-                       row.unit,
-                       row.bounded
-                           ? fmt::format("`[{}, {}]`", NumberText(row.lower), NumberText(row.upper))
-                           : "none",
-                       !row.bounded ? "none" : (row.log ? "`log`" : "`identity`"),
-                       priors.empty() ? "none" : Joined(priors, ", "));
+    out += fmt::format(
+        "| {} | {} | {} | {} | {} |\n",
+        DescribeName(row),
+        row.unit,
+        row.bounded ? "`" + binding::Write(std::array{row.lower, row.upper}) + "`" : "none",
+        !row.bounded ? "none" : (row.log ? "`log`" : "`identity`"),
+        priors.empty() ? "none" : JoinNames(priors));
   }
   return out + kUnknownsNotes;
 }
@@ -166,14 +143,10 @@ void CollectUnsupported(const SchemaNode& node,
                         std::vector<std::string>& out) {
   for (const Unsupported& u : node.unsupported) {
     const bool value = node.type == Type::kChoice;
-    const std::string name =
-        value ? path + ": " + u.name : (path.empty() ? u.name : path + "." + u.name);
-    out.push_back("`" + name + "`");
+    out.push_back("`" + (value ? path + ": " + u.name : JoinPath(path, u.name)) + "`");
   }
   for (const SchemaNode& child : node.children) {
-    std::string below = path;
-    if (!child.key.empty()) below += (path.empty() ? "" : ".") + child.key;
-    CollectUnsupported(child, below, out);
+    CollectUnsupported(child, child.key.empty() ? path : JoinPath(path, child.key), out);
   }
 }
 
@@ -194,19 +167,13 @@ std::string SchemaMarkdown() {
   for (const SchemaNode& child : schema.children) {
     if (child.children.empty()) continue;
     writer.Add(fmt::format("\n## {}\n\n{}\n\n{}", child.key, child.doc, header));
-    if (child.type == Type::kMap) {
-      writer.WriteRows(child, child.key + ".");
-    } else {
-      const SchemaNode& item = child.children.front();
-      const bool list = child.type == Type::kList;
-      writer.WriteRows(item, list ? child.key + "[]." : child.key + "." + item.key + ".");
-    }
+    writer.WriteBelow(child, child.key);
   }
   std::vector<std::string> unsupported;
   CollectUnsupported(schema, "", unsupported);
   return writer.text() + "\n" + UnknownsTable() +
          "\n## Known, but not supported\n\nThese are refused with a message: " +
-         Joined(unsupported, ", ") + ".\n";
+         JoinNames(unsupported) + ".\n";
 }
 
 }  // namespace pathfit::app

@@ -71,12 +71,9 @@ SchemaNode SpectralIndex(
       .When("model", {"conductor", "mirror"});
 }
 
-void CheckMaterial(MaterialConfig& material,
-                   YamlNode& node,
-                   const std::string& path,
-                   std::vector<Problem>& problems) {
+void CheckMaterial(MaterialConfig& material, const CheckedMap& map) {
   using Source = MaterialConfig::BaseColor;
-  if (const YamlNode* color = node.Find("base_color")) {
+  if (const YamlNode* color = map.Find("base_color")) {
     if (const YamlNode* vertex = color->Find("vertex")) {
       material.base_color_source =
           vertex->IsList() ? Source::kVertexConstant : Source::kVertexOfMesh;
@@ -85,9 +82,7 @@ void CheckMaterial(MaterialConfig& material,
     }
   }
   if (material.ior == 1.0) {
-    problems.push_back({node.Find("ior")->place,
-                        path + ".ior",
-                        "an ior of 1 is no surface; take the mesh out of the scene instead"});
+    map.Report("ior", "an ior of 1 is no surface; take the mesh out of the scene instead");
   }
 }
 

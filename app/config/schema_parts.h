@@ -29,6 +29,22 @@ inline bool AreParallel(const Triple& a, const Triple& b) {
   return Norm(Cross(a, b)) <= kParallel * Norm(a) * Norm(b);
 }
 
+/// Coordinates.
+template <class... Members>
+SchemaNode Point(std::string key, std::string doc, Members... members) {
+  return Key(std::move(key), std::move(doc), members...)
+      .From(-kMaxLength, kMaxLength)
+      .Unit("metres");
+}
+
+/// A colour that shines.
+template <class... Members>
+SchemaNode Light(std::string key, std::string unit, std::string doc, Members... members) {
+  return Colour(std::move(key), std::move(doc), members...)
+      .From(0.0, kMaxRadiance)
+      .Unit(std::move(unit));
+}
+
 inline WordsOf<FovAxis> FovAxes() {
   return {{"x", FovAxis::kX},
           {"y", FovAxis::kY},
@@ -44,10 +60,9 @@ SchemaNode Rotation(std::string doc) {
              {Key("axis", "Axis of the rotation; its length does not matter.", &T::axis).Required(),
               Degrees("angle_deg", "Angle, right-handed about the axis.", &T::angle).Required()},
              std::move(doc))
-      .Check(+[](T& values, YamlNode& node, const std::string& path, std::vector<Problem>& all) {
-        const YamlNode* axis = node.Find("axis");
-        if (axis == nullptr || !IsZero(values.axis)) return;
-        all.push_back({axis->place, path + ".axis", "the axis must not be [0, 0, 0]"});
+      .Check(+[](T& values, const CheckedMap& map) {
+        if (map.Find("axis") == nullptr || !IsZero(values.axis)) return;
+        map.Report("axis", "the axis must not be [0, 0, 0]");
       });
 }
 

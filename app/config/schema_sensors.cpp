@@ -12,27 +12,57 @@ namespace {
 constexpr double kRotationTolerance = 1e-4;
 using Filter = SensorConfig::Filter;
 
+void CheckLookAt(SensorConfig& sensor, const CheckedMap& map) {
+  if (map.Find("origin_m") == nullptr || map.Find("target_m") == nullptr) return;
+  const Triple view = Minus(sensor.target, sensor.origin);
+  if (IsZero(view)) {
+    map.Report("target_m", "the target is where the camera stands");
+  } else if (AreParallel(view, sensor.up)) {
+    const YamlNode* up = map.Find("up");
+    const bool given = up != nullptr && up->place.source != Place::Source::kDefault;
+    map.Report("up", given ? *up : map.node, "up must not be zero or along the viewing direction");
+  }
+}
+
+void CheckPose(SensorConfig& sensor, const CheckedMap& map) {
+  sensor.look_at = map.Find("world_from_camera") == nullptr || map.Find("look_at") != nullptr;
+  if (sensor.look_at) return;
+  const auto& m = sensor.world_from_camera;
+  double error = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double dot =
+          m[0].at(i) * m[0].at(j) + m[1].at(i) * m[1].at(j) + m[2].at(i) * m[2].at(j);
+      error = std::max(error, std::abs(dot - (i == j ? 1.0 : 0.0)));
+    }
+  }
+  const Triple z = Cross({m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]});
+  const bool mirrored = z[0] * m[0][2] + z[1] * m[1][2] + z[2] * m[2][2] < 0.0;
+  const bool last_row = m[3] == std::array<double, 4>{0.0, 0.0, 0.0, 1.0};
+  if (error <= kRotationTolerance && !mirrored && last_row) return;
+  map.Report("world_from_camera",
+             "the first three columns must be a rotation (no scale, no mirror) and the last row "
+             "[0, 0, 0, 1]");
+}
+
 SchemaNode PoseSchema() {
   return Map("pose",
              {Map("look_at",
-                  {Key("origin_m", "Place of the camera.", &SensorConfig::origin)
-                       .From(-kMaxLength, kMaxLength)
-                       .Unit("metres")
-                       .Required(),
-                   Key("target_m", "What is in the middle of the picture.", &SensorConfig::target)
-                       .From(-kMaxLength, kMaxLength)
-                       .Unit("metres")
+                  {Point("origin_m", "Place of the camera.", &SensorConfig::origin).Required(),
+                   Point("target_m", "What is in the middle of the picture.", &SensorConfig::target)
                        .Required(),
                    Key("up", "What is up in the picture.", &SensorConfig::up)},
                   "Pose by what is looked at.")
-                  .OneOf("pose"),
+                  .OneOf("pose")
+                  .Check(CheckLookAt),
               Key("world_from_camera",
                   "4 rows of a rigid transform; camera: x right, y up, looking along -z.",
                   &SensorConfig::world_from_camera)
                   .From(-kMaxLength, kMaxLength)
                   .OneOf("pose")},
              "Where the camera is.")
-      .Required();
+      .Required()
+      .Check(CheckPose);
 }
 
 SchemaNode FilterSchema() {
@@ -79,23 +109,23 @@ SchemaNode DistortionSchema() {
       .When("type", {"perspective"});
 }
 
-void CompleteIntrinsics(SensorConfig& sensor, YamlNode& node) {
+void CompleteIntrinsics(SensorConfig& sensor, const CheckedMap& map) {
   const double width = sensor.size_px[0];
   const double height = sensor.size_px[1];
-  if (node.Find("fov_deg") != nullptr) {
+  if (map.Find("fov_deg") != nullptr) {
     const double length = FocalLength(sensor.fov, sensor.fov_axis, width, height);
     sensor.focal_px = {length, length};
-  } else if (node.Find("height_m") != nullptr) {
+  } else if (map.Find("height_m") != nullptr) {
     sensor.focal_px = {height / sensor.height_m, height / sensor.height_m};
   }
-  if (node.Find("principal_point_px") == nullptr && node.Find("size_px") != nullptr) {
+  if (map.Find("principal_point_px") == nullptr && map.Find("size_px") != nullptr) {
     sensor.principal_point_px = {0.5 * width, 0.5 * height};
-    SetDefault(node, "principal_point_px", binding::Write(sensor.principal_point_px));
+    SetDefault(map.node, "principal_point_px", binding::Write(sensor.principal_point_px));
   }
 }
 
-void CompleteFilter(SensorConfig& sensor, YamlNode& node) {
-  YamlNode* filter = node.Find("filter");
+void CompleteFilter(SensorConfig& sensor, const CheckedMap& map) {
+  YamlNode* filter = map.Find("filter");
   if (filter == nullptr || sensor.filter == Filter::kBox) return;
   if (filter->IsMap() && filter->Find("radius_px") != nullptr) return;
   sensor.filter_radius_px = sensor.filter == Filter::kTent ? 1.0 : 2.0;
@@ -104,82 +134,23 @@ void CompleteFilter(SensorConfig& sensor, YamlNode& node) {
   }
 }
 
-void CheckCrop(const SensorConfig& sensor,
-               const YamlNode& node,
-               const std::string& path,
-               std::vector<Problem>& problems) {
+void CheckCrop(const SensorConfig& sensor, const CheckedMap& map) {
   if (!sensor.crop_px) return;
   const std::array<int, 4>& c = *sensor.crop_px;
   const bool empty = c[2] < 1 || c[3] < 1;
   const bool outside = c[0] + c[2] > sensor.size_px[0] || c[1] + c[3] > sensor.size_px[1];
-  if (!empty && (node.Find("size_px") == nullptr || !outside)) return;
-  problems.push_back({node.Find("crop_px")->place,
-                      path + ".crop_px",
-                      fmt::format("the part [x, y, width, height] must not be empty and must lie "
-                                  "inside the {}x{} picture",
-                                  sensor.size_px[0],
-                                  sensor.size_px[1])});
+  if (!empty && (map.Find("size_px") == nullptr || !outside)) return;
+  map.Report("crop_px",
+             fmt::format("the part [x, y, width, height] must not be empty and must lie inside the "
+                         "{}x{} picture",
+                         sensor.size_px[0],
+                         sensor.size_px[1]));
 }
 
-void CheckLookAt(const SensorConfig& sensor,
-                 const YamlNode& node,
-                 const std::string& path,
-                 std::vector<Problem>& problems) {
-  const YamlNode* target = node.Find("target_m");
-  if (node.Find("origin_m") == nullptr || target == nullptr) return;
-  const Triple view = Minus(sensor.target, sensor.origin);
-  if (IsZero(view)) {
-    problems.push_back(
-        {target->place, path + ".target_m", "the target is where the camera stands"});
-  } else if (AreParallel(view, sensor.up)) {
-    const YamlNode* up = node.Find("up");
-    const bool given = up != nullptr && up->place.source != Place::Source::kDefault;
-    problems.push_back({given ? up->place : node.place,
-                        path + ".up",
-                        "up must not be zero or along the viewing direction"});
-  }
-}
-
-void CheckMatrix(const SensorConfig& sensor,
-                 const YamlNode& node,
-                 const std::string& path,
-                 std::vector<Problem>& problems) {
-  const auto& m = sensor.world_from_camera;
-  double error = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      const double dot =
-          m[0].at(i) * m[0].at(j) + m[1].at(i) * m[1].at(j) + m[2].at(i) * m[2].at(j);
-      error = std::max(error, std::abs(dot - (i == j ? 1.0 : 0.0)));
-    }
-  }
-  const Triple z = Cross({m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]});
-  const bool mirrored = z[0] * m[0][2] + z[1] * m[1][2] + z[2] * m[2][2] < 0.0;
-  const bool last_row = m[3] == std::array<double, 4>{0.0, 0.0, 0.0, 1.0};
-  if (error <= kRotationTolerance && !mirrored && last_row) return;
-  problems.push_back({node.place,
-                      path,
-                      "the first three columns must be a rotation (no scale, no mirror) and the "
-                      "last row [0, 0, 0, 1]"});
-}
-
-void CheckSensor(SensorConfig& sensor,
-                 YamlNode& node,
-                 const std::string& path,
-                 std::vector<Problem>& problems) {
-  CompleteIntrinsics(sensor, node);
-  CompleteFilter(sensor, node);
-  CheckCrop(sensor, node, path, problems);
-  const YamlNode* pose = node.Find("pose");
-  if (pose == nullptr) return;
-  const YamlNode* look_at = pose->Find("look_at");
-  const YamlNode* matrix = pose->Find("world_from_camera");
-  sensor.look_at = matrix == nullptr || look_at != nullptr;
-  if (look_at != nullptr) {
-    CheckLookAt(sensor, *look_at, path + ".pose.look_at", problems);
-  } else if (matrix != nullptr) {
-    CheckMatrix(sensor, *matrix, path + ".pose.world_from_camera", problems);
-  }
+void CheckSensor(SensorConfig& sensor, const CheckedMap& map) {
+  CompleteIntrinsics(sensor, map);
+  CompleteFilter(sensor, map);
+  CheckCrop(sensor, map);
 }
 
 }  // namespace

@@ -146,9 +146,10 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
 }
 
 bool IsUnknown(const ExperimentConfig& config, const std::string& mesh, const char* property) {
-  return std::any_of(config.unknowns.begin(), config.unknowns.end(), [&](const auto& unknown) {
-    return unknown.name == mesh + "." + property && !unknown.spec.hold;
-  });
+  return std::any_of(
+      config.fit.unknowns.begin(), config.fit.unknowns.end(), [&](const auto& unknown) {
+        return unknown.name == mesh + "." + property && !unknown.hold;
+      });
 }
 
 void SetNormals(GeometryConfig::Normals normals,

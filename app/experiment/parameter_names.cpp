@@ -17,10 +17,6 @@ using renderer::Scene;
 // All sensors at once; also what a single sensor is often called.
 constexpr const char* kAllSensors = "camera";
 
-bool Contains(const std::vector<std::string>& list, const std::string& text) {
-  return std::find(list.begin(), list.end(), text) != list.end();
-}
-
 // The rows of which each is the first of its kind.
 std::vector<const ParameterTraits*> Kinds() {
   std::vector<const ParameterTraits*> kinds;

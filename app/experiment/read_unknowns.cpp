@@ -146,7 +146,7 @@ class UnknownReader {
   std::vector<Problem>& problems_;
 };
 
-std::string ProblemOfExposure(const UnknownConfig& unknown,
+std::string ProblemOfExposure(const optim::UnknownSpec& unknown,
                               const renderer::ParameterRef& parameter,
                               const ExperimentConfig& config) {
   if (parameter.kind != ParameterKind::kExposure) return {};
@@ -170,8 +170,8 @@ std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
                                              const renderer::Scene& scene) {
   std::vector<optim::UnknownSpec> unknowns;
   std::vector<Problem> problems;
-  for (std::size_t i = 0; i < config.unknowns.size(); ++i) {
-    const UnknownConfig& item = config.unknowns[i];
+  for (std::size_t i = 0; i < config.fit.unknowns.size(); ++i) {
+    const optim::UnknownSpec& item = config.fit.unknowns[i];
     const YamlEntry& entry = config.resolved.Find("unknowns")->entries[i];
     ParameterName found = FindParameter(scene, item.name);
     if (found.problem.empty()) found.problem = ProblemOfExposure(item, found.parameter, config);
@@ -179,8 +179,7 @@ std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
       problems.push_back({entry.key_place, "unknowns", found.problem});
       continue;
     }
-    optim::UnknownSpec& unknown = unknowns.emplace_back(item.spec);
-    unknown.name = item.name;
+    optim::UnknownSpec& unknown = unknowns.emplace_back(item);
     unknown.kind = found.parameter.kind;
     unknown.object = found.parameter.object;
     UnknownReader(entry, TraitsOf(found.parameter, scene), problems).Read(unknown);

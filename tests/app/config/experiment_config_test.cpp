@@ -12,8 +12,8 @@
 namespace pathfit::app {
 namespace {
 
-const UnknownConfig& UnknownOf(const ExperimentConfig& config, const std::string& name) {
-  for (const UnknownConfig& unknown : config.unknowns) {
+const optim::UnknownSpec& UnknownOf(const ExperimentConfig& config, const std::string& name) {
+  for (const optim::UnknownSpec& unknown : config.fit.unknowns) {
     if (unknown.name == name) return unknown;
   }
   throw std::logic_error("no unknown " + name);
@@ -56,7 +56,7 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
   ASSERT_EQ(config.fit.stages.size(), 2U);
   ASSERT_EQ(config.fit.stages[0].free.size(), 2U);
   const auto freed = [&](std::size_t i) {
-    return config.unknowns[static_cast<std::size_t>(config.fit.stages[0].free[i])].name;
+    return config.fit.unknowns[static_cast<std::size_t>(config.fit.stages[0].free[i])].name;
   };
   EXPECT_EQ(freed(0), "room.texels");
   EXPECT_EQ(freed(1), "exposure");
@@ -71,15 +71,15 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
 
 TEST(ExperimentConfig, UnknownsWaitForTheScene) {
   const ExperimentConfig config = LoadText(kFitConfig);
-  ASSERT_EQ(config.unknowns.size(), 8U);
-  EXPECT_FALSE(UnknownOf(config, "mug.colors").spec.hold);
+  ASSERT_EQ(config.fit.unknowns.size(), 8U);
+  EXPECT_FALSE(UnknownOf(config, "mug.colors").hold);
   const YamlEntry& colors = config.resolved.Find("unknowns")->entries.at(1);
   EXPECT_EQ(colors.key, "mug.colors");
   EXPECT_EQ(colors.key_place.line, 26);
   ASSERT_NE(colors.value.Find("bounds"), nullptr);
   const YamlNode& bounds = *colors.value.Find("bounds");
   EXPECT_EQ(bounds.items[0].text + " " + bounds.items[1].text, "0.02 0.95");
-  EXPECT_TRUE(UnknownOf(config, "glaze.metallic").spec.hold);
+  EXPECT_TRUE(UnknownOf(config, "glaze.metallic").hold);
   EXPECT_EQ(config.source.lines.at(25), "  mug.colors: {bounds: [0.02, 0.95]}");
 }
 

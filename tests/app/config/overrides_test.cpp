@@ -33,8 +33,8 @@ TEST(Overrides, ReachEveryKindOfPlace) {
   EXPECT_EQ(config.fit.stages[0].samples.spp, 32);
   EXPECT_EQ(config.fit.stages[1].samples.spp, 64);
   EXPECT_DOUBLE_EQ(config.fit.stages[0].stop_relative_cost, 1e-3);
-  EXPECT_DOUBLE_EQ(config.unknowns[0].spec.laplacian_weight, 0.5);
-  EXPECT_DOUBLE_EQ(config.unknowns[0].spec.large_steps_lambda, 3.0);
+  EXPECT_DOUBLE_EQ(config.fit.unknowns[0].laplacian_weight, 0.5);
+  EXPECT_DOUBLE_EQ(config.fit.unknowns[0].large_steps_lambda, 3.0);
   const YamlNode& bounds = *config.resolved.Find("unknowns")->entries[1].value.Find("bounds");
   EXPECT_EQ(bounds.items[0].text + " " + bounds.items[1].text, "0.02 0.9");
   EXPECT_EQ(config.materials[1].base_color, (Triple{0.1, 0.2, 0.3}));

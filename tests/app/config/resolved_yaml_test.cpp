@@ -29,9 +29,9 @@ void ExpectRoundTrip(const std::string& text, const std::vector<std::string>& se
       << "every value is written in the copy";
   EXPECT_EQ(first.name, second.name);
   EXPECT_EQ(first.output.directory, second.output.directory);
-  ASSERT_EQ(first.unknowns.size(), second.unknowns.size());
-  for (std::size_t i = 0; i < first.unknowns.size(); ++i) {
-    EXPECT_EQ(first.unknowns[i].name, second.unknowns[i].name);
+  ASSERT_EQ(first.fit.unknowns.size(), second.fit.unknowns.size());
+  for (std::size_t i = 0; i < first.fit.unknowns.size(); ++i) {
+    EXPECT_EQ(first.fit.unknowns[i].name, second.fit.unknowns[i].name);
   }
   EXPECT_TRUE(SameValues(first.resolved, second.resolved));
   ASSERT_EQ(first.fit.stages.size(), second.fit.stages.size());
