@@ -193,7 +193,11 @@ PassedFaces PassedBy(const BoundaryContext& context, const BoundarySegment& s) {
 bool PlaceContacts(const BoundaryContext& context, const MeshEdge& edge, BoundarySegment& s) {
   const World& world = *context.path.world;
   const RayCaster& caster = world.caster();
-  s.touching = TouchingFaces(caster, world.mesh(s.edge->mesh), s.edge->mesh, edge, s.x_b);
+  const int mesh = s.edge->mesh;
+  if (!world.contact_bounds().MayTouch(mesh, edge, s.x_b, s.x_b)) {
+    return true;
+  }
+  s.touching = TouchingFaces(caster, world.mesh(mesh), world.topology(mesh), mesh, edge, s.x_b);
   if (s.touching.faces().empty()) {
     return true;
   }

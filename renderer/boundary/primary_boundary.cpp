@@ -123,9 +123,11 @@ std::optional<PrimaryBoundary::EdgePoint> PrimaryBoundary::PointAt(const Boundar
   point.g = projection->du * point.m.x + projection->dv * point.m.y;
   const Ray to_sensor = camera.RayTo(point.x, point.distance);
   point.ray = {point.x + to_sensor.direction * point.distance, -to_sensor.direction};
-  if (view_edge.may_touch) {
-    point.touching =
-        TouchingFaces(context_.path.world->caster(), mesh, view_edge.mesh, edge, point.x);
+  const World& world = *context_.path.world;
+  if (view_edge.may_touch &&
+      world.contact_bounds().MayTouch(view_edge.mesh, edge, point.x, point.x)) {
+    point.touching = TouchingFaces(
+        world.caster(), mesh, world.topology(view_edge.mesh), view_edge.mesh, edge, point.x);
   }
   return point;
 }

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "renderer/boundary/visible_point.h"
-#include "renderer/geometry/edge_contact.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -230,7 +229,6 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
     const bool solid = world.topology(m).solid && IsViewedFromOutside(mesh, context.camera);
     const SeamKinds seams = SeamKindsOf(context, m, world.MaterialOf(m));
     const auto& edges = world.topology(m).edges;
-    const MeshContactBounds contacts(world.caster(), m, world.NumMeshes());
     std::vector<std::uint8_t>& sides = sides_[static_cast<std::size_t>(m)];
     sides.assign(mesh.triangles.size(), 0);
     for (std::size_t e = 0; e < edges.size(); ++e) {
@@ -252,7 +250,7 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
                         part->t0,
                         part->t1,
                         part->depth_ratio,
-                        contacts.MayTouch(edges[e], end(0), end(1))});
+                        world.contact_bounds().MayTouch(m, edges[e], end(0), end(1))});
       for (const std::int32_t face : edges[e].faces) {
         if (face >= 0) {
           const auto f = static_cast<std::size_t>(face);

@@ -19,19 +19,50 @@ std::array<Vec3, 3> CornersOf(const TriangleGeometry& t) {
 
 }  // namespace
 
-MeshContactBounds::MeshContactBounds(const RayCaster& caster, int mesh, int num_meshes)
-    : caster_(caster) {
-  for (int other = 0; other < num_meshes; ++other) {
+ContactBounds::ContactBounds(const RayCaster& caster, const std::vector<MeshTopology>& topologies)
+    : caster_(caster), topologies_(topologies), near_(topologies.size()) {
+  std::vector<Part> all;
+  for (std::size_t m = 0; m < topologies.size(); ++m) {
+    const int mesh = static_cast<int>(m);
+    const std::vector<std::int32_t>& parts = topologies[m].parts;
+    const std::int32_t count =
+        parts.empty() ? 0 : *std::max_element(parts.begin(), parts.end()) + 1;
+    crowded_.push_back(count > kMostParts);
+    if (count <= 1 || crowded_.back()) {
+      all.push_back({mesh, -1, caster.Bounds(mesh)});
+      continue;
+    }
+    const std::size_t first = all.size();
+    all.resize(first + static_cast<std::size_t>(count), {mesh, -1, {}});
+    for (std::size_t f = 0; f < parts.size(); ++f) {
+      Part& part = all[first + static_cast<std::size_t>(parts[f])];
+      for (const Vec3& p : CornersOf(caster.Geometry({mesh, static_cast<std::int32_t>(f)}))) {
+        if (part.part < 0) {
+          part = {mesh, parts[f], {p, p}};
+        }
+        for (int i = 0; i < 3; ++i) {
+          part.box.low[i] = std::min(part.box.low[i], p[i]);
+          part.box.high[i] = std::max(part.box.high[i], p[i]);
+        }
+      }
+    }
+  }
+  for (std::size_t m = 0; m < topologies.size(); ++m) {
+    const int mesh = static_cast<int>(m);
     const RayCaster::Box& bounds = caster.Bounds(mesh);
-    if (other != mesh && Overlap(bounds, caster.Bounds(other), Slack(bounds))) {
-      others_.push_back(caster.Bounds(other));
+    for (const Part& part : all) {
+      const bool itself = part.mesh == mesh && part.part < 0;
+      if (!itself && Overlap(bounds, part.box, Slack(bounds))) {
+        near_[m].push_back(part);
+      }
     }
   }
 }
 
-bool MeshContactBounds::MayTouch(const MeshEdge& edge, const Vec3& a, const Vec3& b) const {
-  if (edge.faces[1] < 0 || others_.empty()) {
-    return edge.faces[1] < 0;
+bool ContactBounds::MayTouch(int mesh, const MeshEdge& edge, const Vec3& a, const Vec3& b) const {
+  const auto m = static_cast<std::size_t>(mesh);
+  if (edge.faces[1] < 0 || crowded_[m] || near_[m].empty()) {
+    return edge.faces[1] < 0 || crowded_[m];
   }
   RayCaster::Box box{a, a};
   for (int i = 0; i < 3; ++i) {
@@ -39,18 +70,17 @@ bool MeshContactBounds::MayTouch(const MeshEdge& edge, const Vec3& a, const Vec3
     box.high[i] = std::max(a[i], b[i]);
   }
   const double slack = Slack(box);
-  return std::any_of(others_.begin(), others_.end(), [&](const RayCaster::Box& other) {
-    return Overlap(box, other, slack);
+  const std::int32_t own = topologies_[m].parts[static_cast<std::size_t>(edge.faces[0])];
+  return std::any_of(near_[m].begin(), near_[m].end(), [&](const Part& part) {
+    return !(part.mesh == mesh && part.part == own) && Overlap(box, part.box, slack);
   });
 }
 
-double MeshContactBounds::Slack(const RayCaster::Box& box) const {
+double ContactBounds::Slack(const RayCaster::Box& box) const {
   return kTouch * std::max(caster_.Offset(box.low), caster_.Offset(box.high));
 }
 
-bool MeshContactBounds::Overlap(const RayCaster::Box& box,
-                                const RayCaster::Box& other,
-                                double slack) {
+bool ContactBounds::Overlap(const RayCaster::Box& box, const RayCaster::Box& other, double slack) {
   for (int i = 0; i < 3; ++i) {
     if (box.high[i] + slack < other.low[i] || other.high[i] + slack < box.low[i]) {
       return false;
@@ -59,13 +89,21 @@ bool MeshContactBounds::Overlap(const RayCaster::Box& box,
   return true;
 }
 
-TouchingFaces::TouchingFaces(
-    const RayCaster& caster, const Mesh& mesh, int index, const MeshEdge& edge, const Vec3& x) {
+TouchingFaces::TouchingFaces(const RayCaster& caster,
+                             const Mesh& mesh,
+                             const MeshTopology& topology,
+                             int index,
+                             const MeshEdge& edge,
+                             const Vec3& x) {
+  const auto part = [&](std::int32_t face) {
+    return topology.parts[static_cast<std::size_t>(face)];
+  };
   count_ = caster.TrianglesNear(x, kTouch * caster.Offset(x), faces_);
   const auto joined = [&](TriangleId id) {
     const Triangle& t = mesh.triangles[static_cast<std::size_t>(id.triangle)];
-    return std::find_first_of(t.begin(), t.end(), edge.vertices.begin(), edge.vertices.end()) !=
-           t.end();
+    return part(id.triangle) == part(edge.faces[0]) &&
+           std::find_first_of(t.begin(), t.end(), edge.vertices.begin(), edge.vertices.end()) !=
+               t.end();
   };
   const auto end = std::remove_if(faces_.begin(),
                                   faces_.begin() + static_cast<std::ptrdiff_t>(count_),

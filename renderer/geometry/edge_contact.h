@@ -13,14 +13,23 @@ namespace pathfit::renderer {
 /// Surfaces nearer to an edge than so many offsets of rays touch it.
 inline constexpr double kTouch = 2.0;
 
-/// Which edges of a mesh other surfaces may touch, by bounding boxes.
-class MeshContactBounds {
+/// Which edges other surfaces may touch, by bounding boxes of the parts of meshes that edges join.
+class ContactBounds {
  public:
-  MeshContactBounds(const RayCaster& caster, int mesh, int num_meshes);
-  /// Of an edge from a to b. Borders may meet their own mesh, too.
-  [[nodiscard]] bool MayTouch(const MeshEdge& edge, const Vec3& a, const Vec3& b) const;
+  /// `topologies`: of the caster's meshes. The caster must outlive it.
+  ContactBounds(const RayCaster& caster, const std::vector<MeshTopology>& topologies);
+  /// Between the points a and b of an edge. Borders may meet their own part, too.
+  [[nodiscard]] bool MayTouch(int mesh, const MeshEdge& edge, const Vec3& a, const Vec3& b) const;
+
+  /// A mesh of more parts counts as one for others, and all its edges may touch.
+  static constexpr std::int32_t kMostParts = 16;
 
  private:
+  struct Part {
+    int mesh;
+    std::int32_t part;  // -1: all of the mesh
+    RayCaster::Box box;
+  };
   /// How far apart things may be that touch in the box, metres.
   [[nodiscard]] double Slack(const RayCaster::Box& box) const;
   [[nodiscard]] static bool Overlap(const RayCaster::Box& box,
@@ -28,16 +37,22 @@ class MeshContactBounds {
                                     double slack);
 
   const RayCaster& caster_;
-  std::vector<RayCaster::Box> others_;
+  const std::vector<MeshTopology>& topologies_;
+  std::vector<std::vector<Part>> near_;  // by mesh: its own parts, unless it is one, and others'
+  std::vector<bool> crowded_;            // by mesh: more than kMostParts
 };
 
-/// Triangles that touch a point of an edge, without those of its own mesh that share a corner with
+/// Triangles that touch a point of an edge, without those of its own part that share a corner with
 /// it.
 class TouchingFaces {
  public:
   TouchingFaces() = default;
-  TouchingFaces(
-      const RayCaster& caster, const Mesh& mesh, int index, const MeshEdge& edge, const Vec3& x);
+  TouchingFaces(const RayCaster& caster,
+                const Mesh& mesh,
+                const MeshTopology& topology,
+                int index,
+                const MeshEdge& edge,
+                const Vec3& x);
 
   [[nodiscard]] std::span<const TriangleId> faces() const { return {faces_.data(), count_}; }
 

@@ -135,6 +135,23 @@ class FanBuilder {
   CornerFans fans_;
 };
 
+/// Numbers parts of triangles that edges join, in the order of their first triangles.
+std::vector<std::int32_t> PartsOf(const std::vector<MeshEdge>& edges, std::size_t num_triangles) {
+  DisjointSets sets(num_triangles);
+  for (const MeshEdge& edge : edges) {
+    if (edge.faces[1] >= 0) {
+      sets.Unite(static_cast<std::size_t>(edge.faces[0]), static_cast<std::size_t>(edge.faces[1]));
+    }
+  }
+  std::vector<std::int32_t> parts(num_triangles);
+  std::int32_t count = 0;
+  for (std::size_t f = 0; f < num_triangles; ++f) {
+    const std::size_t first = sets.Find(f);
+    parts[f] = first == f ? count++ : parts[first];
+  }
+  return parts;
+}
+
 }  // namespace
 
 std::vector<MeshSide> SortedSides(const Mesh& mesh) {
@@ -178,6 +195,7 @@ MeshTopology MeshTopology::Build(const Mesh& mesh) {
     }
     topology.edges.push_back(edge);
   }
+  topology.parts = PartsOf(topology.edges, mesh.triangles.size());
   topology.neighbors.resize(mesh.positions.size());
   for (const MeshEdge& edge : topology.edges) {
     topology.neighbors[Index(edge.vertices[0])].push_back(edge.vertices[1]);

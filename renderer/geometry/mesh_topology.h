@@ -24,8 +24,9 @@ struct MeshEdge {
 struct MeshTopology {
   std::vector<MeshEdge> edges;
   std::vector<std::vector<std::int32_t>> neighbors;  ///< one ring of each vertex, ascending
-  bool closed = false;                               ///< every edge has two faces
-  bool solid = false;  ///< closed, and every connected piece wound outwards
+  std::vector<std::int32_t> parts;  ///< by triangle: number of its part, joined by edges
+  bool closed = false;              ///< every edge has two faces
+  bool solid = false;               ///< closed, and every connected piece wound outwards
 
   /// Precondition: ValidateMesh passed.
   static MeshTopology Build(const Mesh& mesh);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/geometry/edge_contact.h"
 #include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
@@ -55,7 +54,6 @@ std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& se
     const MeshTopology& topology = world.topology(m);
     const bool moves = selection.moves[static_cast<std::size_t>(m)];
     const bool solid = selection.solid[static_cast<std::size_t>(m)];
-    const MeshContactBounds contacts(world.caster(), m, world.NumMeshes());
     for (std::size_t e = 0; e < topology.edges.size(); ++e) {
       const MeshEdge& edge = topology.edges[e];
       BoundaryEdge out;
@@ -76,7 +74,7 @@ std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& se
           continue;  // concave
         }
       }
-      out.may_touch = contacts.MayTouch(edge, out.a, out.b);
+      out.may_touch = world.contact_bounds().MayTouch(m, edge, out.a, out.b);
       edges.push_back(out);
     }
   }

@@ -29,6 +29,7 @@ void World::PlaceMeshes(const std::optional<RayFrame>& ray_frame) {
     }
   }
   caster_.Build(all, lamps, ray_frame);
+  contact_bounds_.emplace(caster_, topologies_);
   edge_trees_.Clear();
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "renderer/geometry/edge_contact.h"
 #include "renderer/geometry/mesh_topology.h"
 #include "renderer/geometry/ray_caster.h"
 #include "renderer/scene/light_set.h"
@@ -39,6 +40,7 @@ class World {
     return topologies_[static_cast<std::size_t>(mesh)];
   }
   [[nodiscard]] const RayCaster& caster() const { return caster_; }
+  [[nodiscard]] const ContactBounds& contact_bounds() const { return *contact_bounds_; }
   [[nodiscard]] const LightSamplers& light_samplers() const { return light_samplers_; }
   /// The edges that can hide one thing from another as seen from `viewer`, where the meshes with
   /// moves[mesh] move; see SceneEdges. Kept while neither state nor selection change: most views of
@@ -59,6 +61,7 @@ class World {
   std::vector<Mesh> meshes_;
   std::vector<MeshTopology> topologies_;
   RayCaster caster_;
+  std::optional<ContactBounds> contact_bounds_;
   LightSamplers light_samplers_;
   mutable EdgeTreeCache edge_trees_;
 };

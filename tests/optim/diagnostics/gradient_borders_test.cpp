@@ -114,6 +114,23 @@ TEST(Borders, BoxOnALargerOne) {
                       {0.0, 0.0, 1.0});
 }
 
+/// Closed parts of one mesh touch like meshes do.
+Mesh AsOne(Mesh mesh, const Mesh& other) {
+  const auto first = static_cast<std::int32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+  for (renderer::Triangle t : other.triangles) {
+    for (std::int32_t& i : t) i += first;
+    mesh.triangles.push_back(t);
+  }
+  return mesh;
+}
+TEST(Borders, StackedBoxesOfOneMesh) {
+  ExpectRightByCamera("stacked boxes of one mesh",
+                      OfParts({AsOne(tests::Placed(tests::Cube(), 0.3, {0, 0.3, 0}, {0, 0.5, 0}),
+                                     tests::Placed(tests::Cube(), 0.3, {0, 0.9, 0}, {0, 0.5, 0}))}),
+                      {0.0, 0.0, 1.0});
+}
+
 /// Corners of one mesh lie on edges of the other, which rounding puts beside them.
 TEST(Borders, TJunction) {
   ExpectRightByCamera("T-junction",
