@@ -225,6 +225,12 @@ class Codec {
                  {"rejected_in_row", state.rejected_in_row},
                  {"newer_start", state.average.newer_start},
                  {"costs", arrays.Add(state.costs)},
+                 {"model",
+                  {{"weight", state.model.weight},
+                   {"product", arrays.Add(state.model.product)},
+                   {"square", arrays.Add(state.model.square)},
+                   {"covariance", arrays.Add(state.model.covariance)},
+                   {"linear", arrays.Add(state.model.linear)}}},
                  {"unknowns", names_},
                  {"start", start_checksum_},
                  {"scene", ToJson(state.scene, arrays)},
@@ -255,6 +261,12 @@ class Codec {
     json.at("rejected_in_row").get_to(state.rejected_in_row);
     json.at("newer_start").get_to(state.average.newer_start);
     ReadArray(arrays, json.at("costs"), state.costs);
+    const Json& model = json.at("model");
+    model.at("weight").get_to(state.model.weight);
+    ReadArray(arrays, model.at("product"), state.model.product);
+    ReadArray(arrays, model.at("square"), state.model.square);
+    ReadArray(arrays, model.at("covariance"), state.model.covariance);
+    ReadArray(arrays, model.at("linear"), state.model.linear);
     state.scene = SceneFromJson(json.at("scene"), arrays);
     state.stage_start = SceneFromJson(json.at("stage_start"), arrays);
     state.average.older = WeightedFromJson(json.at("older"), arrays);

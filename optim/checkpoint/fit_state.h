@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "optim/problem/quadratic_model.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::optim {
@@ -42,6 +43,7 @@ struct FitState {
   double damping = 0.0;        ///< kappa of the proximal metric (round/step_control.h)
   int rejected_in_row = 0;
   std::vector<double> costs;  ///< of the stage's rounds, at their start
+  QuadraticModel model;  ///< of the stage's rounds, where normal equations are formed; else empty
 
   renderer::Scene scene;  ///< after the last finished round
   renderer::Scene stage_start;

@@ -1,13 +1,11 @@
 #include "optim/problem/gram_system.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Eigen/Dense>
 
 #include "renderer/core/error.h"
-#include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
 namespace {
@@ -48,58 +46,12 @@ void GradientSums::Add(const PixelRows& rows,
   }
 }
 
-void GramMatrix::Add(const PixelRows& rows, const ParameterSet& set) {
-  const std::size_t n = num_scalars_;
-  std::array<std::vector<double>, kNumParts> parts;
-  renderer::ParallelFor(kNumParts, [&](std::int64_t part) {
-    std::vector<double>& h = parts[static_cast<std::size_t>(part)];
-    h.assign(n * n, 0.0);
-    const std::size_t count = rows.units.size();
-    const std::size_t first = count * static_cast<std::size_t>(part) / kNumParts;
-    const std::size_t end = count * static_cast<std::size_t>(part + 1) / kNumParts;
-    for (std::size_t i = first; i < end; ++i) {
-      const RowUnit& unit = rows.units[i];
-      const RowEntry* entries = rows.entries.data() + unit.first_entry;
-      for (std::int32_t a = 0; a < unit.num_entries; ++a) {
-        const auto size_a = static_cast<std::size_t>(set.BlockSize(entries[a].block));
-        const std::size_t offset_a = set.BlockOffset(entries[a].block);
-        for (std::int32_t b = a; b < unit.num_entries; ++b) {
-          const auto size_b = static_cast<std::size_t>(set.BlockSize(entries[b].block));
-          const std::size_t offset_b = set.BlockOffset(entries[b].block);
-          for (std::size_t row = 0; row < static_cast<std::size_t>(unit.NumRows()); ++row) {
-            for (std::size_t p = 0; p < size_a; ++p) {
-              const auto j = static_cast<double>(entries[a].jacobian[row * size_a + p]);
-              double* target = h.data() + (offset_a + p) * n + offset_b;
-              for (std::size_t q = 0; q < size_b; ++q) {
-                target[q] += j * static_cast<double>(entries[b].jacobian[row * size_b + q]);
-              }
-            }
-          }
-        }
-      }
-    }
-  });
-  for (const std::vector<double>& part : parts) {
-    for (std::size_t i = 0; i < values_.size(); ++i) {
-      values_[i] += part[i];
-    }
-  }
-}
-
-void GramMatrix::Symmetrize() {
-  for (std::size_t i = 0; i < num_scalars_; ++i) {
-    for (std::size_t j = i + 1; j < num_scalars_; ++j) {
-      values_[j * num_scalars_ + i] = values_[i * num_scalars_ + j];
-    }
-  }
-}
-
-GramRoot MakeGramRoot(const GramMatrix& hessian,
+GramRoot MakeGramRoot(const std::vector<double>& hessian,
                       const std::vector<double>& gradient,
                       double signal_squared,
                       double noise_squared) {
   const auto n = static_cast<Eigen::Index>(gradient.size());
-  RowMajorMatrix h = Eigen::Map<const RowMajorMatrix>(hessian.values().data(), n, n);
+  RowMajorMatrix h = Eigen::Map<const RowMajorMatrix>(hessian.data(), n, n);
   h.diagonal().array() += kRelativeShift * h.trace() / static_cast<double>(n) + 1e-300;
   const Eigen::LLT<RowMajorMatrix> factor(h);
   // Rounding can only spoil a matrix whose trace is zero, and then any root will do.

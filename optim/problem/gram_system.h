@@ -26,26 +26,6 @@ struct GradientSums {
            const ParameterSet& set);
 };
 
-/// Dense J^T J of few parameters; only the upper triangle in block order is meaningful until
-/// Symmetrize.
-class GramMatrix {
- public:
-  explicit GramMatrix(std::size_t num_scalars = 0)
-      : num_scalars_(num_scalars), values_(num_scalars * num_scalars) {}
-
-  void Add(const PixelRows& rows, const ParameterSet& set);
-  void Symmetrize();
-  /// Row-major.
-  [[nodiscard]] const std::vector<double>& values() const { return values_; }
-
-  /// Partial sums of Add, in copies of the matrix.
-  static constexpr int kNumParts = 8;
-
- private:
-  std::size_t num_scalars_;
-  std::vector<double> values_;
-};
-
 /// Square root of the quadratic form: residual and Jacobian with the cost's exact gradient and
 /// Gauss-Newton matrix. Twice the cost at the linearisation is |u|^2 - |v|^2 + C^2; C^2 keeps the
 /// last residual real.
@@ -56,7 +36,8 @@ struct GramRoot {
 };
 /// `signal_squared`: |u|^2, `noise_squared`: |v|^2, both at the linearisation. Throws
 /// renderer::NumericalError if sums overflow.
-GramRoot MakeGramRoot(const GramMatrix& hessian,
+/// `hessian`: row-major, positive semidefinite.
+GramRoot MakeGramRoot(const std::vector<double>& hessian,
                       const std::vector<double>& gradient,
                       double signal_squared,
                       double noise_squared);

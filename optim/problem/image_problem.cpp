@@ -7,6 +7,27 @@
 namespace pathfit::optim {
 namespace {
 
+// Standard errors from which on a comparison decides.
+constexpr double kSure = 3.0;
+
+/// Half the product of the halves' residuals, summed over a pixel's channels.
+std::vector<float> PixelCosts(const ViewLevel& level,
+                              const RowScales& scales,
+                              const renderer::Film& a,
+                              const renderer::Film& b) {
+  std::vector<float> costs(scales.size());
+  for (std::size_t p = 0; p < scales.size(); ++p) {
+    const auto r_a = PixelResidual(level, scales[p], a.pixels[p], p);
+    const auto r_b = PixelResidual(level, scales[p], b.pixels[p], p);
+    double sum = 0.0;
+    for (std::size_t c = 0; c < 4; ++c) {
+      sum += 0.5 * r_a[c] * r_b[c];
+    }
+    costs[p] = static_cast<float>(sum);
+  }
+  return costs;
+}
+
 bool ChooseGram(LinearSolverChoice choice, std::size_t num_scalars) {
   return choice == LinearSolverChoice::kGram ||
          (choice == LinearSolverChoice::kAuto && num_scalars <= ImageProblem::kMaxGramScalars);
@@ -33,7 +54,8 @@ ImageProblem::ImageProblem(ImageSource& source,
 void ImageProblem::Linearize(const std::vector<double>& values) {
   if (uses_gram_) {
     CheckFits(size_, LinearSolverKind::kGram, options_.max_memory_bytes);
-    gram_matrix_ = GramMatrix(set_.NumScalars());
+    round_model_ = QuadraticModel(set_.NumScalars());
+    start_pixel_costs_.clear();
   }
   source_.SetValues(values);
   sums_ = GradientSums(set_.NumScalars());
@@ -44,15 +66,24 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
     CheckFits(size_.Extrapolated(i + 1, views_.fitted.size()), least, options_.max_memory_bytes);
   }
   if (uses_gram_) {
-    gram_matrix_.Symmetrize();
-    gram_root_ =
-        MakeGramRoot(gram_matrix_, sums_.gradient, costs_.signal_squared, costs_.noise_squared);
+    MakeNormalEquations(values);
   }
   for (ResidualGroups& groups : view_groups_) {
     groups.FixOffsets();
   }
   // The constant pixels' half sum may be negative by noise; the offset keeps its root real.
   rest_offset_squared_ = 1e3 * (costs_.signal_squared + costs_.noise_squared) + 1e-12;
+}
+
+void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
+  start_theta_ = set_.ThetaFromValues(values);
+  start_costs_ = costs_;
+  round_model_.FinishRound(start_theta_, sums_.gradient);
+  model_ = options_.earlier != nullptr ? *options_.earlier : QuadraticModel();
+  Accumulate(round_model_, start_theta_, options_.weight, model_);
+  at_start_ = MakeModelAtPoint(model_, start_theta_);
+  gram_root_ = MakeGramRoot(
+      at_start_.hessian, at_start_.gradient, costs_.signal_squared, costs_.noise_squared);
 }
 
 PixelRows ImageProblem::RenderRows(std::size_t index,
@@ -73,10 +104,11 @@ PixelRows ImageProblem::RenderRows(std::size_t index,
                                scales_.back(),
                                set_,
                                values,
-                               views_.names[static_cast<std::size_t>(view)]);
-  const double bytes = static_cast<double>(rows.entries.size() * sizeof(RowEntry) +
-                                           rows.units.size() * sizeof(RowUnit) +
-                                           sink_a.MemoryBytes() + sink_b.MemoryBytes());
+                               views_.names[static_cast<std::size_t>(view)],
+                               uses_gram_);
+  const double bytes = static_cast<double>(
+      rows.entries.size() * sizeof(RowEntry) + rows.spreads.size() * sizeof(EntrySpread) +
+      rows.units.size() * sizeof(RowUnit) + sink_a.MemoryBytes() + sink_b.MemoryBytes());
   size_.largest_view_bytes = std::max(size_.largest_view_bytes, bytes);
   return rows;
 }
@@ -90,7 +122,8 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
   quality_.push_back(MeasureView(level, average, views_.silhouettes));
   sums_.Add(rows, level, scales_.back(), average, set_);
   if (uses_gram_) {
-    gram_matrix_.Add(rows, set_);
+    round_model_.AddRows(rows, set_);
+    start_pixel_costs_.push_back(PixelCosts(level, scales_[index], a, b));
   } else {
     view_groups_.push_back(ResidualGroups::Build(rows, set_));
     AddSize(view_groups_.back());
@@ -132,9 +165,10 @@ void ImageProblem::AddCosts(std::size_t index, const renderer::Film& a, const re
   }
 }
 
-void ImageProblem::EvalTrial(const std::vector<double>& values) {
+void ImageProblem::RenderTrial(const std::vector<double>& values) {
   source_.SetValues(values);
   costs_ = {};
+  paired_variance_ = 0.0;
   for (std::size_t i = 0; i < views_.fitted.size(); ++i) {
     const int view = views_.fitted[i];
     const std::string& name = views_.names[static_cast<std::size_t>(view)];
@@ -143,6 +177,57 @@ void ImageProblem::EvalTrial(const std::vector<double>& values) {
     const renderer::Film b = source_.RenderPrimal(view, options_.samples.b);
     CheckFinite(b, name);
     AddCosts(i, a, b);
+    if (uses_gram_) {
+      const std::vector<float> costs =
+          PixelCosts(views_.levels[static_cast<std::size_t>(view)], scales_[i], a, b);
+      for (std::size_t p = 0; p < costs.size(); ++p) {
+        const auto change =
+            static_cast<double>(costs[p]) - static_cast<double>(start_pixel_costs_[i][p]);
+        paired_variance_ += change * change;
+      }
+    }
+  }
+}
+
+void ImageProblem::EvalTrial(const std::vector<double>& values) {
+  if (uses_gram_) {
+    EvalTrialByModel(values);
+  } else {
+    RenderTrial(values);
+  }
+}
+
+void ImageProblem::EvalTrialByModel(const std::vector<double>& values) {
+  const std::size_t n = set_.NumScalars();
+  std::vector<double> step = set_.ThetaFromValues(values);
+  for (std::size_t i = 0; i < n; ++i) {
+    step[i] -= start_theta_[i];
+  }
+  const auto form = [&](const std::vector<double>& matrix) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        sum += step[i] * matrix[i * n + j] * step[j];
+      }
+    }
+    return sum;
+  };
+  double decrease = -0.5 * form(at_start_.hessian);
+  for (std::size_t i = 0; i < n; ++i) {
+    decrease -= at_start_.gradient[i] * step[i];
+  }
+  const double variance = std::max(0.0, form(round_model_.covariance));
+  ImageCosts predicted = start_costs_;
+  predicted.colors -= decrease;
+  predicted.signal_squared -= 2.0 * decrease;
+  if (std::abs(decrease) <= kSure * std::sqrt(variance)) {
+    costs_ = predicted;
+    return;
+  }
+  RenderTrial(values);
+  const double measured = start_costs_.Total() - costs_.Total();
+  if (std::abs(measured - decrease) <= kSure * std::sqrt(variance + paired_variance_)) {
+    costs_ = predicted;
   }
 }
 

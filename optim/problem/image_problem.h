@@ -8,6 +8,7 @@
 #include "optim/problem/gram_system.h"
 #include "optim/problem/image_source.h"
 #include "optim/problem/problem_size.h"
+#include "optim/problem/quadratic_model.h"
 #include "optim/problem/residual_groups.h"
 #include "optim/problem/split_half_cost.h"
 #include "optim/problem/view_quality.h"
@@ -19,6 +20,9 @@ struct ImageProblemOptions {
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;
   SampleHalves samples;
+  /// Of the stage's earlier rounds, for normal equations; null: none. Must outlive the problem.
+  const QuadraticModel* earlier = nullptr;
+  double weight = 1.0;  ///< of this round beside the earlier ones
 };
 
 /// The photos' part of one round's least-squares problem: everything random fixed, linearised once
@@ -37,7 +41,9 @@ class ImageProblem {
   void Linearize(const std::vector<double>& values);
 
   /// Renders both halves at `values`; afterwards costs() and the groups' u and v are those of the
-  /// trial.
+  /// trial. With normal equations a rendering decides only where it can: costs() are those of the
+  /// quadratic model where its decrease drowns in the noise of such a comparison (then nothing is
+  /// rendered), and where the rendering does not contradict it.
   void EvalTrial(const std::vector<double>& values);
 
   [[nodiscard]] bool UsesGram() const { return uses_gram_; }
@@ -45,6 +51,8 @@ class ImageProblem {
   [[nodiscard]] const ImageCosts& costs() const { return costs_; }
   [[nodiscard]] const std::vector<ResidualGroups>& view_groups() const { return view_groups_; }
   [[nodiscard]] const GramRoot& gram() const { return gram_root_; }
+  /// Of this and the earlier rounds; empty without normal equations.
+  [[nodiscard]] const QuadraticModel& model() const { return model_; }
   [[nodiscard]] const GradientSums& sums() const { return sums_; }
   [[nodiscard]] const ProblemSize& size() const { return size_; }
   /// Of the fitted views, from the linearisation's own renderings.
@@ -64,6 +72,9 @@ class ImageProblem {
                        renderer::Film& b);
   void LinearizeView(std::size_t index, const std::vector<double>& values);
   void AddCosts(std::size_t index, const renderer::Film& a, const renderer::Film& b);
+  void MakeNormalEquations(const std::vector<double>& values);
+  void RenderTrial(const std::vector<double>& values);
+  void EvalTrialByModel(const std::vector<double>& values);
   void AddSize(const ResidualGroups& groups);
 
   ImageSource& source_;
@@ -77,9 +88,13 @@ class ImageProblem {
   std::vector<ResidualGroups> view_groups_;
   std::vector<ViewQuality> quality_;
   GradientSums sums_;
-  GramMatrix gram_matrix_;
+  std::vector<double> start_theta_;
+  QuadraticModel round_model_, model_;
+  ModelAtPoint at_start_;
   GramRoot gram_root_;
-  ImageCosts costs_;
+  ImageCosts costs_, start_costs_;
+  std::vector<std::vector<float>> start_pixel_costs_;  // of normal equations
+  double paired_variance_ = 0.0;  // of the trial's change of cost, as if all of it were noise
   ProblemSize size_;
   double rest_offset_squared_ = 0.0;
 };

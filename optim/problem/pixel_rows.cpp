@@ -31,11 +31,19 @@ PixelDerivative ByCone(const PixelDerivative& by_angles, const std::array<double
 class RowMerger {
  public:
   RowMerger(const ViewHalves& halves,
+            const ViewLevel& level,
             const RowScales& scales,
             const ParameterSet& set,
             const std::vector<double>& values,
-            const std::string& view_name)
-      : halves_(halves), scales_(scales), set_(set), values_(values), view_name_(view_name) {}
+            const std::string& view_name,
+            bool with_spreads)
+      : halves_(halves),
+        level_(level),
+        scales_(scales),
+        set_(set),
+        values_(values),
+        view_name_(view_name),
+        with_spreads_(with_spreads) {}
 
   // Appends the units of one pixel.
   void AddPixel(std::size_t pixel, PixelRows& rows, unsigned char& use) const {
@@ -50,17 +58,23 @@ class RowMerger {
   }
 
  private:
+  /// Mean and half difference of the halves' residuals by row.
+  struct Residuals {
+    std::array<double, 3> u{}, v{};
+  };
+
   bool AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const {
     RowUnit unit;
     unit.pixel = static_cast<std::int32_t>(pixel);
     unit.is_coverage = is_coverage;
     unit.first_entry = rows.entries.size();
-    std::array<double, 3> v{};
+    const auto r_a = PixelResidual(level_, scales_[pixel], halves_.film_a.pixels[pixel], pixel);
+    const auto r_b = PixelResidual(level_, scales_[pixel], halves_.film_b.pixels[pixel], pixel);
+    Residuals r;
     for (int row = 0; row < unit.NumRows(); ++row) {
-      const int channel = unit.Channel(row);
-      v[static_cast<std::size_t>(row)] =
-          0.5 * static_cast<double>(scales_[pixel][static_cast<std::size_t>(channel)]) *
-          (halves_.film_a.pixels[pixel][channel] - halves_.film_b.pixels[pixel][channel]);
+      const auto channel = static_cast<std::size_t>(unit.Channel(row));
+      r.u[static_cast<std::size_t>(row)] = 0.5 * (r_a[channel] + r_b[channel]);
+      r.v[static_cast<std::size_t>(row)] = 0.5 * (r_a[channel] - r_b[channel]);
     }
     const std::span<const PixelDerivative> a = halves_.sink_a.Pixel(pixel);
     const std::span<const PixelDerivative> b = halves_.sink_b.Pixel(pixel);
@@ -74,9 +88,9 @@ class RowMerger {
       if (set_.IsCone(block)) {
         const double* angles = values_.data() + set_.BlockOffset(block);
         const std::array<double, 2> slopes = ParameterSet::ConeSlopes(angles[0], angles[1]);
-        AddEntry(unit, v, block, ByCone(da, slopes), ByCone(db, slopes), rows);
+        AddEntry(unit, r, block, ByCone(da, slopes), ByCone(db, slopes), rows);
       } else {
-        AddEntry(unit, v, block, da, db, rows);
+        AddEntry(unit, r, block, da, db, rows);
       }
     }
     unit.num_entries = static_cast<std::int32_t>(rows.entries.size() - unit.first_entry);
@@ -88,12 +102,13 @@ class RowMerger {
   }
 
   void AddEntry(const RowUnit& unit,
-                const std::array<double, 3>& v,
+                const Residuals& r,
                 std::int32_t block,
                 const PixelDerivative& a,
                 const PixelDerivative& b,
                 PixelRows& rows) const {
     RowEntry entry;
+    EntrySpread spread;
     entry.block = block;
     const int size = set_.BlockSize(block);
     const std::size_t offset = set_.BlockOffset(block);
@@ -102,6 +117,7 @@ class RowMerger {
       const auto c = static_cast<std::size_t>(component);
       const double slope = set_.Slope(offset + c, values_[offset + c]);
       double noise = 0.0;
+      double gradient_spread = 0.0;
       for (int row = 0; row < unit.NumRows(); ++row) {
         const auto channel = static_cast<std::size_t>(unit.Channel(row));
         const auto pixel = static_cast<std::size_t>(unit.pixel);
@@ -110,8 +126,12 @@ class RowMerger {
         const auto d_b = static_cast<double>(b.d[c * 4 + channel]);
         const double mean = scale * (d_a + d_b);
         const double difference = scale * (d_a - d_b);
-        entry.jacobian[static_cast<std::size_t>(row * size + component)] = static_cast<float>(mean);
-        noise += v[static_cast<std::size_t>(row)] * difference;
+        const auto cell = static_cast<std::size_t>(row * size + component);
+        entry.jacobian[cell] = static_cast<float>(mean);
+        spread.jacobian[cell] = static_cast<float>(difference);
+        noise += r.v[static_cast<std::size_t>(row)] * difference;
+        gradient_spread += difference * r.u[static_cast<std::size_t>(row)] -
+                           mean * r.v[static_cast<std::size_t>(row)];
         is_zero = is_zero && mean == 0.0 && difference == 0.0;
         // Rows are kept in single precision, where huge colours overflow first.
         if (!std::isfinite(static_cast<float>(mean)) || !std::isfinite(static_cast<float>(noise))) {
@@ -121,17 +141,23 @@ class RowMerger {
         }
       }
       entry.noise[c] = static_cast<float>(noise);
+      spread.gradient[c] = static_cast<float>(gradient_spread);
     }
     if (!is_zero) {
       rows.entries.push_back(entry);
+      if (with_spreads_) {
+        rows.spreads.push_back(spread);
+      }
     }
   }
 
   const ViewHalves& halves_;
+  const ViewLevel& level_;
   const RowScales& scales_;
   const ParameterSet& set_;
   const std::vector<double>& values_;
   const std::string& view_name_;
+  bool with_spreads_;
 };
 
 }  // namespace
@@ -151,12 +177,13 @@ PixelRows MergeHalves(const ViewHalves& halves,
                       const RowScales& scales,
                       const ParameterSet& set,
                       const std::vector<double>& values,
-                      const std::string& view_name) {
+                      const std::string& view_name,
+                      bool with_spreads) {
   CheckFinite(halves.film_a, view_name);
   CheckFinite(halves.film_b, view_name);
   const auto width = static_cast<std::size_t>(level.photo.width);
   const int height = level.photo.height;
-  const RowMerger merger(halves, scales, set, values, view_name);
+  const RowMerger merger(halves, level, scales, set, values, view_name, with_spreads);
   PixelRows all;
   all.use.resize(scales.size(), kUsesNothing);
   // A few bands at a time bound the memory of unjoined pieces and keep the order of rows.
@@ -178,6 +205,7 @@ PixelRows MergeHalves(const ViewHalves& halves,
       }
       all.units.insert(all.units.end(), rows.units.begin(), rows.units.end());
       all.entries.insert(all.entries.end(), rows.entries.begin(), rows.entries.end());
+      all.spreads.insert(all.spreads.end(), rows.spreads.begin(), rows.spreads.end());
     }
   }
   return all;

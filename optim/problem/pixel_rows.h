@@ -21,6 +21,14 @@ struct RowEntry {
   std::array<float, 3> noise{};
 };
 
+/// What the halves disagree on, of one entry: half the difference of their Jacobians (rows x
+/// components, row-major), and of what each half's Jacobian and the other's residuals give as
+/// gradient. Their products have the expectation of the mean's noise.
+struct EntrySpread {
+  std::array<float, 9> jacobian{};
+  std::array<float, 3> gradient{};
+};
+
 /// Rows of one pixel with the same sparsity: its three colours, or its coverage.
 struct RowUnit {
   std::int32_t pixel = 0;
@@ -40,7 +48,8 @@ enum PixelUse : unsigned char { kUsesNothing = 0, kUsesColor = 1, kUsesCoverage 
 struct PixelRows {
   std::vector<RowUnit> units;
   std::vector<RowEntry> entries;
-  std::vector<unsigned char> use;  ///< PixelUse bits by pixel
+  std::vector<EntrySpread> spreads;  ///< by entry; empty if not asked for
+  std::vector<unsigned char> use;    ///< PixelUse bits by pixel
 };
 
 /// The two renderings of a view that share nothing but the parameters.
@@ -52,13 +61,14 @@ struct ViewHalves {
 };
 
 /// Throws renderer::NumericalError naming view, pixel and parameter if a colour or a derivative is
-/// not finite.
+/// not finite. `with_spreads`: fills PixelRows::spreads.
 PixelRows MergeHalves(const ViewHalves& halves,
                       const ViewLevel& level,
                       const RowScales& scales,
                       const ParameterSet& set,
                       const std::vector<double>& values,
-                      const std::string& view_name);
+                      const std::string& view_name,
+                      bool with_spreads = false);
 
 /// Throws renderer::NumericalError naming view and pixel.
 void CheckFinite(const renderer::Film& film, const std::string& view_name);

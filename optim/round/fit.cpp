@@ -164,6 +164,7 @@ class FitDriver {
     state_.damping = kStartDamping;
     state_.rejected_in_row = 0;
     state_.costs.clear();
+    state_.model = QuadraticModel();
     state_.average = {};
     state_.stage_start = state_.scene;
   }

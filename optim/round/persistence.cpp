@@ -64,6 +64,18 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
                           state.costs.end(),
                           [](double cost) { return std::isfinite(cost); }),
           "costs that are not one finite number per round");
+  const QuadraticModel& model = state.model;
+  const std::size_t n = model.NumScalars();
+  const auto is_square = [&](const std::vector<double>& matrix) {
+    return matrix.size() == n * n &&
+           std::all_of(matrix.begin(), matrix.end(), [](double x) { return std::isfinite(x); });
+  };
+  require(
+      model.weight >= 0.0 && std::isfinite(model.weight) && is_square(model.product) &&
+          is_square(model.square) && is_square(model.covariance) &&
+          std::all_of(
+              model.linear.begin(), model.linear.end(), [](double x) { return std::isfinite(x); }),
+      "an accumulated model that is not one");
 }
 
 }  // namespace pathfit::optim

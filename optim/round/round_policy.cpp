@@ -82,7 +82,7 @@ double ProximalWeight(double kappa, double mean_diagonal, double relative_noise)
   return kappa * mean_diagonal * (1.0 + 16.0 * relative_noise * relative_noise);
 }
 
-void AdaptStepControl(const SolveOutcome& outcome, FitState& state) {
+void AdaptStepControl(const SolveOutcome& outcome, bool keeps_radius, FitState& state) {
   double damping_change = 1.0;
   double radius_change = 1.0;
   if (!outcome.accepted) {
@@ -100,7 +100,8 @@ void AdaptStepControl(const SolveOutcome& outcome, FitState& state) {
     }
   }
   state.damping = std::clamp(state.damping * damping_change, kMinDamping, kMaxDamping);
-  state.radius_factor = std::clamp(state.radius_factor * radius_change, 1e-4, 1.0);
+  const double factor = keeps_radius ? outcome.radius / kMaxRadius : state.radius_factor;
+  state.radius_factor = std::clamp(factor * radius_change, 1e-8, 1.0);
 }
 
 std::string StopReason(const StageSpec& stage, const FitState& state) {

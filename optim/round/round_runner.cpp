@@ -122,7 +122,8 @@ SolveOutcome Solve(const StageContext& context,
                                              : ChooseLinearSolver(context.spec.linear_solver,
                                                                   problem.size(),
                                                                   context.spec.max_memory_bytes);
-  options.radius = TrustRadius(report.noise_relative, state.radius_factor);
+  options.radius =
+      TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
   options.eta = report.noise_relative > kNoisyRound ? 0.1 : 0.01;
   options.admits = [&](const std::vector<double>& trial) {
     return guard.Admits(trial) && cameras.Admits(trial);
@@ -157,6 +158,11 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   options.linear_solver = context.spec.linear_solver;
   options.max_memory_bytes = context.spec.max_memory_bytes;
   options.samples = MakeHalves(context.spec.seed, context.stage, round, SampleUse::kFit, samples);
+  // A model of other unknowns (shapes have changed) says nothing about these.
+  options.earlier = state.model.NumScalars() == context.set.NumScalars() && !state.model.Empty()
+                        ? &state.model
+                        : nullptr;
+  options.weight = report.spp;
   const auto start = Clock::now();
   ImageProblem problem(source, context.views, context.set, options);
   problem.Linearize(context.set.ValuesFromTheta(theta));
@@ -194,7 +200,15 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
     state.scene = std::move(moved);
   }
   source.SetValues(context.set.layout().Gather(state.scene));
-  AdaptStepControl(outcome, state);
+  AdaptStepControl(outcome, problem.UsesGram(), state);
+  state.model = problem.model();
+  if (outcome.accepted && problem.UsesGram()) {
+    std::vector<double> step = outcome.theta;
+    for (std::size_t i = 0; i < step.size(); ++i) {
+      step[i] -= theta[i];
+    }
+    Forget(step, state.model);
+  }
   state.costs.push_back(report.cost_total);
   AddIterate(state.average, round, report.spp, context.set, state.scene);
   state.round = round;

@@ -30,6 +30,9 @@ constexpr double kLocalScalars = 120000.0;
 constexpr double kLocalBlocksPerGroup = 20.0;
 constexpr double kMaxProductFlops = 4e10;
 
+// What is linear in a value is not linear in its logarithm: a step changes it fourfold at most.
+constexpr double kLargestLogStep = 1.386;
+
 class SilenceLog {
  public:
   SilenceLog() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
@@ -180,11 +183,17 @@ class ProblemBuilder {
       for (int c = 0; used_[b] != 0 && c < set.BlockSize(block); ++c) {
         const std::size_t scalar = set.BlockOffset(block) + static_cast<std::size_t>(c);
         double* pointer = theta_.data() + set.BlockOffset(block);
-        if (std::isfinite(set.lower()[scalar])) {
-          problem_.SetParameterLowerBound(pointer, c, set.lower()[scalar]);
+        double lower = set.lower()[scalar];
+        double upper = set.upper()[scalar];
+        if (set.IsLog(scalar)) {
+          lower = std::max(lower, pointer[c] - kLargestLogStep);
+          upper = std::min(upper, pointer[c] + kLargestLogStep);
         }
-        if (std::isfinite(set.upper()[scalar])) {
-          problem_.SetParameterUpperBound(pointer, c, set.upper()[scalar]);
+        if (std::isfinite(lower)) {
+          problem_.SetParameterLowerBound(pointer, c, lower);
+        }
+        if (std::isfinite(upper)) {
+          problem_.SetParameterUpperBound(pointer, c, upper);
         }
       }
     }
@@ -299,6 +308,11 @@ SolveOutcome SolveRound(ImageProblem& problem,
     outcome.theta = moving;
   }
   outcome.trials = render.trials();
+  // After each rejection the radius is divided by twice the last divisor.
+  outcome.radius = options.radius;
+  for (int k = 1, divisor = 2; k < outcome.trials; ++k, divisor *= 2) {
+    outcome.radius /= divisor;
+  }
   outcome.render_s = render.seconds();
   outcome.linear_s = SecondsSince(start) - outcome.render_s;
   return outcome;

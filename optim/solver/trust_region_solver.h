@@ -37,6 +37,7 @@ struct SolveOutcome {
   std::vector<double> theta;  ///< the accepted point, or the start
   int trials = 0;
   double relative_decrease = 0.0;  ///< actual over predicted, of the accepted step
+  double radius = 0.0;             ///< of the last trial
   double linear_s = 0.0;           ///< wall time outside of rendering
   double render_s = 0.0;           ///< wall time of the trials' renderings
   std::string failure;             ///< the solver's own words if it gave up; empty = it did not

@@ -160,7 +160,7 @@ TEST_F(ImageProblemTest, RefusesSumsThatOverflow) {
     ImageProblem problem(source, fit_.views, set_, Options(choice, 1));
     EXPECT_THROW(problem.Linearize(huge), renderer::NumericalError);
   }
-  const optim::GramMatrix hessian(2);
+  const std::vector<double> hessian(4);
   EXPECT_THROW(optim::MakeGramRoot(hessian, {0.0, 0.0}, 1e308, 1e305), renderer::NumericalError);
   EXPECT_NO_THROW(optim::MakeGramRoot(hessian, {0.0, 0.0}, 1e3, 1e3));
 }

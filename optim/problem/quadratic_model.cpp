@@ -1,0 +1,255 @@
+#include "optim/problem/quadratic_model.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "renderer/core/parallel.h"
+
+namespace pathfit::optim {
+namespace {
+
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using ConstMatrix = Eigen::Map<const RowMajorMatrix>;
+using ConstVector = Eigen::Map<const Eigen::VectorXd>;
+
+// Rows are summed in so many parts whatever the number of threads.
+constexpr int kNumParts = 8;
+// Of the mean diagonal: makes roots of matrices exist.
+constexpr double kRelativeShift = 1e-10;
+// In a direction where noise hides the square of J, this share of it is taken as true.
+constexpr double kLeastShare = 0.1;
+// A quadratic model is wrong by this share of a step that is taken from its point.
+constexpr double kErrorOfStep = 0.25;
+constexpr double kSigmas = 2.0;        // that chance is given
+constexpr double kUnknownNoise = 4.0;  // variance over what the covariance knows
+
+struct Sums {
+  std::vector<double> product, square, covariance;
+};
+
+/// Adds one unit's products to the upper triangles (in block order).
+void AddUnit(const PixelRows& rows, const RowUnit& unit, const ParameterSet& set, Sums& sums) {
+  const std::size_t n = set.NumScalars();
+  const auto num_rows = static_cast<std::size_t>(unit.NumRows());
+  const RowEntry* entries = rows.entries.data() + unit.first_entry;
+  const EntrySpread* spreads = rows.spreads.data() + unit.first_entry;
+  for (std::int32_t a = 0; a < unit.num_entries; ++a) {
+    const auto size_a = static_cast<std::size_t>(set.BlockSize(entries[a].block));
+    const std::size_t offset_a = set.BlockOffset(entries[a].block);
+    for (std::int32_t b = a; b < unit.num_entries; ++b) {
+      const auto size_b = static_cast<std::size_t>(set.BlockSize(entries[b].block));
+      const std::size_t offset_b = set.BlockOffset(entries[b].block);
+      for (std::size_t p = 0; p < size_a; ++p) {
+        for (std::size_t q = 0; q < size_b; ++q) {
+          double mean = 0.0;
+          double difference = 0.0;
+          for (std::size_t row = 0; row < num_rows; ++row) {
+            const std::size_t i = row * size_a + p;
+            const std::size_t k = row * size_b + q;
+            mean += static_cast<double>(entries[a].jacobian[i]) *
+                    static_cast<double>(entries[b].jacobian[k]);
+            difference += static_cast<double>(spreads[a].jacobian[i]) *
+                          static_cast<double>(spreads[b].jacobian[k]);
+          }
+          const std::size_t cell = (offset_a + p) * n + offset_b + q;
+          sums.product[cell] += mean - difference;
+          sums.square[cell] += mean;
+          sums.covariance[cell] += static_cast<double>(spreads[a].gradient[p]) *
+                                   static_cast<double>(spreads[b].gradient[q]);
+        }
+      }
+    }
+  }
+}
+
+void AddScaled(const std::vector<double>& from, double factor, std::vector<double>& to) {
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    to[i] += factor * from[i];
+  }
+}
+
+void Scale(double factor, std::vector<double>& values) {
+  for (double& x : values) {
+    x *= factor;
+  }
+}
+
+ConstMatrix AsMatrix(const std::vector<double>& values, std::size_t n) {
+  return {values.data(), static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n)};
+}
+
+ConstVector AsVector(const std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+/// d^T C^-1 d / n; scalars without variance do not count.
+double Contradiction(const Eigen::VectorXd& difference, const RowMajorMatrix& covariance) {
+  std::vector<Eigen::Index> used;
+  for (Eigen::Index i = 0; i < difference.size(); ++i) {
+    if (covariance(i, i) > 0.0) {
+      used.push_back(i);
+    }
+  }
+  if (used.empty()) {
+    return 0.0;
+  }
+  const auto n = static_cast<Eigen::Index>(used.size());
+  Eigen::MatrixXd c(n, n);
+  Eigen::VectorXd d(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Index a = used[static_cast<std::size_t>(i)];
+    d(i) = difference(a) / std::sqrt(covariance(a, a));
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const Eigen::Index b = used[static_cast<std::size_t>(k)];
+      c(i, k) = covariance(a, b) / std::sqrt(covariance(a, a) * covariance(b, b));
+    }
+    c(i, i) += 1e-6;
+  }
+  return d.dot(c.ldlt().solve(d)) / static_cast<double>(n);
+}
+
+/// What a mean square of n standard normal numbers hardly exceeds.
+double LargestByChance(std::size_t n) {
+  return 1.0 + kSigmas * std::sqrt(2.0 / static_cast<double>(n));
+}
+
+/// All earlier rounds as if they had had that share of their samples.
+void Fade(double kept, QuadraticModel& model) {
+  for (std::vector<double>* values : {&model.product, &model.square, &model.linear}) {
+    Scale(kept, *values);
+  }
+  // Of the mean gradient, covariance / weight^2, that is 1 / kept times as much.
+  Scale(kept, model.covariance);
+  model.weight *= kept;
+}
+
+}  // namespace
+
+QuadraticModel::QuadraticModel(std::size_t num_scalars)
+    : product(num_scalars * num_scalars),
+      square(num_scalars * num_scalars),
+      covariance(num_scalars * num_scalars),
+      linear(num_scalars) {}
+
+void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
+  std::array<Sums, kNumParts> parts;
+  renderer::ParallelFor(kNumParts, [&](std::int64_t part) {
+    Sums& sums = parts[static_cast<std::size_t>(part)];
+    sums.product.assign(product.size(), 0.0);
+    sums.square.assign(product.size(), 0.0);
+    sums.covariance.assign(product.size(), 0.0);
+    const std::size_t count = rows.units.size();
+    const std::size_t first = count * static_cast<std::size_t>(part) / kNumParts;
+    const std::size_t end = count * static_cast<std::size_t>(part + 1) / kNumParts;
+    for (std::size_t i = first; i < end; ++i) {
+      AddUnit(rows, rows.units[i], set, sums);
+    }
+  });
+  for (const Sums& part : parts) {
+    AddScaled(part.product, 1.0, product);
+    AddScaled(part.square, 1.0, square);
+    AddScaled(part.covariance, 1.0, covariance);
+  }
+}
+
+void QuadraticModel::FinishRound(const std::vector<double>& theta,
+                                 const std::vector<double>& gradient) {
+  const std::size_t n = NumScalars();
+  for (std::vector<double>* matrix : {&product, &square, &covariance}) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = i + 1; j < n; ++j) {
+        (*matrix)[j * n + i] = (*matrix)[i * n + j];
+      }
+    }
+  }
+  const Eigen::VectorXd at = AsMatrix(product, n) * AsVector(theta) - AsVector(gradient);
+  std::copy(at.begin(), at.end(), linear.begin());
+  weight = 1.0;
+}
+
+void Accumulate(const QuadraticModel& round,
+                const std::vector<double>& theta,
+                double weight,
+                QuadraticModel& model) {
+  const std::size_t n = round.NumScalars();
+  if (model.Empty()) {
+    model = QuadraticModel(n);
+  } else {
+    const Eigen::VectorXd x = AsVector(theta);
+    const Eigen::VectorXd fresh = AsMatrix(round.product, n) * x - AsVector(round.linear);
+    const Eigen::VectorXd expected =
+        (AsMatrix(model.product, n) * x - AsVector(model.linear)) / model.weight;
+    const RowMajorMatrix covariance = AsMatrix(round.covariance, n) +
+                                      AsMatrix(model.covariance, n) / (model.weight * model.weight);
+    const double contradiction = Contradiction(fresh - expected, covariance);
+    // The noise of the earlier rounds' curvature, times the way since, is not in the covariance.
+    const double allowed = kUnknownNoise * LargestByChance(n);
+    if (contradiction > allowed) {
+      Fade(allowed / contradiction, model);
+    }
+  }
+  AddScaled(round.product, weight, model.product);
+  AddScaled(round.square, weight, model.square);
+  AddScaled(round.linear, weight, model.linear);
+  AddScaled(round.covariance, weight * weight, model.covariance);
+  model.weight += weight;
+}
+
+void Forget(const std::vector<double>& step, QuadraticModel& model) {
+  if (model.Empty()) {
+    return;
+  }
+  const std::size_t n = model.NumScalars();
+  const Eigen::VectorXd change = AsMatrix(model.product, n) * AsVector(step) / model.weight;
+  const RowMajorMatrix covariance = AsMatrix(model.covariance, n) / (model.weight * model.weight);
+  // Between two estimates, each with an error of its own.
+  const double by_chance = 2.0 * LargestByChance(n);
+  const double significance =
+      std::max(0.0, Contradiction(change, covariance) - by_chance) * static_cast<double>(n);
+  Fade(1.0 / (1.0 + kErrorOfStep * kErrorOfStep * significance), model);
+}
+
+ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta) {
+  const std::size_t n = model.NumScalars();
+  const auto size = static_cast<Eigen::Index>(n);
+  const double scale = 1.0 / model.weight;
+  RowMajorMatrix square = AsMatrix(model.square, n) * scale;
+  square.diagonal().array() += kRelativeShift * square.trace() / static_cast<double>(n) + 1e-300;
+  const RowMajorMatrix product = AsMatrix(model.product, n) * scale;
+  const Eigen::VectorXd gradient =
+      (AsMatrix(model.product, n) * AsVector(theta) - AsVector(model.linear)) * scale;
+  ModelAtPoint result;
+  result.hessian.assign(square.data(), square.data() + n * n);
+  result.gradient.assign(gradient.begin(), gradient.end());
+
+  // In units of the square of J, a direction's product is the share of it that is not noise.
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(product, square);
+  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
+    return result;
+  }
+  const Eigen::VectorXd share = shares.eigenvalues().cwiseMax(kLeastShare).cwiseMin(1.0);
+  const Eigen::MatrixXd dual = square * shares.eigenvectors();  // inverse transpose of the basis
+  const RowMajorMatrix hessian = dual * share.asDiagonal() * dual.transpose();
+
+  // Directions that are independent of each other in the step and in its error.
+  const RowMajorMatrix covariance = AsMatrix(model.covariance, n) * (scale * scale);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> errors(covariance, hessian);
+  result.hessian.assign(hessian.data(), hessian.data() + n * n);
+  if (errors.info() != Eigen::Success || !errors.eigenvalues().allFinite()) {
+    return result;
+  }
+  Eigen::VectorXd steps = errors.eigenvectors().transpose() * gradient;
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const double variance = std::max(errors.eigenvalues()(i), 0.0);
+    const double square_of_step = steps(i) * steps(i);
+    steps(i) *= square_of_step > 0.0 ? square_of_step / (square_of_step + variance) : 0.0;
+  }
+  const Eigen::VectorXd significant = hessian * (errors.eigenvectors() * steps);
+  result.gradient.assign(significant.begin(), significant.end());
+  return result;
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "optim/parameter/parameter_set.h"
+#include "optim/problem/pixel_rows.h"
+
+namespace pathfit::optim {
+
+/// Quadratic model of the photos' cost by few parameters (theta), summed over rounds, each about
+/// its own point; with what is known of its noise. Matrices are row-major, num_scalars^2. Empty:
+/// no round yet. With J_a, J_b and r_a, r_b the halves' Jacobians and residuals, a round adds
+///   product    (J_a^T J_b + J_b^T J_a) / 2: unbiased, symmetric, not always positive;
+///   square     J^T J of the mean J, which the noise of J inflates: a bound from above;
+///   linear     product theta - gradient, theta the round's point: the minimum of the sum of all
+///              rounds is where product x = linear;
+///   covariance of the gradient, from the halves pixel by pixel.
+struct QuadraticModel {
+  double weight = 0.0;  ///< of the rounds together
+  std::vector<double> product, square, covariance, linear;
+
+  explicit QuadraticModel(std::size_t num_scalars = 0);
+  [[nodiscard]] std::size_t NumScalars() const { return linear.size(); }
+  [[nodiscard]] bool Empty() const { return weight == 0.0; }
+
+  /// Adds rows of one view (with spreads) to the three matrices; their lower triangles are wrong
+  /// until FinishRound. Same bits for any number of threads.
+  void AddRows(const PixelRows& rows, const ParameterSet& set);
+  /// Completes a round of rows about `theta`.
+  void FinishRound(const std::vector<double>& theta, const std::vector<double>& gradient);
+};
+
+/// Adds a round, finished at `theta`, to a model of the same scalars (or an empty one). Earlier
+/// rounds lose weight as far as the new gradient contradicts them: they were taken elsewhere, where
+/// the cost curved otherwise. `weight`: of the round, proportional to its samples.
+void Accumulate(const QuadraticModel& round,
+                const std::vector<double>& theta,
+                double weight,
+                QuadraticModel& model);
+
+/// After a step: rounds about points that lie behind lose weight as far as the step stands out of
+/// the error of the model's minimum, since their quadratic form holds near their points only.
+void Forget(const std::vector<double>& step, QuadraticModel& model);
+
+/// The model about a point, per round, made fit for a step.
+struct ModelAtPoint {
+  std::vector<double> hessian;   ///< row-major, positive semidefinite
+  std::vector<double> gradient;  ///< damped where the step that it asks for drowns in its error
+};
+ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta);
+
+}  // namespace pathfit::optim

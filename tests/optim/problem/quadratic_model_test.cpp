@@ -1,0 +1,152 @@
+#include "optim/problem/quadratic_model.h"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "optim/problem/image_problem.h"
+#include "optim/solver/trust_region_solver.h"
+#include "tests/optim/problem/linear_image_source.h"
+
+namespace pathfit {
+namespace {
+
+using optim::ImageProblem;
+using optim::QuadraticModel;
+using tests::LinearFit;
+using tests::LinearImageSource;
+
+constexpr int kNumBlocks = 42;
+
+class QuadraticModelTest : public testing::Test {
+ protected:
+  [[nodiscard]] ImageProblem Linearized(LinearImageSource& source,
+                                        const std::vector<double>& theta,
+                                        std::uint64_t round,
+                                        const QuadraticModel* earlier = nullptr) const {
+    optim::ImageProblemOptions options;
+    options.linear_solver = optim::LinearSolverChoice::kGram;
+    options.samples = {{{.spp = 1}, 2 * round + 1}, {{.spp = 1}, 2 * round + 2}};
+    options.earlier = earlier;
+    ImageProblem problem(source, fit_.views, set_, options);
+    problem.Linearize(set_.ValuesFromTheta(theta));
+    return problem;
+  }
+
+  [[nodiscard]] double Error(const std::vector<double>& theta) const {
+    const std::vector<double> values = set_.ValuesFromTheta(theta);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      sum += (values[i] - fit_.truth[i]) * (values[i] - fit_.truth[i]);
+    }
+    return std::sqrt(sum / static_cast<double>(values.size()));
+  }
+
+  static double Trace(const std::vector<double>& matrix, std::size_t n) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      sum += matrix[i * n + i];
+    }
+    return sum;
+  }
+
+  static optim::SolveOutcome Solve(ImageProblem& problem, const std::vector<double>& theta) {
+    optim::SolveOptions options;
+    options.radius = 1e4;
+    return optim::SolveRound(problem, {}, {}, theta, options);
+  }
+
+  LinearFit fit_ = tests::MakeLinearFit(32, 16, 2, 4);
+  optim::ParameterSet set_{fit_.scene, fit_.unknowns, {0}, {}, {}};
+  std::vector<double> start_ = std::vector<double>(fit_.truth.size(), 1.0);
+};
+
+TEST_F(QuadraticModelTest, NoiseOfTheJacobianInflatesItsSquareButNotTheProductOfHalves) {
+  LinearImageSource exact(32, 16, kNumBlocks, 4, 0.0);
+  const std::size_t n = set_.NumScalars();
+  const double truth = Trace(Linearized(exact, start_, 0).model().product, n);
+  LinearImageSource noisy(32, 16, kNumBlocks, 4, 1.0);
+  constexpr int kRounds = 100;
+  double product = 0.0, square_of_product = 0.0, square = 0.0;
+  for (std::uint64_t r = 0; r < kRounds; ++r) {
+    const ImageProblem problem = Linearized(noisy, start_, r);
+    const double one = Trace(problem.model().product, n);
+    product += one / kRounds;
+    square_of_product += one * one / kRounds;
+    square += Trace(problem.model().square, n) / kRounds;
+  }
+  const double error = std::sqrt((square_of_product - product * product) / kRounds);
+  EXPECT_LT(std::abs(product - truth), 4.0 * error);
+  EXPECT_LT(error, 0.01 * truth);
+  EXPECT_GT(square, 1.2 * truth);
+}
+
+TEST_F(QuadraticModelTest, RoundsAddUpAtConstantSamples) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  QuadraticModel model;
+  std::vector<double> theta = start_;
+  double alone = 0.0;
+  constexpr int kRounds = 32;
+  for (std::uint64_t r = 0; r < kRounds; ++r) {
+    ImageProblem single = Linearized(source, theta, r);
+    alone += Error(Solve(single, theta).theta) / kRounds;
+    ImageProblem problem = Linearized(source, theta, r, model.Empty() ? nullptr : &model);
+    const optim::SolveOutcome outcome = Solve(problem, theta);
+    ASSERT_TRUE(outcome.accepted);
+    model = problem.model();
+    std::vector<double> step = outcome.theta;
+    for (std::size_t i = 0; i < step.size(); ++i) {
+      step[i] -= theta[i];
+    }
+    optim::Forget(step, model);
+    theta = outcome.theta;
+  }
+  // The square root of 32 is 5.7; the first rounds, from afar, are forgotten.
+  EXPECT_LT(Error(theta), 0.33 * alone);
+  EXPECT_GT(model.weight, 0.5 * kRounds);
+}
+
+TEST_F(QuadraticModelTest, RoundsFromAfarAreForgotten) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.2);
+  QuadraticModel model = Linearized(source, start_, 0).model();
+  const double before = model.weight;
+  optim::Forget(std::vector<double>(start_.size(), 0.0), model);
+  EXPECT_EQ(model.weight, before);
+  optim::Forget(std::vector<double>(start_.size(), 1.0), model);
+  EXPECT_LT(model.weight, 0.05 * before);
+  EXPECT_GT(model.weight, 0.0);
+}
+
+TEST_F(QuadraticModelTest, AThingWithoutAnyEffectHasNoModelAndNoStep) {
+  const std::size_t n = 3;
+  QuadraticModel round(n);
+  round.FinishRound({1.0, 2.0, 3.0}, {0.0, 0.0, 0.0});
+  QuadraticModel model;
+  optim::Accumulate(round, {1.0, 2.0, 3.0}, 1.0, model);
+  optim::Accumulate(round, {1.0, 2.0, 3.0}, 1.0, model);
+  optim::Forget({1.0, 1.0, 1.0}, model);
+  for (const double g : optim::MakeModelAtPoint(model, {1.0, 2.0, 3.0}).gradient) {
+    EXPECT_EQ(g, 0.0);
+  }
+}
+
+/// A full step by the logarithm overshoots a hundredfold where the start is a sixth of the truth.
+TEST_F(QuadraticModelTest, LogarithmsThatStartMuchTooDarkArrive) {
+  fit_.unknowns[0].parameterization = optim::Parameterization::kLog;
+  set_ = optim::ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.0);
+  std::vector<double> dark = fit_.truth;
+  for (double& x : dark) {
+    x /= 6.4;
+  }
+  std::vector<double> theta = set_.ThetaFromValues(dark);
+  for (std::uint64_t r = 0; r < 12; ++r) {
+    ImageProblem problem = Linearized(source, theta, r);
+    theta = Solve(problem, theta).theta;
+  }
+  EXPECT_LT(Error(theta), 1e-3);
+}
+
+}  // namespace
+}  // namespace pathfit
