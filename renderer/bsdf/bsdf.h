@@ -8,6 +8,10 @@
 
 namespace pathfit::renderer {
 
+// Models of how a surface scatters light. Each is a value with its own constants; what may vary
+// over the surface comes with BsdfInputs. Roughness is perceptual, alpha = roughness^2 of GGX; an
+// index of refraction is relative to the outside, which is the side the mesh's normals point to.
+
 /// Ideal diffuse reflection: base_color / pi.
 struct LambertBsdf {
   friend bool operator==(const LambertBsdf&, const LambertBsdf&) = default;
@@ -25,9 +29,9 @@ struct MetallicRoughnessBsdf {
 
 /// GGX metal with the exact Fresnel reflectance of eta + i k, times base_color.
 struct RoughConductorBsdf {
-  double roughness = 0.5;  ///< perceptual, alpha = roughness^2
-  Rgb eta{0.2, 0.92, 1.1};
-  Rgb k{3.9, 2.45, 2.14};
+  double roughness = 0.5;   ///< perceptual, in [kMinRoughness, 1]
+  Rgb eta{0.2, 0.92, 1.1};  ///< index of refraction per channel, >= 0; here copper
+  Rgb k{3.9, 2.45, 2.14};   ///< extinction coefficient per channel, >= 0
   friend bool operator==(const RoughConductorBsdf&, const RoughConductorBsdf&) = default;
 };
 
@@ -35,7 +39,7 @@ struct RoughConductorBsdf {
 /// from: reflects and refracts (radiance scales by the squared index ratio), times base_color.
 /// Source: [Walter2007].
 struct RoughDielectricBsdf {
-  double roughness = 0.5;  ///< perceptual, alpha = roughness^2
+  double roughness = 0.5;  ///< perceptual, in [kMinRoughness, 1]
   double eta = 1.5;        ///< inside over outside, > 0, not 1
   friend bool operator==(const RoughDielectricBsdf&, const RoughDielectricBsdf&) = default;
 };
@@ -64,17 +68,18 @@ using Bsdf = std::variant<LambertBsdf,
 /// Below this the lobe is nearly a delta, whose material-form derivative does not exist.
 inline constexpr double kMinRoughness = 0.1;
 
-/// Only scatters into single directions: EvalBsdf is zero, SampleBsdf and EvalDelta tell all.
+/// Whether the model scatters into single directions only (mirror, smooth glass): then EvalBsdf and
+/// the densities are zero, and SampleBsdf and EvalDelta tell all.
 bool IsDelta(const Bsdf& bsdf);
-/// Scatters to the other side of the surface.
+/// Whether the model lets light through to the other side of the surface (both dielectrics).
 bool IsTransmissive(const Bsdf& bsdf);
 
 /// What may vary over the surface (constants, vertex colours or textures), at one point.
 struct BsdfInputs {
-  Rgb base_color{1.0, 1.0, 1.0};
-  double roughness = 0.5;    ///< of all rough models; replaces the constant of the model
-  double metallic = 0.0;     ///< of MetallicRoughnessBsdf; replaces the constant of the model
-  bool from_inside = false;  ///< wo is on the side the normal of the winding points away from
+  Rgb base_color{1.0, 1.0, 1.0};  ///< linear, 0..1
+  double roughness = 0.5;         ///< of all rough models; replaces the constant of the model
+  double metallic = 0.0;          ///< of MetallicRoughnessBsdf; replaces the constant of the model
+  bool from_inside = false;       ///< wo is on the side the normal of the winding points away from
 };
 
 /// Isotropic BSDFs depend on directions through three cosines only. `wi` points to the light, `wo`
@@ -91,10 +96,11 @@ inline constexpr double kMinCosO = 1e-2;
 
 /// Partial derivatives by what a material is made of. base_color, eta and k act channel by channel,
 /// so their partials are diagonals; one number, such as the eta of a dielectric, has a partial per
-/// channel.
+/// channel. Zero for what the model does not have.
 struct MaterialPartials {
   Rgb d_base_color, d_roughness, d_metallic, d_specular, d_eta, d_k;
 
+  /// Adds `weight`, channel by channel, times the partials `p`.
   void AddScaled(const Rgb& weight, const MaterialPartials& p) {
     d_base_color += weight * p.d_base_color;
     d_roughness += weight * p.d_roughness;
@@ -105,7 +111,8 @@ struct MaterialPartials {
   }
 };
 
-/// Value and partial derivatives.
+/// Value of EvalBsdf and its partial derivatives; those by the cosines take all three as
+/// independent.
 struct BsdfPartials : MaterialPartials {
   Rgb value;
   Rgb d_cos_i, d_cos_o, d_dot_io;
@@ -120,6 +127,7 @@ struct BsdfSample {
 /// BSDF value (1/sr, without the cosine), radiance leaving along wo per irradiance along wi. Zero
 /// for delta models, and on the other side unless transmissive.
 Rgb EvalBsdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
+/// The same value with its partials; all zero where it is zero by the sides of wi and wo.
 BsdfPartials EvalBsdfPartials(const Bsdf& bsdf,
                               const BsdfInputs& inputs,
                               const BsdfCosines& cosines);
@@ -154,7 +162,8 @@ enum class TransportMode { kRadiance, kImportance };
 
 /// Weight of a delta lobe: what leaves along wo per what arrives along the mirrored (`transmit`
 /// false) or refracted direction, radiance or importance. Zero for rough models, for cos_o <= 0,
-/// and for transmission through a mirror or in total reflection.
+/// and for transmission through a mirror or in total reflection. `cos_o` is n . wo; in d_cos_o the
+/// other angle follows from it.
 struct DeltaPartials : MaterialPartials {
   Rgb value;
   Rgb d_cos_o;
@@ -165,8 +174,8 @@ DeltaPartials EvalDelta(const Bsdf& bsdf,
                         bool transmit,
                         TransportMode mode = TransportMode::kRadiance);
 
-/// Index of refraction ratio along the flow for refracting wo: outside over inside, or the inverse
-/// when wo is inside.
+/// Index of refraction on the side of wo over that beyond the surface: outside over inside, or the
+/// inverse when wo is inside. 1 for models that are not transmissive.
 double RelativeEta(const Bsdf& bsdf, const BsdfInputs& inputs);
 
 }  // namespace pathfit::renderer

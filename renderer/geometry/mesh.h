@@ -11,18 +11,26 @@
 
 namespace pathfit::renderer {
 
+/// Indices of the three corners into a list, from 0.
 using Triangle = std::array<std::int32_t, 3>;
 
 /// Triangle mesh. Positions, normals, UVs and colours are indexed separately, so a UV or colour
 /// seam never splits the surface: topology lives on positions, which are unique after
-/// WeldPositions. Copies share the lists that neither changes.
+/// WeldPositions. Corner i of triangle f is at positions[triangles[f][i]] and has the UV
+/// uvs[uv_triangles[f][i]], and likewise the others; inside a triangle all of them are interpolated
+/// linearly. Two triangles are neighbours if they share two positions by index.
+///
+/// Coordinates are in metres, in the frame of whoever holds the mesh: the object's in a SceneMesh,
+/// the world's in a World. Outside is where the corners are seen counter-clockwise.
+///
+/// A default mesh is empty and not valid. Copies share the lists that neither changes.
 struct Mesh {
-  SharedVector<Vec3> positions;  ///< metres of the world
-  SharedVector<Vec3> normals;    ///< shading normals, not zero, of any length; may be empty
-  SharedVector<Vec2> uvs;        ///< may be empty
-  SharedVector<Rgb> colors;      ///< linear base colour; may be empty
+  SharedVector<Vec3> positions;  ///< metres
+  SharedVector<Vec3> normals;    ///< shading normals, not zero, of any length; empty: flat
+  SharedVector<Vec2> uvs;        ///< of Texture: u right, v up; empty: no texture can be used
+  SharedVector<Rgb> colors;      ///< linear base colour, 0..1; may be empty
 
-  SharedVector<Triangle> triangles;  ///< indices into positions, counter-clockwise from outside
+  SharedVector<Triangle> triangles;         ///< into positions, counter-clockwise from outside
   SharedVector<Triangle> normal_triangles;  ///< into normals; empty, or one per triangle
   SharedVector<Triangle> uv_triangles;      ///< into uvs; empty, or one per triangle
   SharedVector<Triangle> color_triangles;   ///< into colors; empty, or one per triangle
@@ -30,8 +38,9 @@ struct Mesh {
   [[nodiscard]] bool HasColors() const { return !color_triangles.empty(); }
 };
 
-/// Merges positions with bit-equal coordinates (in order of first appearance) and drops unused
-/// ones.
+/// Merges positions with bit-equal coordinates (0 and -0 are equal) and drops unused ones; the rest
+/// keep their order. Normals, UVs and colours are left as they are. Fails: SceneError for an index
+/// out of range.
 void WeldPositions(Mesh& mesh);
 
 /// Throws SceneError naming `name` and the first offending element: no triangle, non-finite number,
@@ -40,18 +49,21 @@ void WeldPositions(Mesh& mesh);
 /// inconsistent winding. RepairMesh (mesh_repair.h) mends what can be mended.
 void ValidateMesh(const Mesh& mesh, const std::string& name);
 
-/// Normals turn with the inverse transpose and become unit again; a reflection reverses the winding
-/// of all triangles, so that a closed mesh keeps its inside. Fails: SceneError unless the transform
-/// is finite and invertible.
+/// Positions become world_from_object.Point(position). Normals turn with the inverse transpose and
+/// become unit again; a reflection reverses the winding of all triangles, so that a closed mesh
+/// keeps its inside. Fails: SceneError unless the transform is finite and invertible.
 void ApplyTransform(const Transform& world_from_object, Mesh& mesh);
 
-/// Sphere of given radius about the origin from an icosahedron, `subdivisions` times split in four.
+/// Sphere about the origin from an icosahedron, each triangle split in four `subdivisions` times:
+/// 20 * 4^subdivisions triangles, positions only. Fails: SceneError unless the radius is finite and
+/// positive and the subdivisions are from 0 to 9.
 Mesh MakeIcosphere(int subdivisions, double radius);
 
-/// One colour per position, all equal to `color`.
+/// Replaces the colours by one per position, all equal to `color`.
 void SetUniformVertexColors(const Rgb& color, Mesh& mesh);
 
-/// Signed volume by the divergence theorem (positive for outward winding of a closed mesh).
+/// Volume inside a closed mesh in cubic metres, by the divergence theorem: negative if the winding
+/// is inside out. Of an open mesh it depends on where the origin is and means nothing.
 double SignedVolume(const Mesh& mesh);
 
 }  // namespace pathfit::renderer

@@ -10,7 +10,8 @@
 
 namespace pathfit::renderer {
 
-/// Parameters of one object, e.g. all vertices of a mesh.
+/// Parameters of one kind of one object, e.g. all vertices of a mesh. A block is what belongs
+/// together: a vertex, a texel, a translation.
 struct ParameterGroup {
   ParameterKind kind = ParameterKind::kVertexPositions;
   int object = 0;                 ///< into the kind's list of the scene
@@ -18,16 +19,23 @@ struct ParameterGroup {
   const char* components = "";    ///< a letter each; empty: one number
   std::int32_t first_block = 0;   ///< blocks are numbered through all groups of a layout
   std::int32_t num_blocks = 0;    ///< > 0
-  int block_size = 3;             ///< 1, 2 or 3
+  int block_size = 3;             ///< numbers per block: 1, 2 or 3
   std::int64_t first_scalar = 0;  ///< offset of the group in a flat vector of all parameters
 };
 
 /// Which parameters of a scene are active, in a fixed order, and where their values stand in a flat
-/// vector: group after group as added, block after block, component after component. The scene's
-/// own values are read and written in place; a layout holds none.
+/// vector: group after group as added, block after block, component after component. Component c of
+/// block b of group g is number
+///
+///   g.first_scalar + (b - g.first_block) * g.block_size + c,  g.first_block <= b.
+///
+/// Values have the units of their kinds (ParameterTraits::unit) and are not scaled, bounded or
+/// logarithms. The scene's own values are read and written in place; a layout holds none, and no
+/// reference to the scene that it was made from.
 ///
 /// A layout fits every scene that has the same objects with lists of the same lengths as the one
-/// that it was made from.
+/// that it was made from. With another one, Gather and Scatter throw InternalError or, where lists
+/// of objects are shorter, must not be called.
 class ParameterLayout {
  public:
   /// Of no scene: nothing can be added.
@@ -44,10 +52,11 @@ class ParameterLayout {
   [[nodiscard]] const std::vector<ParameterGroup>& groups() const { return groups_; }
   [[nodiscard]] std::int32_t NumBlocks() const { return num_blocks_; }
   [[nodiscard]] std::int64_t NumScalars() const { return num_scalars_; }
-  /// First block of a group, -1 if it is not active.
+  /// First block of a kind of an object, -1 if it is not active.
   [[nodiscard]] std::int32_t FirstBlock(ParameterKind kind, int object) const;
-  /// `block` must be in [0, NumBlocks()).
+  /// The group that a block belongs to; `block` must be in [0, NumBlocks()).
   [[nodiscard]] const ParameterGroup& GroupOfBlock(std::int32_t block) const;
+  /// Place of a block's first component in the flat vector; `block` must be in [0, NumBlocks()).
   [[nodiscard]] std::int64_t FirstScalarOfBlock(std::int32_t block) const;
   /// "axe.vertices[17].y" for messages; without index in groups of one block, without letter in
   /// blocks of one number.

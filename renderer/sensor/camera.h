@@ -11,44 +11,59 @@
 
 namespace pathfit::renderer {
 
-/// How a pixel weighs the image around its centre; separable, normalised to integrate to one per
-/// pixel area (the values 1 / (pixel area) of a box of radius 0.5).
+/// How a pixel weighs the image around its centre: the product of one function of the distance in u
+/// and the same of that in v, normalised to integrate to one over the image plane in pixels. The
+/// default is the pixel's own square.
 struct PixelFilter {
-  enum class Shape { kBox, kTent, kGaussian };
+  enum class Shape {
+    kBox,      ///< constant within `radius`
+    kTent,     ///< falls linearly to zero at `radius`
+    kGaussian  ///< exp(-d^2 / (2 sigma^2)) less its value at `radius`
+  };
   Shape shape = Shape::kBox;
   double radius = 0.5;  ///< half width in pixels, (0, 8]; box 0.5, tent usually 1, Gaussian 2
-  double sigma = 0.5;   ///< Gaussian only, pixels, [1e-3, 1e3]; cut at `radius`, shifted to 0 there
+  double sigma = 0.5;   ///< of the Gaussian, pixels, [1e-3, 1e3]; unused by other shapes
   friend bool operator==(const PixelFilter&, const PixelFilter&) = default;
 };
 
-enum class ProjectionKind { kPerspective, kOrthographic };
+enum class ProjectionKind {
+  kPerspective,  ///< pinhole with lens distortion; rays start at the centre
+  kOrthographic  ///< parallel rays along the axis from the plane through the centre; no distortion
+};
 
-/// Camera: pinhole with distortion, or parallel (orthographic: fx, fy are pixels per metre, no
-/// distortion, rays start in the plane through the camera's centre). Pixel coordinates (u right,
-/// v down) have their origin at the top-left image corner: the centre of the first pixel is
-/// (0.5, 0.5). Camera frame: x right, y up, looking along -z.
+/// A camera as numbers, valid once CameraModel takes it.
+///
+/// Camera frame: x right, y up, looking along -z, metres. Pixel coordinates: u right, v down, the
+/// origin at the top-left corner of the image, so that the centre of the first pixel is (0.5, 0.5)
+/// and the image is [0, width] x [0, height]. A point (x, y, z) of the camera frame, z < 0, has the
+/// normalised coordinates (x / -z, y / z), of parallel rays (x, -y), and with (a, b) the distorted
+/// ones the pixel coordinates (fx a + cx, fy b + cy). OpenCV's camera matrix and distortion
+/// coefficients are the same numbers, but for cx and cy, which count from the centre of the first
+/// pixel there and are 0.5 less.
 struct Camera {
-  std::string name;
+  std::string name;  ///< for messages, and its parameters' names
   ProjectionKind projection = ProjectionKind::kPerspective;
-  int width = 0, height = 0;                      ///< pixels
-  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels
-  LensDistortion distortion;
-  Transform world_from_camera;  ///< rigid, metres; before `rotation`
+  int width = 0, height = 0;    ///< pixels, > 0
+  double fx = 0.0, fy = 0.0;    ///< focal lengths in pixels, of parallel rays pixels per metre; > 0
+  double cx = 0.0, cy = 0.0;    ///< principal point, pixel coordinates; may lie outside the image
+  LensDistortion distortion;    ///< none by default
+  Transform world_from_camera;  ///< rotation and translation, metres; before `rotation`
   /// Rotation vector in the world frame that turns the camera about its centre, after
   /// world_from_camera: what a fit of the orientation moves.
   Vec3 rotation{0.0, 0.0, 0.0};
   PixelFilter filter;
-  double gain = 1.0;  ///< exposure: pixel value per unit radiance
+  double gain = 1.0;  ///< exposure: pixel value per unit radiance, > 0
 };
 
-/// world_from_camera with `rotation` applied: where the camera is.
+/// world_from_camera with `rotation` applied, about the camera's centre: where the camera is. The
+/// camera need not be valid.
 Transform CameraPose(const Camera& camera);
 
-/// Pixel coordinates of a world point and their derivative by it (rows: d u / d x, d v / d x).
+/// Pixel coordinates of a world point and their derivative by it.
 struct Projection {
-  double u = 0.0, v = 0.0;
-  Vec3 du, dv;
-  double depth = 0.0;  ///< distance along the viewing axis, metres
+  double u = 0.0, v = 0.0;  ///< pixels; may lie outside the image
+  Vec3 du, dv;              ///< gradients of u and v by the point, world frame, pixels per metre
+  double depth = 0.0;       ///< distance along the viewing axis, metres
 };
 
 /// Ready-to-use form of a camera: inverse pose and the region where the distortion can be inverted.
@@ -59,17 +74,22 @@ class CameraModel {
   /// filter's reach beyond its border), or a distorted parallel camera.
   explicit CameraModel(const Camera& camera);
 
+  /// The camera as it was given.
   [[nodiscard]] const Camera& camera() const { return camera_; }
-  /// The camera's centre.
+  /// The camera's centre, world frame.
   [[nodiscard]] const Vec3& Origin() const { return pose_.translation; }
   /// world_from_camera with `rotation` applied: what everything else must use.
   [[nodiscard]] const Transform& Pose() const { return pose_; }
   [[nodiscard]] bool IsOrthographic() const {
     return camera_.projection == ProjectionKind::kOrthographic;
   }
-  /// Unit ray through pixel coordinates.
+  /// Ray of the world, with unit direction away from the camera, that is seen at pixel coordinates:
+  /// from the centre, or from the plane of parallel rays. They may lie outside the image as far as
+  /// the filter of a border pixel reaches.
   [[nodiscard]] Ray RayThrough(double u, double v) const;
-  /// Empty behind the camera or outside the invertible field of view.
+  /// Where a world point is seen; whether something hides it does not matter. Empty unless the
+  /// point is before the camera and within MaxTangent, that is inside the field of view where the
+  /// distortion can be inverted; RayThrough(u, v) of the result leads through the point.
   [[nodiscard]] std::optional<Projection> Project(const Vec3& x_in_world) const;
   /// Ray from x to where it is seen from: the centre, or the plane of parallel rays; and the
   /// distance to there in metres, negative behind that plane.
@@ -77,7 +97,8 @@ class CameraModel {
 
   /// The numbers inside a camera: fx fy cx cy k1 k2 k3 p1 p2.
   static constexpr int kNumIntrinsics = 9;
-  /// Derivative of the ray through fixed pixel coordinates by each of them, world frame.
+  /// Derivatives of the ray through fixed pixel coordinates by each of them, in that order, world
+  /// frame. The direction stays unit: its derivatives are at right angles to it.
   struct RayIntrinsics {
     std::array<Vec3, kNumIntrinsics> origin{}, direction{};
   };
@@ -117,9 +138,11 @@ class CameraModel {
   double max_radius_ = 0.0;
 };
 
-/// The same view at another resolution: intrinsics scale with width and height separately.
+/// The same view at another resolution: fx and cx scale with the width, fy and cy with the height.
+/// The filter keeps its size in pixels. Sizes must be positive.
 Camera ScaledCamera(const Camera& camera, int width, int height);
-/// The part of the image with top-left pixel (x0, y0): only the principal point and size change.
+/// The part of the image of the given size whose top-left pixel is pixel (x0, y0) of `camera`: only
+/// the principal point and the size change. The part may reach beyond the image.
 Camera CroppedCamera(const Camera& camera, int x0, int y0, int width, int height);
 
 }  // namespace pathfit::renderer
