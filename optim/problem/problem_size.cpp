@@ -13,7 +13,7 @@ constexpr double kBytesPerGroup = 600.0;      // solver's and our records of one
 constexpr double kBytesPerGroupBlock = 40.0;  // pointer, size, cell
 constexpr double kFillPerUnknown =
     60.0;  // nonzeros of a surface mesh's factor per n log2 n, upper end measured
-constexpr int kGramCopies = 12;  // partial sums, root, and the solver's own matrices
+constexpr int kGramCopies = 40;  // partial sums, models, root, and the solver's own matrices
 
 std::string Megabytes(double bytes) {
   std::array<char, 32> text{};

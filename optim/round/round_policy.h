@@ -39,10 +39,9 @@ double ProximalWeight(double kappa, double mean_diagonal, double relative_noise)
 
 inline constexpr double kStartDamping = 1e-3;  ///< kappa in a stage's first round
 
-/// `keeps_radius`: the radius that the round ended with, grown if its step was good, is the next
-/// one's.
 /// Adapts radius_factor, kappa and the count of rejections to how the round went: a step that did
-/// what the model said loosens both, a poor one or a rejection tightens them.
+/// what the model said loosens both, a poor one or a rejection tightens them. `keeps_radius`: the
+/// next round begins from the radius that this one ended with.
 void AdaptStepControl(const SolveOutcome& outcome, bool keeps_radius, FitState& state);
 
 /// Why a stage ends after the rounds in `state`; empty = it goes on. Depends on the state only, so
