@@ -6,6 +6,8 @@
 
 #include <Eigen/Dense>
 
+#include "optim/parameter/parameter_set.h"
+#include "optim/problem/pixel_rows.h"
 #include "renderer/core/parallel.h"
 
 namespace pathfit::optim {

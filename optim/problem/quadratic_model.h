@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <vector>
 
-#include "optim/parameter/parameter_set.h"
-#include "optim/problem/pixel_rows.h"
-
 namespace pathfit::optim {
+
+class ParameterSet;
+struct PixelRows;
 
 /// Quadratic model of the photos' cost by few parameters (theta), summed over rounds, each about
 /// its own point; with what is known of its noise. Matrices are row-major, num_scalars^2. Empty:
