@@ -10,24 +10,6 @@ namespace {
 // Standard errors from which on a comparison decides.
 constexpr double kSure = 3.0;
 
-/// Half the product of the halves' residuals, summed over a pixel's channels.
-std::vector<float> PixelCosts(const ViewLevel& level,
-                              const RowScales& scales,
-                              const renderer::Film& a,
-                              const renderer::Film& b) {
-  std::vector<float> costs(scales.size());
-  for (std::size_t p = 0; p < scales.size(); ++p) {
-    const auto r_a = PixelResidual(level, scales[p], a.pixels[p], p);
-    const auto r_b = PixelResidual(level, scales[p], b.pixels[p], p);
-    double sum = 0.0;
-    for (std::size_t c = 0; c < 4; ++c) {
-      sum += 0.5 * r_a[c] * r_b[c];
-    }
-    costs[p] = static_cast<float>(sum);
-  }
-  return costs;
-}
-
 bool ChooseGram(LinearSolverChoice choice, std::size_t num_scalars) {
   return choice == LinearSolverChoice::kGram ||
          (choice == LinearSolverChoice::kAuto && num_scalars <= ImageProblem::kMaxGramScalars);
@@ -123,12 +105,14 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
   sums_.Add(rows, level, scales_.back(), average, set_);
   if (uses_gram_) {
     round_model_.AddRows(rows, set_);
-    start_pixel_costs_.push_back(PixelCosts(level, scales_[index], a, b));
   } else {
     view_groups_.push_back(ResidualGroups::Build(rows, set_));
     AddSize(view_groups_.back());
   }
-  AddCosts(index, a, b);
+  std::vector<float> pixel_costs = AddCosts(index, a, b);
+  if (uses_gram_) {
+    start_pixel_costs_.push_back(std::move(pixel_costs));
+  }
 }
 
 void ImageProblem::AddSize(const ResidualGroups& groups) {
@@ -146,12 +130,14 @@ void ImageProblem::AddSize(const ResidualGroups& groups) {
   }
 }
 
-void ImageProblem::AddCosts(std::size_t index, const renderer::Film& a, const renderer::Film& b) {
+std::vector<float> ImageProblem::AddCosts(std::size_t index,
+                                          const renderer::Film& a,
+                                          const renderer::Film& b) {
   const ViewLevel& level = views_.levels[static_cast<std::size_t>(views_.fitted[index])];
   const RowScales& scales = scales_[index];
-  AddSplitHalfCosts(level, scales, a, b, use_[index], costs_);
+  std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales, a, b, use_[index], costs_);
   if (uses_gram_) {
-    return;
+    return pixel_costs;
   }
   ResidualGroups& groups = view_groups_[index];
   for (std::size_t row = 0; row < groups.u.size(); ++row) {
@@ -163,6 +149,7 @@ void ImageProblem::AddCosts(std::size_t index, const renderer::Film& a, const re
     groups.u[row] = 0.5 * (r_a + r_b);
     groups.v[row] = 0.5 * (r_a - r_b);
   }
+  return pixel_costs;
 }
 
 void ImageProblem::RenderTrial(const std::vector<double>& values) {
@@ -176,10 +163,8 @@ void ImageProblem::RenderTrial(const std::vector<double>& values) {
     CheckFinite(a, name);
     const renderer::Film b = source_.RenderPrimal(view, options_.samples.b);
     CheckFinite(b, name);
-    AddCosts(i, a, b);
+    const std::vector<float> costs = AddCosts(i, a, b);
     if (uses_gram_) {
-      const std::vector<float> costs =
-          PixelCosts(views_.levels[static_cast<std::size_t>(view)], scales_[i], a, b);
       for (std::size_t p = 0; p < costs.size(); ++p) {
         const auto change =
             static_cast<double>(costs[p]) - static_cast<double>(start_pixel_costs_[i][p]);

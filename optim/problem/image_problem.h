@@ -71,7 +71,8 @@ class ImageProblem {
                        renderer::Film& a,
                        renderer::Film& b);
   void LinearizeView(std::size_t index, const std::vector<double>& values);
-  void AddCosts(std::size_t index, const renderer::Film& a, const renderer::Film& b);
+  /// Returns each pixel's share.
+  std::vector<float> AddCosts(std::size_t index, const renderer::Film& a, const renderer::Film& b);
   void MakeNormalEquations(const std::vector<double>& values);
   void RenderTrial(const std::vector<double>& values);
   void EvalTrialByModel(const std::vector<double>& values);

@@ -4,12 +4,13 @@
 
 namespace pathfit::optim {
 
-void AddSplitHalfCosts(const ViewLevel& level,
-                       const RowScales& scales,
-                       const renderer::Film& a,
-                       const renderer::Film& b,
-                       const std::vector<unsigned char>& use,
-                       ImageCosts& costs) {
+std::vector<float> AddSplitHalfCosts(const ViewLevel& level,
+                                     const RowScales& scales,
+                                     const renderer::Film& a,
+                                     const renderer::Film& b,
+                                     const std::vector<unsigned char>& use,
+                                     ImageCosts& costs) {
+  std::vector<float> pixel_costs(scales.size());
   for (std::size_t p = 0; p < scales.size(); ++p) {
     const auto r_a = PixelResidual(level, scales[p], a.pixels[p], p);
     const auto r_b = PixelResidual(level, scales[p], b.pixels[p], p);
@@ -23,12 +24,14 @@ void AddSplitHalfCosts(const ViewLevel& level,
     }
     const double colors = 0.5 * (product[0] + product[1] + product[2]);
     const double coverage = 0.5 * product[3];
+    pixel_costs[p] = static_cast<float>(colors + coverage);
     costs.colors += colors;
     costs.coverage += coverage;
     const unsigned bits = use.empty() ? 0U : use[p];
     costs.rest +=
         ((bits & kUsesColor) == 0 ? colors : 0.0) + ((bits & kUsesCoverage) == 0 ? coverage : 0.0);
   }
+  return pixel_costs;
 }
 
 }  // namespace pathfit::optim

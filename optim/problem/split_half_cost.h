@@ -16,12 +16,13 @@ struct ImageCosts {
   [[nodiscard]] double Total() const { return colors + coverage; }
 };
 
-/// Adds one view. `use`: PixelUse bits by pixel; empty = all pixels count as rest.
-void AddSplitHalfCosts(const ViewLevel& level,
-                       const RowScales& scales,
-                       const renderer::Film& a,
-                       const renderer::Film& b,
-                       const std::vector<unsigned char>& use,
-                       ImageCosts& costs);
+/// Adds one view. `use`: PixelUse bits by pixel; empty = all pixels count as rest. Returns each
+/// pixel's share of the total.
+std::vector<float> AddSplitHalfCosts(const ViewLevel& level,
+                                     const RowScales& scales,
+                                     const renderer::Film& a,
+                                     const renderer::Film& b,
+                                     const std::vector<unsigned char>& use,
+                                     ImageCosts& costs);
 
 }  // namespace pathfit::optim

@@ -59,23 +59,19 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
   require(HasWeightsOfRounds(state.average, state.round) &&
               (state.average.newer.weight > 0.0) == (state.round > 0),
           "averages with the weights of no rounds");
-  require(state.costs.size() == static_cast<std::size_t>(state.round) &&
-              std::all_of(state.costs.begin(),
-                          state.costs.end(),
-                          [](double cost) { return std::isfinite(cost); }),
+  const auto all_finite = [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+  };
+  require(state.costs.size() == static_cast<std::size_t>(state.round) && all_finite(state.costs),
           "costs that are not one finite number per round");
   const QuadraticModel& model = state.model;
   const std::size_t n = model.NumScalars();
   const auto is_square = [&](const std::vector<double>& matrix) {
-    return matrix.size() == n * n &&
-           std::all_of(matrix.begin(), matrix.end(), [](double x) { return std::isfinite(x); });
+    return matrix.size() == n * n && all_finite(matrix);
   };
-  require(
-      model.weight >= 0.0 && std::isfinite(model.weight) && is_square(model.product) &&
-          is_square(model.square) && is_square(model.covariance) &&
-          std::all_of(
-              model.linear.begin(), model.linear.end(), [](double x) { return std::isfinite(x); }),
-      "an accumulated model that is not one");
+  require(model.weight >= 0.0 && std::isfinite(model.weight) && is_square(model.product) &&
+              is_square(model.square) && is_square(model.covariance) && all_finite(model.linear),
+          "an accumulated model that is not one");
 }
 
 }  // namespace pathfit::optim
