@@ -3,6 +3,7 @@
 #include <string>
 
 #include <OpenEXR/OpenEXRConfig.h>
+#include <OpenMesh/Core/System/config.h>
 #include <fmt/format.h>
 #include <oneapi/tbb/version.h>
 #include <opencv4/opencv2/core/version.hpp>
@@ -52,6 +53,7 @@ Json Describe(const CommandLine& line) {
   json["libraries"]["OpenCV"] = CV_VERSION;
   json["libraries"]["OpenEXR"] = OPENEXR_VERSION_STRING;
   json["libraries"]["oneTBB"] = fmt::format("{}.{}", TBB_VERSION_MAJOR, TBB_VERSION_MINOR);
+  json["libraries"]["OpenMesh"] = fmt::format("{}.{}", OM_GET_VER, OM_GET_MAJ);
   json["libraries"]["OpenVDB"] = OPENVDB_LIBRARY_VERSION_STRING;
   return json;
 }

@@ -293,6 +293,15 @@ SchemaNode UnknownsSchema() {
                       .DefaultIs("by kind, see below"),
                   Key("hold", "Known to the program, never freed.", &UnknownSpec::hold),
                   parametrisation,
+                  Choice(
+                      "mesh",
+                      {{"keep", optim::MeshDetail::kKeep}, {"levels", optim::MeshDetail::kLevels}},
+                      "Vertices. `levels`: every stage that frees them begins with a mesh of "
+                      "the same surface whose edges are some pixels long, coarser or finer than "
+                      "the one before. Meshes with borders or with textures on them stay as "
+                      "they are; the log says which.",
+                      &UnknownSpec::mesh_detail)
+                      .DefaultIs("`levels`, but `keep` for files with UVs"),
                   ListNode("priors", PriorSchema(), "What is believed beforehand.").Default("[]")},
                  "What may change."),
              "What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "

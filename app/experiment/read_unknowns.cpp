@@ -92,11 +92,13 @@ class UnknownReader {
   }
 
   void CheckParametrisation() const {
-    const YamlNode* node = node_->Find("parametrisation");
-    if (node != nullptr && traits_.kind != ParameterKind::kVertexPositions) {
-      Report(node->place,
-             ".parametrisation",
-             fmt::format("only vertices have one, not {}", traits_.property));
+    for (const std::string key : {"parametrisation", "mesh"}) {
+      const YamlNode* node = node_->Find(key);
+      if (node != nullptr && traits_.kind != ParameterKind::kVertexPositions) {
+        Report(node->place,
+               "." + key,
+               fmt::format("only vertices have one, not {}", traits_.property));
+      }
     }
   }
 
@@ -158,6 +160,22 @@ std::string ProblemOfExposure(const optim::UnknownSpec& unknown,
              : "";
 }
 
+/// What vertices do that say nothing: UVs of a file are its maker's work.
+optim::MeshDetail DefaultDetail(const ExperimentConfig& config, const renderer::SceneMesh& mesh) {
+  const bool from_file = std::any_of(
+      config.geometry.begin(), config.geometry.end(), [&](const GeometryConfig& geometry) {
+        if (!std::holds_alternative<FileGeometry>(geometry.geometry)) return false;
+        return geometry.name == mesh.name ||
+               std::any_of(geometry.group_materials.begin(),
+                           geometry.group_materials.end(),
+                           [&](const auto& group) {
+                             return GroupMeshName(geometry.name, group.first) == mesh.name;
+                           });
+      });
+  return from_file && !mesh.mesh.uvs.empty() ? optim::MeshDetail::kKeep
+                                             : optim::MeshDetail::kLevels;
+}
+
 // Of all sensors, those of the first.
 const ParameterTraits& TraitsOf(const renderer::ParameterRef& parameter,
                                 const renderer::Scene& scene) {
@@ -183,6 +201,10 @@ std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
     unknown.kind = found.parameter.kind;
     unknown.object = found.parameter.object;
     UnknownReader(entry, TraitsOf(found.parameter, scene), problems).Read(unknown);
+    if (unknown.kind == ParameterKind::kVertexPositions && entry.value.Find("mesh") == nullptr) {
+      unknown.mesh_detail =
+          DefaultDetail(config, scene.meshes[static_cast<std::size_t>(unknown.object)]);
+    }
   }
   if (!problems.empty()) throw ConfigError(config.source, problems);
   return unknowns;
@@ -201,7 +223,13 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
       fill("bounds", binding::Write(std::array{traits.lower, traits.upper}));
       fill("transform", traits.log ? "log" : "identity");
     }
-    if (traits.kind == ParameterKind::kVertexPositions) fill("parametrisation", "vertices");
+    if (traits.kind == ParameterKind::kVertexPositions) {
+      fill("parametrisation", "vertices");
+      const int mesh = FindParameter(scene, entry.key).parameter.object;
+      const bool keeps = DefaultDetail(config, scene.meshes[static_cast<std::size_t>(mesh)]) ==
+                         optim::MeshDetail::kKeep;
+      fill("mesh", keeps ? "keep" : "levels");
+    }
   }
   return WriteResolvedYaml(root, config.source);
 }

@@ -14,6 +14,10 @@ namespace pathfit::optim {
 /// cos: the inner one stays below, and what the light does is smooth in the ratio.
 enum class Parameterization { kIdentity, kLog };
 
+/// Vertices: whether a stage keeps the mesh that it begins with, or takes one of the detail that
+/// its images resolve (round/mesh_levels.h).
+enum class MeshDetail { kKeep, kLevels };
+
 struct GaussianPriorSpec {
   /// One value for all components, or one per component; empty: the values that the run began with.
   std::vector<double> mean;
@@ -31,6 +35,8 @@ struct UnknownSpec {
       -std::numeric_limits<double>::infinity();  ///< per scalar, in units of the parameter
   double upper = std::numeric_limits<double>::infinity();
   bool hold = false;  ///< known to the program, never freed
+
+  MeshDetail mesh_detail = MeshDetail::kKeep;
 
   double laplacian_weight = 0.0;        ///< vertices: weight of |x - mean of neighbours|^2 / edge^2
   double large_steps_lambda = 0.0;      ///< vertices: metric I + lambda L of the proximal damping

@@ -10,6 +10,7 @@
 
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/round/evaluation.h"
+#include "optim/round/mesh_levels.h"
 #include "optim/round/persistence.h"
 #include "optim/round/round_policy.h"
 #include "optim/round/round_runner.h"
@@ -166,6 +167,17 @@ class FitDriver {
     state_.costs.clear();
     state_.model = QuadraticModel();
     state_.average = {};
+    if (state_.stage < static_cast<int>(spec_.stages.size())) {
+      const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
+      MeshLevels levels = RefineMeshes(std::move(state_.scene),
+                                       spec_.unknowns,
+                                       stage.free,
+                                       evaluation_.ViewsAt(stage.image_scale));
+      state_.scene = std::move(levels.scene);
+      for (const std::string& message : levels.messages) {
+        observer_.OnMessage("stage '" + stage.name + "': " + message);
+      }
+    }
     state_.stage_start = state_.scene;
   }
 

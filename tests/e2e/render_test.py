@@ -161,7 +161,7 @@ class Render(unittest.TestCase):
         self.assertEqual(info["threads"], 3)
         self.assertIs(type(info["checks"]), bool)
         self.assertGreater(info["memory_bytes"], 1 << 28)
-        for library in ("Embree", "Ceres", "OpenCV", "OpenEXR", "oneTBB", "OpenVDB"):
+        for library in ("Embree", "Ceres", "OpenCV", "OpenEXR", "oneTBB", "OpenMesh", "OpenVDB"):
             self.assertRegex(info["libraries"][library], r"^\d+\.\d+")
         text = subprocess.run([str(PATHFIT), "info"], capture_output=True, text=True).stdout
         self.assertIn(info["cpu"], text)

@@ -123,6 +123,32 @@ TEST_F(FitTest, ContinuesToTheSameBitsFromEveryRound) {
   }
 }
 
+TEST_F(FitTest, ContinuesToTheSameBitsAcrossLevelsOfTheMesh) {
+  spec_.unknowns[0].mesh_detail = optim::MeshDetail::kLevels;
+  spec_.stages[0].free = {0};
+  spec_.stages[0].max_rounds = spec_.stages[1].max_rounds = 2;
+  RecordingObserver straight_observer;
+  const FitResult straight = optim::RunFit(start_, observations_, spec_, straight_observer, {});
+  EXPECT_GT(straight.scene.meshes[0].mesh.positions.size(),
+            2 * start_.meshes[0].mesh.positions.size());
+  EXPECT_LT(tests::BumpError(straight.scene), tests::BumpError(start_));
+  for (int round = 1; round <= 4; ++round) {
+    const fs::path folder = folder_ / std::to_string(round);
+    RecordingObserver first;
+    first.cancel_after = round;
+    FitControls controls;
+    controls.cancel = &first.cancel;
+    controls.checkpoint_folder = folder;
+    optim::RunFit(start_, observations_, spec_, first, controls);
+    controls.cancel = nullptr;
+    controls.resume = optim::ReadNewestCheckpoint(folder, {start_, spec_.unknowns}).state;
+    RecordingObserver second;
+    const FitResult resumed = optim::RunFit(start_, observations_, spec_, second, controls);
+    EXPECT_EQ(resumed.scene.meshes[0].mesh.triangles, straight.scene.meshes[0].mesh.triangles);
+    EXPECT_EQ(Bits(resumed.scene), Bits(straight.scene)) << "after round " << round;
+  }
+}
+
 TEST_F(FitTest, ResumingAFinishedFitReturnsItsScene) {
   RecordingObserver observer;
   FitControls controls;

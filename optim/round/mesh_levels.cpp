@@ -1,0 +1,235 @@
+#include "optim/round/mesh_levels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <utility>
+#include <variant>
+
+#include "optim/round/remesh.h"
+#include "renderer/core/error.h"
+#include "renderer/geometry/mesh_checks.h"
+#include "renderer/geometry/mesh_folds.h"
+#include "renderer/geometry/mesh_topology.h"
+#include "renderer/sensor/camera.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::Mesh;
+using renderer::ParameterKind;
+using renderer::Scene;
+using renderer::Vec3;
+
+constexpr double kNear = 1.3;             // factor of the wanted edge that is near enough
+constexpr double kPixelsPerVertex = 4.0;  // of all fitted views together
+constexpr double kMaxVertices = 1e6;
+
+double Median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What the views see of a mesh in the world.
+struct Footprint {
+  double size = 0.0;    ///< side of a pixel on the mesh, metres; 0: no view sees it
+  double pixels = 0.0;  ///< that the mesh's box covers, over all views
+};
+
+Footprint FootprintOn(const Mesh& world, const FitViews& views) {
+  // Enough vertices for a median.
+  const std::size_t stride = 1 + world.positions.size() / 512;
+  std::vector<double> medians;
+  Footprint footprint;
+  for (const int view : views.fitted) {
+    const renderer::Camera& camera = views.levels[static_cast<std::size_t>(view)].camera;
+    const renderer::CameraModel model(camera);
+    std::vector<double> sizes;
+    double low_u = camera.width, high_u = 0.0, low_v = camera.height, high_v = 0.0;
+    for (std::size_t i = 0; i < world.positions.size(); i += stride) {
+      const auto seen = model.Project(world.positions[i]);
+      if (!seen || seen->u < 0.0 || seen->u > camera.width || seen->v < 0.0 ||
+          seen->v > camera.height) {
+        continue;
+      }
+      sizes.push_back(2.0 / (Norm(seen->du) + Norm(seen->dv)));
+      low_u = std::min(low_u, seen->u);
+      high_u = std::max(high_u, seen->u);
+      low_v = std::min(low_v, seen->v);
+      high_v = std::max(high_v, seen->v);
+    }
+    if (sizes.empty()) continue;
+    medians.push_back(Median(sizes));
+    footprint.pixels += (high_u - low_u) * (high_v - low_v);
+  }
+  if (!medians.empty()) footprint.size = Median(medians);
+  return footprint;
+}
+
+double Area(const Mesh& mesh) {
+  double sum = 0.0;
+  for (const renderer::Triangle& t : std::as_const(mesh.triangles)) {
+    sum += 0.5 * Norm(renderer::TwiceArea(mesh, t));
+  }
+  return sum;
+}
+
+double MeanEdge(const Mesh& mesh, const renderer::MeshTopology& topology) {
+  double sum = 0.0;
+  for (const renderer::MeshEdge& edge : topology.edges) {
+    sum += Norm(mesh.positions[renderer::Index(edge.vertices[0])] -
+                mesh.positions[renderer::Index(edge.vertices[1])]);
+  }
+  return sum / static_cast<double>(topology.edges.size());
+}
+
+/// Of triangles with equal sides; a vertex has two of them.
+double VerticesOf(double area, double edge) { return area / (std::sqrt(0.75) * edge * edge); }
+double EdgeOf(double area, double vertices) {
+  return std::sqrt(area / (std::sqrt(0.75) * vertices));
+}
+
+bool UsesUvs(const Scene& scene, int index) {
+  const auto& material = scene.materials[static_cast<std::size_t>(
+      scene.meshes[static_cast<std::size_t>(index)].material)];
+  return material.base_color_texture >= 0 || material.roughness_texture >= 0 ||
+         material.metallic_texture >= 0 ||
+         std::any_of(scene.emitters.begin(), scene.emitters.end(), [index](const auto& emitter) {
+           const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
+           return area != nullptr && area->mesh == index && area->texture >= 0;
+         });
+}
+
+/// Why the mesh cannot have another one in its place; empty: it can.
+std::string Obstacle(const Scene& scene,
+                     int index,
+                     const std::vector<UnknownSpec>& unknowns,
+                     const renderer::MeshTopology& topology) {
+  if (!topology.closed) return "its surface has borders";
+  if (UsesUvs(scene, index)) return "textures lie on its UVs";
+  for (const UnknownSpec& unknown : unknowns) {
+    const bool of_mesh = renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kMeshes &&
+                         unknown.object == index;
+    if (!of_mesh) continue;
+    if (unknown.kind == ParameterKind::kVertexNormals || unknown.kind == ParameterKind::kUvs) {
+      return "'" + unknown.name + "' belongs to its vertices";
+    }
+    const bool by_element = unknown.kind == ParameterKind::kVertexPositions ||
+                            unknown.kind == ParameterKind::kVertexColors;
+    if (by_element && unknown.gaussian && unknown.gaussian->mean.empty()) {
+      return "the prior of '" + unknown.name + "' is about the start of each";
+    }
+  }
+  return "";
+}
+
+std::string Number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::string Describe(const renderer::MeshFolds& folds) {
+  return std::to_string(folds.folded_edges) + " folded edges and " +
+         std::to_string(folds.crossing_triangles) + " crossing triangles";
+}
+
+class Leveller {
+ public:
+  Leveller(const std::vector<UnknownSpec>& unknowns, const FitViews& views, MeshLevels& levels)
+      : unknowns_(unknowns), views_(views), levels_(levels) {}
+
+  void Level(int index) {
+    renderer::SceneMesh& item = levels_.scene.meshes[static_cast<std::size_t>(index)];
+    const Mesh& mesh = item.mesh;
+    const auto topology = renderer::MeshTopology::Build(mesh);
+    const std::string obstacle = Obstacle(levels_.scene, index, unknowns_, topology);
+    if (!obstacle.empty()) {
+      Say(item, "stays as it is: " + obstacle);
+      return;
+    }
+    const double wanted = WantedEdge(item);
+    if (wanted == 0.0) {
+      Say(item, "stays as it is: no fitted view sees it");
+      return;
+    }
+    const double edge = MeanEdge(mesh, topology);
+    const renderer::MeshFolds folds = renderer::CountFolds(mesh);
+    const bool is_near = edge < kNear * wanted && wanted < kNear * edge;
+    if (is_near && folds.Total() == 0) return;
+    Mesh made = mesh;
+    // A folded surface has no side for vertices to be put back onto.
+    if (folds.Total() > 0) renderer::Unfold(made);
+    if (!is_near && !Make(item, wanted, made)) return;
+    const renderer::MeshFolds left = renderer::Unfold(made);
+    std::string text;
+    if (!is_near) {
+      text = std::to_string(mesh.positions.size()) + " -> " +
+             std::to_string(made.positions.size()) + " vertices, edges of " +
+             Number(wanted * item.pose.scale) + " m, ";
+    }
+    text += "at most " + Number(SurfaceDistance(mesh, made) * item.pose.scale) +
+            " m from the surface before";
+    if (folds.Total() > 0 || left.Total() > 0) {
+      text += "; had " + Describe(folds) + ", has " + Describe(left);
+    }
+    if (!mesh.uvs.empty() && made.uvs.empty()) text += "; UVs, which nothing uses, are dropped";
+    Say(item, text);
+    item.mesh = std::move(made);
+  }
+
+ private:
+  void Say(const renderer::SceneMesh& item, const std::string& text) {
+    levels_.messages.push_back("mesh '" + item.name + "': " + text);
+  }
+
+  /// In the object's frame; 0 where no view sees it.
+  [[nodiscard]] double WantedEdge(const renderer::SceneMesh& item) const {
+    const Mesh world = renderer::WorldMesh(item);
+    const Footprint footprint = FootprintOn(world, views_);
+    if (footprint.size == 0.0) return 0.0;
+    const double area = Area(world);
+    const double most = std::clamp(footprint.pixels / kPixelsPerVertex, kMinVertices, kMaxVertices);
+    const double vertices =
+        std::clamp(VerticesOf(area, kEdgePixels * footprint.size), kMinVertices, most);
+    return EdgeOf(area, vertices) / item.pose.scale;
+  }
+
+  /// False: it could not be made, and that was said.
+  [[nodiscard]] bool Make(const renderer::SceneMesh& item, double edge, Mesh& mesh) {
+    try {
+      mesh = Remesh(mesh, edge);
+      renderer::ValidateMesh(mesh, item.name);
+      return true;
+    } catch (const renderer::SceneError& error) {
+      Say(item, std::string("stays as it is: ") + error.what());
+      return false;
+    }
+  }
+
+  const std::vector<UnknownSpec>& unknowns_;
+  const FitViews& views_;
+  MeshLevels& levels_;
+};
+
+}  // namespace
+
+MeshLevels RefineMeshes(Scene scene,
+                        const std::vector<UnknownSpec>& unknowns,
+                        const std::vector<int>& free,
+                        const FitViews& views) {
+  MeshLevels levels{std::move(scene), {}};
+  Leveller leveller(unknowns, views, levels);
+  for (const int index : free) {
+    const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
+    if (unknown.kind == ParameterKind::kVertexPositions && !unknown.hold &&
+        unknown.mesh_detail == MeshDetail::kLevels) {
+      leveller.Level(unknown.object);
+    }
+  }
+  return levels;
+}
+
+}  // namespace pathfit::optim

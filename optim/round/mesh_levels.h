@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "optim/parameter/unknown_spec.h"
+#include "optim/problem/fit_views.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::optim {
+
+struct MeshLevels {
+  renderer::Scene scene;
+  std::vector<std::string> messages;  ///< what was done with each mesh, and why not
+};
+
+/// The scene with the meshes whose vertices are among the unknowns `free` brought to the detail
+/// that the fitted views resolve: edges of kEdgePixels pixels of their median footprint on the
+/// mesh, but from kMinVertices vertices to as many as the views have pixels for. Those near that
+/// already, and without folds, stay as they are; so do meshes that ask for it (MeshDetail::kKeep)
+/// and such as cannot be remeshed without loss, which is said. Depends on the arguments only.
+MeshLevels RefineMeshes(renderer::Scene scene,
+                        const std::vector<UnknownSpec>& unknowns,
+                        const std::vector<int>& free,
+                        const FitViews& views);
+
+inline constexpr double kEdgePixels = 2.5;
+inline constexpr double kMinVertices = 300.0;
+
+}  // namespace pathfit::optim

@@ -1,0 +1,169 @@
+#include "renderer/geometry/triangle_tree.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "renderer/geometry/closest_point.h"
+#include "renderer/geometry/mesh_checks.h"
+
+namespace pathfit::renderer {
+namespace {
+
+constexpr std::int32_t kLeafSize = 4;
+
+double SquaredDistanceToBox(const Vec3& x, const Vec3& low, const Vec3& high) {
+  double sum = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double d = std::max({low[i] - x[i], x[i] - high[i], 0.0});
+    sum += d * d;
+  }
+  return sum;
+}
+
+bool Overlap(const Vec3& low_a, const Vec3& high_a, const Vec3& low_b, const Vec3& high_b) {
+  for (int i = 0; i < 3; ++i) {
+    if (high_a[i] < low_b[i] || high_b[i] < low_a[i]) return false;
+  }
+  return true;
+}
+
+void Grow(const Vec3& low, const Vec3& high, Vec3& to_low, Vec3& to_high) {
+  for (int i = 0; i < 3; ++i) {
+    to_low[i] = std::min(to_low[i], low[i]);
+    to_high[i] = std::max(to_high[i], high[i]);
+  }
+}
+
+std::array<double, 3> WeightsOf(const Vec3& x, const std::array<Vec3, 3>& corners) {
+  const TriangleGeometry t = TriangleGeometry::Make(corners[0], corners[1], corners[2]);
+  const Vec3 from = x - t.p0;
+  const double inverse = 1.0 / t.double_area;
+  const double b1 = std::clamp(Dot(t.n, Cross(from, t.e2)) * inverse, 0.0, 1.0);
+  const double b2 = std::clamp(Dot(t.n, Cross(t.e1, from)) * inverse, 0.0, 1.0 - b1);
+  return {1.0 - b1 - b2, b1, b2};
+}
+
+}  // namespace
+
+TriangleTree::TriangleTree(const Mesh& mesh) : order_(mesh.triangles.size()) {
+  std::vector<Vec3> middles;
+  for (const Triangle& t : mesh.triangles) {
+    const std::array<Vec3, 3> p = {
+        mesh.positions[Index(t[0])], mesh.positions[Index(t[1])], mesh.positions[Index(t[2])]};
+    Box box{p[0], p[0]};
+    Grow(p[1], p[1], box.low, box.high);
+    Grow(p[2], p[2], box.low, box.high);
+    corners_.push_back(p);
+    boxes_.push_back(box);
+    middles.push_back((box.low + box.high) * 0.5);
+  }
+  std::iota(order_.begin(), order_.end(), 0);
+  nodes_.reserve(order_.size());
+  Build(0, static_cast<std::int32_t>(order_.size()), middles);
+}
+
+std::int32_t TriangleTree::Build(std::int32_t first,
+                                 std::int32_t count,
+                                 const std::vector<Vec3>& middles) {
+  const auto index = static_cast<std::int32_t>(nodes_.size());
+  nodes_.push_back({boxes_[Index(order_[Index(first)])], first, count, 0});
+  Box spread{middles[Index(order_[Index(first)])], middles[Index(order_[Index(first)])]};
+  for (std::int32_t i = first; i < first + count; ++i) {
+    const std::size_t t = Index(order_[Index(i)]);
+    Grow(boxes_[t].low, boxes_[t].high, nodes_.back().box.low, nodes_.back().box.high);
+    Grow(middles[t], middles[t], spread.low, spread.high);
+  }
+  if (count <= kLeafSize) return index;
+  const Vec3 size = spread.high - spread.low;
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+  const auto begin = order_.begin() + first;
+  // Ties are broken by number, so that the tree is the same everywhere.
+  std::nth_element(begin, begin + count / 2, begin + count, [&](std::int32_t a, std::int32_t b) {
+    return std::pair(middles[Index(a)][axis], a) < std::pair(middles[Index(b)][axis], b);
+  });
+  Build(first, count / 2, middles);
+  const std::int32_t right = Build(first + count / 2, count - count / 2, middles);
+  nodes_[Index(index)].right = right;
+  return index;
+}
+
+SurfacePoint TriangleTree::Closest(const Vec3& x) const { return Find(x, nullptr); }
+
+SurfacePoint TriangleTree::Closest(const Vec3& x, const Vec3& outward) const {
+  const SurfacePoint found = Find(x, &outward);
+  return found.triangle >= 0 ? found : Find(x, nullptr);
+}
+
+SurfacePoint TriangleTree::Find(const Vec3& x, const Vec3* outward) const {
+  SurfacePoint best;
+  double least = std::numeric_limits<double>::infinity();
+  std::vector<std::pair<double, std::int32_t>> stack = {{0.0, 0}};
+  while (!stack.empty()) {
+    const auto [distance, index] = stack.back();
+    stack.pop_back();
+    if (distance >= least) continue;
+    const Node& node = nodes_[Index(index)];
+    if (node.right > 0) {
+      std::array<std::pair<double, std::int32_t>, 2> children;
+      for (std::size_t k = 0; k < 2; ++k) {
+        const std::int32_t child = k == 0 ? index + 1 : node.right;
+        const Box& box = nodes_[Index(child)].box;
+        children[k] = {SquaredDistanceToBox(x, box.low, box.high), child};
+      }
+      std::sort(children.begin(), children.end());
+      stack.push_back(children[1]);
+      stack.push_back(children[0]);
+      continue;
+    }
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      const std::int32_t t = order_[Index(i)];
+      const std::array<Vec3, 3>& p = corners_[Index(t)];
+      const TriangleGeometry triangle = TriangleGeometry::Make(p[0], p[1], p[2]);
+      if (outward != nullptr && Dot(triangle.n, *outward) <= 0.0) continue;
+      const Vec3 y = ClosestPointOfTriangle(x, triangle);
+      const double square = SquaredNorm(y - x);
+      if (square < least || (square == least && t < best.triangle)) {
+        least = square;
+        best.triangle = t;
+        best.position = y;
+      }
+    }
+  }
+  if (best.triangle >= 0) {
+    best.weights = WeightsOf(best.position, corners_[Index(best.triangle)]);
+  }
+  return best;
+}
+
+std::vector<std::pair<std::int32_t, std::int32_t>> TriangleTree::OverlappingBoxes() const {
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  std::vector<std::pair<std::int32_t, std::int32_t>> stack = {{0, 0}};
+  while (!stack.empty()) {
+    const auto [ia, ib] = stack.back();
+    stack.pop_back();
+    const Node& a = nodes_[Index(ia)];
+    const Node& b = nodes_[Index(ib)];
+    if (!Overlap(a.box.low, a.box.high, b.box.low, b.box.high)) continue;
+    if (a.right == 0 && b.right == 0) {
+      for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
+        for (std::int32_t j = ia == ib ? i + 1 : b.first; j < b.first + b.count; ++j) {
+          const auto [low, high] = std::minmax(order_[Index(i)], order_[Index(j)]);
+          const Box& box = boxes_[Index(low)];
+          const Box& other = boxes_[Index(high)];
+          if (Overlap(box.low, box.high, other.low, other.high)) pairs.emplace_back(low, high);
+        }
+      }
+    } else if (ia == ib) {
+      stack.insert(stack.end(), {{ia + 1, ia + 1}, {ia + 1, a.right}, {a.right, a.right}});
+    } else if (b.right == 0 || (a.right > 0 && a.count >= b.count)) {
+      stack.insert(stack.end(), {{ia + 1, ib}, {a.right, ib}});
+    } else {
+      stack.insert(stack.end(), {{ia, ib + 1}, {ia, b.right}});
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "renderer/geometry/mesh.h"
+
+namespace pathfit::renderer {
+
+/// A point of a mesh: weights of the corners of a triangle, adding up to one.
+struct SurfacePoint {
+  std::int32_t triangle = -1;  ///< -1: none
+  std::array<double, 3> weights{};
+  Vec3 position;
+};
+
+/// Tree of bounding boxes over the triangles of a mesh, in double precision: what asks for
+/// distances and pairs rather than rays.
+class TriangleTree {
+ public:
+  /// Precondition: ValidateMesh passed, but for crossing or folded triangles. Changes of the mesh
+  /// afterwards do not reach the tree.
+  explicit TriangleTree(const Mesh& mesh);
+
+  /// The point of the surface next to x. With `outward` (of any length, not zero) only triangles
+  /// whose normal is within a right angle of it count, so that a point beside one side of a thin
+  /// wall does not find the other; if there are none, all do.
+  [[nodiscard]] SurfacePoint Closest(const Vec3& x) const;
+  [[nodiscard]] SurfacePoint Closest(const Vec3& x, const Vec3& outward) const;
+
+  /// Pairs of different triangles whose boxes overlap, i < j, in ascending order.
+  [[nodiscard]] std::vector<std::pair<std::int32_t, std::int32_t>> OverlappingBoxes() const;
+
+ private:
+  struct Box {
+    Vec3 low, high;
+  };
+  /// Of triangles order_[first .. first + count); inner if right > 0, with its left child behind
+  /// it.
+  struct Node {
+    Box box;
+    std::int32_t first = 0, count = 0;
+    std::int32_t right = 0;
+  };
+  std::int32_t Build(std::int32_t first, std::int32_t count, const std::vector<Vec3>& middles);
+  [[nodiscard]] SurfacePoint Find(const Vec3& x, const Vec3* outward) const;
+
+  std::vector<std::array<Vec3, 3>> corners_;
+  std::vector<Box> boxes_;  // by triangle
+  std::vector<std::int32_t> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace pathfit::renderer

@@ -1,0 +1,180 @@
+#include "optim/round/mesh_levels.h"
+
+#include <cmath>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "optim/round/remesh.h"
+#include "renderer/geometry/mesh_folds.h"
+#include "renderer/geometry/mesh_primitives.h"
+#include "renderer/geometry/mesh_topology.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+namespace pathfit {
+namespace {
+
+using optim::MeshDetail;
+using renderer::Mesh;
+using renderer::Vec3;
+
+Mesh BumpyBall(int subdivisions) {
+  Mesh ball = renderer::MakeIcosphere(subdivisions, 1.0);
+  for (Vec3& p : ball.positions) p = p * tests::BumpRadius(p);
+  return ball;
+}
+
+struct EdgeLengths {
+  double mean = 0.0, least = 1e300, most = 0.0;
+};
+EdgeLengths EdgesOf(const Mesh& mesh) {
+  EdgeLengths lengths;
+  const auto topology = renderer::MeshTopology::Build(mesh);
+  for (const renderer::MeshEdge& edge : topology.edges) {
+    const double length = Norm(mesh.positions[static_cast<std::size_t>(edge.vertices[0])] -
+                               mesh.positions[static_cast<std::size_t>(edge.vertices[1])]);
+    lengths.mean += length / static_cast<double>(topology.edges.size());
+    lengths.least = std::min(lengths.least, length);
+    lengths.most = std::max(lengths.most, length);
+  }
+  return lengths;
+}
+
+TEST(Remesh, GivesAClosedSurfaceOfTheWantedEdges) {
+  for (const int subdivisions : {1, 4}) {
+    const Mesh ball = BumpyBall(subdivisions);
+    for (const double edge : {0.35, 0.12}) {
+      const Mesh made = optim::Remesh(ball, edge);
+      renderer::ValidateMesh(made, "made");
+      EXPECT_TRUE(renderer::MeshTopology::Build(made).solid);
+      const EdgeLengths lengths = EdgesOf(made);
+      EXPECT_NEAR(lengths.mean, edge, 0.15 * edge) << subdivisions;
+      EXPECT_GT(lengths.least, 0.3 * edge);
+      EXPECT_LT(lengths.most, 1.8 * edge);
+      EXPECT_EQ(renderer::CountFolds(made).Total(), 0);
+      EXPECT_LT(optim::SurfaceDistance(ball, made), 0.3 * edge);
+      EXPECT_EQ(made.positions, optim::Remesh(ball, edge).positions) << "not the same twice";
+    }
+  }
+}
+
+TEST(Remesh, KeepsPiecesAndHandles) {
+  // A ring with a square profile: Euler characteristic 0.
+  Mesh ring;
+  constexpr int kCorners = 24;
+  for (int i = 0; i < kCorners; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kCorners;
+    for (const auto& [r, z] : {std::pair(0.8, -0.2), {1.2, -0.2}, {1.2, 0.2}, {0.8, 0.2}}) {
+      ring.positions.push_back({r * std::cos(angle), r * std::sin(angle), z});
+    }
+  }
+  for (int i = 0; i < kCorners; ++i) {
+    for (int k = 0; k < 4; ++k) {
+      const int a = 4 * i + k;
+      const int b = 4 * i + (k + 1) % 4;
+      const int c = (a + 4) % (4 * kCorners);
+      const int d = (b + 4) % (4 * kCorners);
+      ring.triangles.push_back({a, c, b});
+      ring.triangles.push_back({c, d, b});
+    }
+  }
+  renderer::ValidateMesh(ring, "ring");
+  for (const double edge : {0.5, 0.1}) {
+    const Mesh made = optim::Remesh(ring, edge);
+    renderer::ValidateMesh(made, "made");
+    const auto topology = renderer::MeshTopology::Build(made);
+    EXPECT_TRUE(topology.closed);
+    EXPECT_EQ(made.positions.size() + made.triangles.size(), topology.edges.size());
+  }
+}
+
+TEST(Remesh, CarriesColoursOver) {
+  Mesh ball = renderer::MakeIcosphere(4, 1.0);
+  for (const Vec3& p : std::as_const(ball.positions)) {
+    ball.colors.push_back({0.5 + 0.4 * p.x, 0.5 + 0.3 * p.y, 0.2});
+  }
+  ball.color_triangles = ball.triangles;
+  const Mesh made = optim::Remesh(ball, 0.2);
+  ASSERT_EQ(made.colors.size(), made.positions.size());
+  for (std::size_t v = 0; v < made.colors.size(); ++v) {
+    EXPECT_NEAR(
+        std::as_const(made).colors[v].r, 0.5 + 0.4 * std::as_const(made).positions[v].x, 0.01);
+    EXPECT_NEAR(
+        std::as_const(made).colors[v].g, 0.5 + 0.3 * std::as_const(made).positions[v].y, 0.01);
+  }
+}
+
+class MeshLevelsTest : public testing::Test {
+ protected:
+  MeshLevelsTest() {
+    vertices_[0].name = "ball.vertices";
+    vertices_[0].mesh_detail = MeshDetail::kLevels;
+  }
+  [[nodiscard]] optim::MeshLevels At(double scale) const {
+    return optim::RefineMeshes(scene_, vertices_, {0}, optim::MakeFitViews(observations_, scale));
+  }
+  renderer::Scene scene_ = tests::BallScene(2, 4, 128);
+  optim::ObservationSet observations_ = tests::Photograph(scene_, 1);
+  std::vector<optim::UnknownSpec> vertices_{1};
+};
+
+TEST_F(MeshLevelsTest, EdgesFollowThePixels) {
+  for (const double scale : {0.5, 1.0}) {
+    const Mesh made = At(scale).scene.meshes[0].mesh;
+    // The ball's middle is 4 m away from the cameras, most of what they see a little nearer.
+    const double pixel = 4.0 / (1.45 * 128 * scale);
+    EXPECT_NEAR(EdgesOf(made).mean, optim::kEdgePixels * pixel, 0.3 * optim::kEdgePixels * pixel);
+  }
+}
+
+TEST_F(MeshLevelsTest, ScaledObjectsHaveEdgesOfTheWorld) {
+  const Mesh plain = At(1.0).scene.meshes[0].mesh;
+  scene_.meshes[0].pose.scale = 2.0;
+  for (Vec3& p : scene_.meshes[0].mesh.positions) p *= 0.5;
+  EXPECT_NEAR(EdgesOf(At(1.0).scene.meshes[0].mesh).mean * 2.0, EdgesOf(plain).mean, 1e-3);
+}
+
+TEST_F(MeshLevelsTest, ASecondTimeNothingChanges) {
+  const optim::MeshLevels once = At(0.5);
+  ASSERT_EQ(once.messages.size(), 1U);
+  scene_ = once.scene;
+  const optim::MeshLevels twice = At(0.5);
+  EXPECT_EQ(twice.messages.size(), 0U);
+  EXPECT_EQ(twice.scene.meshes[0].mesh.triangles, once.scene.meshes[0].mesh.triangles);
+}
+
+TEST_F(MeshLevelsTest, FoldsGoEvenAtTheRightSize) {
+  scene_ = At(0.5).scene;
+  Vec3& p = scene_.meshes[0].mesh.positions.Edit()[5];
+  p = p * -1.2;
+  EXPECT_GT(renderer::CountFolds(scene_.meshes[0].mesh).Total(), 0);
+  EXPECT_EQ(renderer::CountFolds(At(0.5).scene.meshes[0].mesh).Total(), 0);
+}
+
+TEST_F(MeshLevelsTest, WhatCannotBeRemeshedStaysAndIsSaid) {
+  const auto stays = [this](const std::string& why) {
+    const optim::MeshLevels levels = At(1.0);
+    EXPECT_EQ(levels.scene.meshes[0].mesh.triangles, scene_.meshes[0].mesh.triangles);
+    ASSERT_EQ(levels.messages.size(), 1U) << why;
+    EXPECT_NE(levels.messages[0].find(why), std::string::npos) << levels.messages[0];
+  };
+  const renderer::Scene whole = scene_;
+  scene_.meshes[0].mesh.triangles.Edit().pop_back();
+  scene_.meshes[0].mesh.color_triangles.Edit().pop_back();
+  stays("borders");
+  scene_ = whole;
+  renderer::SetSphereUvs(scene_.meshes[0].mesh);
+  scene_.materials[0].base_color_texture = 0;
+  stays("UVs");
+  scene_ = whole;
+  vertices_[0].gaussian = optim::GaussianPriorSpec{{}, 0.1};
+  stays("prior");
+  vertices_[0].gaussian.reset();
+  for (Vec3& p : scene_.meshes[0].mesh.positions) p.y += 100.0;
+  stays("no fitted view");
+  vertices_[0].mesh_detail = MeshDetail::kKeep;
+  EXPECT_EQ(At(1.0).messages.size(), 0U) << "as it was asked for";
+}
+
+}  // namespace
+}  // namespace pathfit

@@ -1,0 +1,109 @@
+#include "renderer/geometry/mesh_folds.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "renderer/geometry/closest_point.h"
+#include "renderer/geometry/mesh_primitives.h"
+#include "renderer/geometry/triangle_tree.h"
+
+namespace pathfit::renderer {
+namespace {
+
+TEST(MeshFolds, OfABallThereAreNone) { EXPECT_EQ(CountFolds(MakeIcosphere(4, 1.0)).Total(), 0); }
+
+TEST(MeshFolds, OfACubeThereAreNone) {
+  EXPECT_EQ(CountFolds(MakeCube()).Total(), 0) << "right angles, and coplanar neighbours";
+}
+
+TEST(MeshFolds, OfAVertexPushedThroughTheOtherSide) {
+  Mesh ball = MakeIcosphere(3, 1.0);
+  ball.positions[0] = ball.positions[0] * -1.3;
+  const MeshFolds folds = CountFolds(ball);
+  EXPECT_GE(folds.crossing_triangles, 6) << "its triangles, and those they pierce";
+  EXPECT_EQ(Unfold(ball).Total(), 0);
+  EXPECT_EQ(CountFolds(ball).Total(), 0);
+}
+
+TEST(MeshFolds, OfAVertexPulledOverItsNeighbours) {
+  Mesh ball = MakeIcosphere(3, 1.0);
+  const Vec3 before = ball.positions[12];
+  ball.positions[0] = ball.positions[0] + Cross(ball.positions[0], Vec3{0.3, 0.5, 0.2}) * 0.6;
+  EXPECT_GT(CountFolds(ball).folded_edges, 0);
+  EXPECT_EQ(Unfold(ball).Total(), 0);
+  EXPECT_EQ(ball.positions[12], before) << "what lies far away stays";
+}
+
+TEST(MeshFolds, OfTwoPiecesThatPassThroughEachOther) {
+  Mesh two = MakeCube();
+  const Mesh other = MakeCube();
+  for (const Vec3& p : std::as_const(other.positions)) {
+    two.positions.push_back(p + Vec3{0.7, 0.6, 0.5});
+  }
+  for (Triangle t : std::as_const(other.triangles)) {
+    for (std::int32_t& v : t) v += 8;
+    two.triangles.push_back(t);
+  }
+  EXPECT_GT(CountFolds(two).crossing_triangles, 0);
+  EXPECT_EQ(CountFolds(two).folded_edges, 0);
+}
+
+TEST(TriangleTree, FindsTheNearestPointAsASearchThroughAllDoes) {
+  const Mesh ball = MakeIcosphere(2, 1.0);
+  const TriangleTree tree(ball);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1.6, 1.6);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 x{uniform(random), uniform(random), uniform(random)};
+    double least = 1e300;
+    for (const Triangle& t : std::as_const(ball.triangles)) {
+      const auto p = [&](std::size_t k) { return ball.positions[static_cast<std::size_t>(t[k])]; };
+      const Vec3 y = ClosestPointOfTriangle(x, TriangleGeometry::Make(p(0), p(1), p(2)));
+      least = std::min(least, Norm(y - x));
+    }
+    const SurfacePoint found = tree.Closest(x);
+    EXPECT_NEAR(Norm(found.position - x), least, 1e-14);
+    Vec3 mixed{0.0, 0.0, 0.0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& corners = ball.triangles[static_cast<std::size_t>(found.triangle)];
+      mixed += ball.positions[static_cast<std::size_t>(corners[k])] * found.weights[k];
+    }
+    EXPECT_NEAR(Norm(mixed - found.position), 0.0, 1e-12);
+    EXPECT_GT(Dot(tree.Closest(x, Vec3{1.0, 0.0, 0.0}).position, Vec3{1.0, 0.0, 0.0}), -0.2)
+        << "only the side that looks along x";
+  }
+}
+
+TEST(TriangleTree, FindsAllPairsOfBoxesThatOverlap) {
+  const Mesh ball = MakeIcosphere(1, 1.0);
+  const auto pairs = TriangleTree(ball).OverlappingBoxes();
+  std::size_t expected = 0;
+  const auto low = [&](const Triangle& t, int axis) {
+    double least = 1e300;
+    for (const auto v : t)
+      least = std::min(least, ball.positions[static_cast<std::size_t>(v)][axis]);
+    return least;
+  };
+  const auto high = [&](const Triangle& t, int axis) {
+    double most = -1e300;
+    for (const auto v : t) most = std::max(most, ball.positions[static_cast<std::size_t>(v)][axis]);
+    return most;
+  };
+  const std::vector<Triangle>& triangles = ball.triangles;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    for (std::size_t j = i + 1; j < triangles.size(); ++j) {
+      bool overlap = true;
+      for (int axis = 0; axis < 3; ++axis) {
+        overlap = overlap && low(triangles[i], axis) <= high(triangles[j], axis) &&
+                  low(triangles[j], axis) <= high(triangles[i], axis);
+      }
+      expected += static_cast<std::size_t>(overlap);
+    }
+  }
+  EXPECT_EQ(pairs.size(), expected);
+  EXPECT_TRUE(std::is_sorted(pairs.begin(), pairs.end()));
+}
+
+}  // namespace
+}  // namespace pathfit::renderer
