@@ -73,6 +73,14 @@ def rotation_angle(matrix):
     return math.atan2(sine, 0.5 * (matrix[0][0] + matrix[1][1] + matrix[2][2] - 1.0))
 
 
+def rotation_vector(matrix):
+    """Of a rotation by less than pi."""
+    axis = [matrix[2][1] - matrix[1][2], matrix[0][2] - matrix[2][0], matrix[1][0] - matrix[0][1]]
+    length = math.sqrt(sum(x * x for x in axis))
+    angle = rotation_angle(matrix)
+    return [x / length * angle for x in axis] if length > 0.0 else [0.0, 0.0, 0.0]
+
+
 # Runs ------------------------------------------------------------------------------------------------------------------
 
 
