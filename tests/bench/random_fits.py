@@ -430,7 +430,8 @@ class Problem:
                 "unknowns": {"exposure" if u["kind"] == "exposure" else u["name"]: {} for u in self.unknowns}, "stages": [{"name": "all", "free": "all"}]}
 
     def write(self, folder, noise_program, pathfit):
-        folder.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
         if "texels" in self.truth:
             width, height = self.texture_size
             write_png(folder / "picture.png", width, height, self.texels)
