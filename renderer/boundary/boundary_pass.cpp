@@ -201,7 +201,8 @@ void EmitBoundaries(const PathContext& interior,
     }
     edges = path.world->EdgesFor(moves, camera.Origin());
   }
-  const BoundaryContext context{path, camera, active, options, services, *edges};
+  const BoundaryContext context{
+      path, camera, active, options, services, *edges, path.world->contacts()};
   using enum RandomDomain;
   Runner runner(context, sink, stats);
   if (terms.primary) {

@@ -182,65 +182,67 @@ bool Advance(const BoundaryContext& context,
   return true;
 }
 
-PassedFaces PassedBy(const BoundaryContext& context, const BoundarySegment& s) {
-  const MeshEdge& edge =
-      context.path.world->topology(s.edge->mesh).edges[static_cast<std::size_t>(s.edge->edge)];
-  return {s.edge->mesh, edge, s.touching};
+/// A triangle that touches the edge point of a segment.
+struct TouchingFace {
+  double slope = 0.0;  ///< see SlopeBeside
+  bool ends = false;   ///< at the edge
+  double apex = 0.0;  ///< how far its third corner is on the edge's own side; 0: it goes on on both
+};
+
+/// Empty: seen edge-on.
+std::optional<TouchingFace> TouchingFaceOf(const BoundaryContext& context,
+                                           const BoundarySegment& s,
+                                           TriangleId id) {
+  const RayCaster& caster = context.path.world->caster();
+  const TriangleGeometry& triangle = caster.Geometry(id);
+  const auto slope = SlopeBeside(triangle, s.w, s.n_b);
+  if (!slope) {
+    return std::nullopt;
+  }
+  const int border = BorderAlong(triangle, s.x_b, Normalized(s.edge->b - s.edge->a), caster);
+  const double apex = border < 0 ? 0.0 : Dot(s.n_b, ApexOf(triangle, border) - s.x_b);
+  return TouchingFace{*slope, border >= 0, apex};
 }
 
-/// Finds what touches the edge point, where it goes on beside the edge, and whether it hides the
-/// edge.
-bool PlaceContacts(const BoundaryContext& context, const MeshEdge& edge, BoundarySegment& s) {
-  const World& world = *context.path.world;
-  const RayCaster& caster = world.caster();
-  const int mesh = s.edge->mesh;
-  if (!world.contact_bounds().MayTouch(mesh, edge, s.x_b, s.x_b)) {
-    return true;
-  }
-  s.touching = TouchingFaces(caster, world.mesh(mesh), world.topology(mesh), mesh, edge, s.x_b);
-  if (s.touching.faces().empty()) {
-    return true;
-  }
+/// Finds where what touches the edge point goes on beside the edge, and whether it hides the edge.
+bool PlaceContacts(const BoundaryContext& context, BoundarySegment& s) {
+  const RayCaster& caster = context.path.world->caster();
+  const std::span<const TriangleId> all = s.faces.All();
+  const std::span<const TriangleId> touching = s.faces.Touching();
   double own = std::numeric_limits<double>::infinity();
-  for (const std::int32_t face : edge.faces) {
-    if (face >= 0) {
-      const auto slope = SlopeBeside(caster.Geometry({s.edge->mesh, face}), s.w, s.n_b);
-      own = std::min(own, slope.value_or(own));
+  for (const TriangleId id : all.first(all.size() - touching.size())) {
+    if (id.triangle >= 0) {
+      own = std::min(own, SlopeBeside(caster.Geometry(id), s.w, s.n_b).value_or(own));
     }
   }
-  const Vec3 along = Normalized(s.edge->b - s.edge->a);
   double nearest = 0.0;
-  std::array<bool, TouchingFaces::kMost> covered{};  // whether it lies on the edge's own side
   TriangleId beside;
   bool ends = false;  // at the edge
-  for (std::size_t i = 0; i < s.touching.faces().size(); ++i) {
-    const TriangleId id = s.touching.faces()[i];
-    const TriangleGeometry& triangle = caster.Geometry(id);
-    const auto slope = SlopeBeside(triangle, s.w, s.n_b);
-    if (!slope) {
+  for (const TriangleId id : touching) {
+    const auto face = TouchingFaceOf(context, s, id);
+    if (!face) {
       continue;
     }
-    const int border = BorderAlong(triangle, s.x_b, along, caster);
-    const double apex = border < 0 ? 0.0 : Dot(s.n_b, ApexOf(triangle, border) - s.x_b);
-    covered[i] = apex >= 0.0;
-    if (covered[i] && *slope < own - kOnePlane * (1.0 + std::abs(own))) {
+    if (face->apex >= 0.0 && face->slope < own - kOnePlane * (1.0 + std::abs(own))) {
       return false;
     }
-    if (apex <= 0.0 && (!beside.IsValid() || -*slope < nearest)) {
-      nearest = -*slope;
+    if (face->apex <= 0.0 && (!beside.IsValid() || -face->slope < nearest)) {
+      nearest = -face->slope;
       beside = id;
-      ends = border >= 0;
+      ends = face->ends;
     }
   }
-  if (beside.IsValid()) {
-    const TriangleGeometry& triangle = caster.Geometry(beside);
-    s.beside = HitInside(beside, IntersectPlane(triangle, s.x_b, triangle.n));
-    s.beside->distance = 0.0;
-    for (std::size_t i = 0; i < s.touching.faces().size(); ++i) {
-      ends = ends && !(covered[i] && s.touching.faces()[i].mesh == beside.mesh);
-    }
-    s.share = ends ? 0.5 : 1.0;
+  if (!beside.IsValid()) {
+    return true;
   }
+  const TriangleGeometry& triangle = caster.Geometry(beside);
+  s.beside = HitInside(beside, IntersectPlane(triangle, s.x_b, triangle.n));
+  s.beside->distance = 0.0;
+  const auto goes_on = [&](TriangleId id) {
+    const auto face = id.mesh == beside.mesh ? TouchingFaceOf(context, s, id) : std::nullopt;
+    return face && face->apex >= 0.0;
+  };
+  s.share = ends && std::none_of(touching.begin(), touching.end(), goes_on) ? 0.5 : 1.0;
   return true;
 }
 
@@ -303,7 +305,8 @@ bool StartSegment(const BoundaryContext& context,
   const Vec3& apex = mesh.positions[static_cast<std::size_t>(mesh_edge.apex[0])];
   const double sign = Dot(normal, apex - edge.a) > 0.0 ? 1.0 : -1.0;
   segment.n_b = normal * (sign / segment.sin_phi);
-  return !edge.may_touch || PlaceContacts(context, mesh_edge, segment);
+  segment.faces = context.contacts.At(edge.mesh, edge.edge, t);
+  return segment.faces.Touching().empty() || PlaceContacts(context, segment);
 }
 
 bool TouchesEdge(const BoundaryContext& context, const BoundarySegment& segment, double distance) {
@@ -311,23 +314,28 @@ bool TouchesEdge(const BoundaryContext& context, const BoundarySegment& segment,
 }
 
 std::optional<Hit> TraceSourceEnd(const BoundaryContext& context, const BoundarySegment& segment) {
-  return segment.beside
-             ? segment.beside
-             : TraceIgnoring(context, segment, segment.w, PassedBy(context, segment).All());
+  return segment.beside ? segment.beside
+                        : TraceIgnoring(context, segment, segment.w, segment.faces.All());
 }
 
 bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment) {
   const RayCaster& caster = context.path.world->caster();
-  PassedFaces passed = PassedBy(context, segment);
-  auto hit = TraceIgnoring(context, segment, -segment.w, passed.All());
+  auto hit = TraceIgnoring(context, segment, -segment.w, segment.faces.All());
   const auto* x_s = std::get_if<MaterialPoint>(&segment.source);
   if (x_s != nullptr && TouchesEdge(context, segment, segment.t2)) {
     // The ray starts behind the source's plane, which may be made of several triangles here.
     const Vec3& n = caster.Geometry(x_s->id).n;
-    while (hit && TouchesEdge(context, segment, hit->distance) && !passed.IsFull() &&
-           std::abs(Dot(n, caster.Geometry(hit->id).n)) > 1.0 - kCoplanar) {
-      passed.Add(hit->id);
-      hit = TraceIgnoring(context, segment, -segment.w, passed.All());
+    const auto is_of_plane = [&] {
+      return hit && TouchesEdge(context, segment, hit->distance) &&
+             std::abs(Dot(n, caster.Geometry(hit->id).n)) > 1.0 - kCoplanar;
+    };
+    if (is_of_plane()) {
+      const std::span<const TriangleId> faces = segment.faces.All();
+      std::vector<TriangleId> passed(faces.begin(), faces.end());
+      while (is_of_plane()) {
+        passed.push_back(hit->id);
+        hit = TraceIgnoring(context, segment, -segment.w, passed);
+      }
     }
   }
   if (!hit || TouchesEdge(context, segment, hit->distance)) {

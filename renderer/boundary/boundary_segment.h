@@ -1,7 +1,6 @@
 #pragma once
 
 #include "renderer/boundary/boundary_technique.h"
-#include "renderer/geometry/edge_contact.h"
 
 namespace pathfit::renderer {
 
@@ -14,7 +13,7 @@ struct BoundarySegment {
   Vec3 n_b;              ///< unit, normal to edge and segment, points into the occluder
   double sin_phi = 0.0;  ///< between edge and segment
   double share = 1.0;    ///< of the contribution: the line may be an edge of another surface, too
-  TouchingFaces touching;
+  FacesAtEdge faces;     ///< of the edge, and what touches it at x_B
   std::optional<Hit> beside;  ///< what touches the edge and goes on beside it, where it is free
   Hit d;                      ///< detector end; distance is t1 = |x_B - x_D|
   Vec3 x_d;

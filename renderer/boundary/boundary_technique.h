@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "renderer/boundary/splat_buffer.h"
+#include "renderer/geometry/edge_contact.h"
 #include "renderer/geometry/edge_tree.h"
 #include "renderer/path/path_tracer.h"
 #include "renderer/render_options.h"
@@ -20,6 +21,7 @@ struct BoundaryContext {
   const RenderOptions& options;
   const RenderServices& services;
   const EdgeTree& edges;
+  const EdgeContacts& contacts;
 };
 
 /// One way of a technique to turn uniform numbers into samples.

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "renderer/boundary/visible_point.h"
-#include "renderer/geometry/edge_contact.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -52,7 +51,7 @@ struct PrimaryBoundary::EdgePoint {
   LatticeSampler sampler;
   const MeshEdge* edge = nullptr;
   int mesh = 0;
-  TouchingFaces touching;
+  FacesAtEdge faces;
   double t = 0.0;
   Vec3 a, b, x;
   Ray ray;                // of the sensor, through x
@@ -123,12 +122,7 @@ std::optional<PrimaryBoundary::EdgePoint> PrimaryBoundary::PointAt(const Boundar
   point.g = projection->du * point.m.x + projection->dv * point.m.y;
   const Ray to_sensor = camera.RayTo(point.x, point.distance);
   point.ray = {point.x + to_sensor.direction * point.distance, -to_sensor.direction};
-  const World& world = *context_.path.world;
-  if (view_edge.may_touch &&
-      world.contact_bounds().MayTouch(view_edge.mesh, edge, point.x, point.x)) {
-    point.touching = TouchingFaces(
-        world.caster(), mesh, world.topology(view_edge.mesh), view_edge.mesh, edge, point.x);
-  }
+  point.faces = context_.contacts.At(view_edge.mesh, view_edge.edge, at.t);
   return point;
 }
 
@@ -153,7 +147,7 @@ std::array<PrimaryBoundary::Side, 2> PrimaryBoundary::FacesBySide(const EdgePoin
     }
   }
   const Vec3 along = Normalized(point.b - point.a);
-  for (const TriangleId face : point.touching.faces()) {
+  for (const TriangleId face : point.faces.Touching()) {
     const TriangleGeometry& triangle = caster.Geometry(face);
     const auto slope = SlopeBeside(triangle, point.ray.direction, point.g);
     if (!slope) {
@@ -231,8 +225,7 @@ void PrimaryBoundary::Sample(std::size_t /*way*/,
     return;
   }
   const RayCaster& caster = context_.path.world->caster();
-  auto behind = caster.IntersectIgnoring(
-      point->ray, 0.0, PassedFaces(point->mesh, *point->edge, point->touching).All());
+  auto behind = caster.IntersectIgnoring(point->ray, 0.0, point->faces.All());
   const std::array<Side, 2> sides = FacesBySide(*point);
   const bool hidden =
       behind && behind->distance < point->distance - kDepthTolerance * caster.Offset(point->x);

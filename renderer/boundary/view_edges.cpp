@@ -245,12 +245,7 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
         continue;
       }
       weights.push_back(jump * part->length * (candidates.resting ? kRestingWeight : 1.0));
-      edges_.push_back({m,
-                        static_cast<std::int32_t>(e),
-                        part->t0,
-                        part->t1,
-                        part->depth_ratio,
-                        world.contact_bounds().MayTouch(m, edges[e], end(0), end(1))});
+      edges_.push_back({m, static_cast<std::int32_t>(e), part->t0, part->t1, part->depth_ratio});
       for (const std::int32_t face : edges[e].faces) {
         if (face >= 0) {
           const auto f = static_cast<std::size_t>(face);

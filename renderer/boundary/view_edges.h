@@ -13,7 +13,6 @@ struct ViewEdge {
   std::int32_t edge = 0;      ///< into MeshTopology::edges
   double t0 = 0.0, t1 = 1.0;  ///< visible part, as parameter between its two vertices
   double depth_ratio = 1.0;   ///< depth at t0 over depth at t1; 1 for parallel rays
-  bool may_touch = false;     ///< other surfaces may pass through it: TouchingFaces
 
   /// Parameter of the point at share `s` of the visible part's image (distortion left aside), and
   /// its derivative by s.

@@ -13,8 +13,7 @@ struct BoundaryEdge {
   Vec3 a, b;              ///< ends, in the winding order of its first face
   Vec3 n0, n1;            ///< unit geometric normals of its faces; a border has n1 = -n0
   bool border = false;
-  bool may_touch = false;  ///< other surfaces may pass through it: TouchingFaces
-  double weight = 1.0;     ///< importance relative to other edges, > 0 (e.g. small if it rests)
+  double weight = 1.0;  ///< importance relative to other edges, > 0 (e.g. small if it rests)
 
   /// Whether the edge is a silhouette for a line in direction w through it: both faces lie on one
   /// side of the plane of edge and line. Borders always are, except in their own plane.

@@ -2,6 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "renderer/geometry/near_pairs.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -12,103 +17,195 @@ constexpr double kEdgeOn = 1e-12;
 constexpr double kOnBorder = 0.25;
 // Sine between lines that run along each other.
 constexpr double kParallel = 0.1;
+// Reaches of a touch along a part of an edge that differ less count as one.
+constexpr double kAlike = 2.0;
 
-std::array<Vec3, 3> CornersOf(const TriangleGeometry& t) {
-  return {t.p0, t.p0 + t.e1, t.p0 + t.e2};
+/// All triangles, such that those of one part which no border of it may touch have one label.
+std::vector<NearItem> ItemsOf(const RayCaster& caster,
+                              const std::vector<MeshTopology>& topologies,
+                              std::vector<TriangleId>& ids) {
+  std::vector<NearItem> items;
+  std::int32_t first_label = 0;
+  for (std::size_t m = 0; m < topologies.size(); ++m) {
+    const MeshTopology& topology = topologies[m];
+    const std::size_t first = items.size();
+    items.reserve(first + topology.parts.size());
+    ids.reserve(first + topology.parts.size());
+    std::int32_t num_parts = 0;
+    for (std::size_t f = 0; f < topology.parts.size(); ++f) {
+      ids.push_back({static_cast<std::int32_t>(m), static_cast<std::int32_t>(f)});
+      const TriangleGeometry& t = caster.Geometry(ids.back());
+      const double size = std::sqrt(std::max(SquaredNorm(t.e1), SquaredNorm(t.e2)));
+      const double offset = caster.Offset(t.p0) + RayCaster::kRayOffset * size;  // of any corner
+      items.push_back({&t, kTouch * offset, first_label + topology.parts[f]});
+      num_parts = std::max(num_parts, topology.parts[f] + 1);
+    }
+    for (const MeshEdge& edge : topology.edges) {
+      if (edge.faces[1] < 0) {
+        items[first + static_cast<std::size_t>(edge.faces[0])].label = -1;
+      }
+    }
+    first_label += num_parts;
+  }
+  return items;
+}
+
+/// The parts of the segment a..b that touch a triangle, in ascending order; none where they cross.
+std::vector<SegmentPart> TouchedParts(const RayCaster& caster,
+                                      const Vec3& a,
+                                      const Vec3& b,
+                                      const TriangleGeometry& triangle) {
+  const Vec3 along = b - a;
+  const double length = Norm(along);
+  const auto reach = [&](double t) { return kTouch * caster.Offset(a + along * t); };
+  std::vector<SegmentPart> parts;
+  // How near is near depends on the place: parts are halved until it is alike all over each.
+  std::vector<SegmentPart> open = {{0.0, 1.0}};
+  while (!open.empty()) {
+    SegmentPart part = open.back();
+    open.pop_back();
+    part.KeepNear(triangle, a, b, std::max(reach(part.begin), reach(part.end)));
+    if (part.IsEmpty()) {
+      continue;
+    }
+    const double middle = 0.5 * (part.begin + part.end);
+    const double nearest =
+        std::clamp(Dot(caster.Center() - a, along) / (length * length), part.begin, part.end);
+    if (std::max(reach(part.begin), reach(part.end)) > kAlike * reach(nearest)) {
+      open.push_back({middle, part.end});
+      open.push_back({part.begin, middle});
+      continue;
+    }
+    part.KeepNear(triangle, a, b, reach(middle));
+    if (part.IsEmpty()) {
+      continue;
+    }
+    if (!parts.empty() && part.begin <= parts.back().end) {
+      parts.back().end = part.end;
+    } else {
+      parts.push_back(part);
+    }
+  }
+  // Lines that cross are near each other along their common width over the sine between them.
+  std::erase_if(parts, [&](const SegmentPart& part) {
+    const double crossing = 2.0 / kParallel * reach(0.5 * (part.begin + part.end));
+    return length * (part.end - part.begin) < std::min(crossing, 0.5 * length);
+  });
+  return parts;
 }
 
 }  // namespace
 
-ContactBounds::ContactBounds(const RayCaster& caster, const std::vector<MeshTopology>& topologies)
-    : caster_(caster), topologies_(topologies), near_(topologies.size()) {
-  std::vector<Part> all;
-  for (std::size_t m = 0; m < topologies.size(); ++m) {
-    const int mesh = static_cast<int>(m);
-    const std::vector<std::int32_t>& parts = topologies[m].parts;
-    const std::int32_t count =
-        parts.empty() ? 0 : *std::max_element(parts.begin(), parts.end()) + 1;
-    crowded_.push_back(count > kMostParts);
-    if (count <= 1 || crowded_.back()) {
-      all.push_back({mesh, -1, caster.Bounds(mesh)});
-      continue;
-    }
-    const std::size_t first = all.size();
-    all.resize(first + static_cast<std::size_t>(count), {mesh, -1, {}});
-    for (std::size_t f = 0; f < parts.size(); ++f) {
-      Part& part = all[first + static_cast<std::size_t>(parts[f])];
-      for (const Vec3& p : CornersOf(caster.Geometry({mesh, static_cast<std::int32_t>(f)}))) {
-        if (part.part < 0) {
-          part = {mesh, parts[f], {p, p}};
-        }
-        for (int i = 0; i < 3; ++i) {
-          part.box.low[i] = std::min(part.box.low[i], p[i]);
-          part.box.high[i] = std::max(part.box.high[i], p[i]);
-        }
-      }
-    }
-  }
-  for (std::size_t m = 0; m < topologies.size(); ++m) {
-    const int mesh = static_cast<int>(m);
-    const RayCaster::Box& bounds = caster.Bounds(mesh);
-    for (const Part& part : all) {
-      const bool itself = part.mesh == mesh && part.part < 0;
-      if (!itself && Overlap(bounds, part.box, Slack(bounds))) {
-        near_[m].push_back(part);
-      }
-    }
-  }
-}
+/// A triangle touches a part of an edge.
+struct EdgeContacts::Touch {
+  int mesh;
+  std::int32_t edge;
+  TriangleId other;
+  SegmentPart part;
+};
 
-bool ContactBounds::MayTouch(int mesh, const MeshEdge& edge, const Vec3& a, const Vec3& b) const {
-  const auto m = static_cast<std::size_t>(mesh);
-  if (edge.faces[1] < 0 || crowded_[m] || near_[m].empty()) {
-    return edge.faces[1] < 0 || crowded_[m];
-  }
-  RayCaster::Box box{a, a};
-  for (int i = 0; i < 3; ++i) {
-    box.low[i] = std::min(a[i], b[i]);
-    box.high[i] = std::max(a[i], b[i]);
-  }
-  const double slack = Slack(box);
-  const std::int32_t own = topologies_[m].parts[static_cast<std::size_t>(edge.faces[0])];
-  return std::any_of(near_[m].begin(), near_[m].end(), [&](const Part& part) {
-    return !(part.mesh == mesh && part.part == own) && Overlap(box, part.box, slack);
+EdgeContacts::EdgeContacts(const RayCaster& caster,
+                           const std::vector<Mesh>& meshes,
+                           const std::vector<MeshTopology>& topologies)
+    : topologies_(topologies), edges_(topologies.size()) {
+  std::vector<std::vector<std::array<std::int32_t, 3>>> edges_of(topologies.size());
+  std::vector<Touch> touches;
+  const auto add = [&](TriangleId id, TriangleId other) {
+    const auto m = static_cast<std::size_t>(id.mesh);
+    const MeshTopology& topology = topologies[m];
+    const auto part = [&](TriangleId of) {
+      return topology.parts[static_cast<std::size_t>(of.triangle)];
+    };
+    if (edges_of[m].empty()) {
+      edges_of[m] = topology.EdgesOfTriangles();
+    }
+    const bool joined = other.mesh == id.mesh && part(other) == part(id);
+    for (const std::int32_t e : edges_of[m][static_cast<std::size_t>(id.triangle)]) {
+      const MeshEdge& edge = topology.edges[static_cast<std::size_t>(e)];
+      if (edge.faces[0] != id.triangle || (joined && edge.faces[1] >= 0)) {
+        continue;
+      }
+      const Vec3& a = meshes[m].positions[static_cast<std::size_t>(edge.vertices[0])];
+      const Vec3& b = meshes[m].positions[static_cast<std::size_t>(edge.vertices[1])];
+      for (const SegmentPart& touched : TouchedParts(caster, a, b, caster.Geometry(other))) {
+        touches.push_back({id.mesh, e, other, touched});
+      }
+    }
+  };
+  std::vector<TriangleId> ids;
+  const std::vector<NearItem> items = ItemsOf(caster, topologies, ids);
+  ForEachNearPair(items, [&](std::size_t i, std::size_t k) {
+    add(ids[i], ids[k]);
+    add(ids[k], ids[i]);
   });
+  std::sort(touches.begin(), touches.end(), [](const Touch& x, const Touch& y) {
+    return std::tie(x.mesh, x.edge, x.other, x.part.begin) <
+           std::tie(y.mesh, y.edge, y.other, y.part.begin);
+  });
+  for (auto first = touches.begin(); first != touches.end();) {
+    const auto last = std::find_if(first, touches.end(), [&](const Touch& t) {
+      return t.mesh != first->mesh || t.edge != first->edge;
+    });
+    AddStretches({first, last});
+    first = last;
+  }
 }
 
-double ContactBounds::Slack(const RayCaster::Box& box) const {
-  return kTouch * std::max(caster_.Offset(box.low), caster_.Offset(box.high));
-}
-
-bool ContactBounds::Overlap(const RayCaster::Box& box, const RayCaster::Box& other, double slack) {
-  for (int i = 0; i < 3; ++i) {
-    if (box.high[i] + slack < other.low[i] || other.high[i] + slack < box.low[i]) {
-      return false;
+void EdgeContacts::AddStretches(std::span<const Touch> touches) {
+  const auto m = static_cast<std::size_t>(touches.front().mesh);
+  const auto e = static_cast<std::size_t>(touches.front().edge);
+  std::vector<std::pair<double, TriangleId>> changes;  // twice each: it begins, and it ends
+  for (const Touch& touch : touches) {
+    changes.emplace_back(touch.part.begin, touch.other);
+    changes.emplace_back(touch.part.end, touch.other);
+  }
+  std::sort(changes.begin(), changes.end());
+  edges_[m].resize(topologies_[m].edges.size());
+  Range& range = edges_[m][e];
+  range.first = stretches_.size();
+  std::vector<TriangleId> present;
+  const auto add = [&](double end) {
+    stretches_.push_back({end, faces_.size(), 0});
+    if (!present.empty()) {
+      for (const std::int32_t face : topologies_[m].edges[e].faces) {
+        faces_.push_back({static_cast<std::int32_t>(m), face});
+      }
+      faces_.insert(faces_.end(), present.begin(), present.end());
+      stretches_.back().count = faces_.size() - stretches_.back().first;
+    }
+    ++range.count;
+  };
+  double begin = 0.0;
+  for (const auto& [t, id] : changes) {
+    if (t > begin) {
+      add(t);
+      begin = t;
+    }
+    const auto at = std::lower_bound(present.begin(), present.end(), id);
+    if (at != present.end() && *at == id) {
+      present.erase(at);
+    } else {
+      present.insert(at, id);
     }
   }
-  return true;
+  add(std::numeric_limits<double>::infinity());
 }
 
-TouchingFaces::TouchingFaces(const RayCaster& caster,
-                             const Mesh& mesh,
-                             const MeshTopology& topology,
-                             int index,
-                             const MeshEdge& edge,
-                             const Vec3& x) {
-  const auto part = [&](std::int32_t face) {
-    return topology.parts[static_cast<std::size_t>(face)];
-  };
-  count_ = caster.TrianglesNear(x, kTouch * caster.Offset(x), faces_);
-  const auto joined = [&](TriangleId id) {
-    const Triangle& t = mesh.triangles[static_cast<std::size_t>(id.triangle)];
-    return part(id.triangle) == part(edge.faces[0]) &&
-           std::find_first_of(t.begin(), t.end(), edge.vertices.begin(), edge.vertices.end()) !=
-               t.end();
-  };
-  const auto end = std::remove_if(faces_.begin(),
-                                  faces_.begin() + static_cast<std::ptrdiff_t>(count_),
-                                  [&](TriangleId id) { return id.mesh == index && joined(id); });
-  count_ = static_cast<std::size_t>(end - faces_.begin());
+FacesAtEdge EdgeContacts::At(int mesh, std::int32_t edge, double t) const {
+  const auto m = static_cast<std::size_t>(mesh);
+  const auto e = static_cast<std::size_t>(edge);
+  const std::array<std::int32_t, 2>& faces = topologies_[m].edges[e].faces;
+  const std::array<TriangleId, 2> own = {TriangleId{mesh, faces[0]}, TriangleId{mesh, faces[1]}};
+  if (edges_[m].empty() || edges_[m][e].count == 0) {
+    return {own, {}};
+  }
+  const Range& range = edges_[m][e];
+  const auto first = stretches_.begin() + static_cast<std::ptrdiff_t>(range.first);
+  const auto stretch = std::upper_bound(first,
+                                        first + static_cast<std::ptrdiff_t>(range.count - 1),
+                                        t,
+                                        [](double at, const Stretch& s) { return at < s.end; });
+  return {own, {faces_.data() + stretch->first, stretch->count}};
 }
 
 std::optional<double> SlopeBeside(const TriangleGeometry& triangle,

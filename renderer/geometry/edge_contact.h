@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,76 +15,55 @@ namespace pathfit::renderer {
 /// Surfaces nearer to an edge than so many offsets of rays touch it.
 inline constexpr double kTouch = 2.0;
 
-/// Which edges other surfaces may touch, by bounding boxes of the parts of meshes that edges join.
-class ContactBounds {
+/// The triangles at a point of an edge, which a line past it does not meet: the edge's own faces,
+/// and what touches it. Valid as long as the contacts it is from.
+class FacesAtEdge {
  public:
-  /// `topologies`: of the caster's meshes. The caster must outlive it.
-  ContactBounds(const RayCaster& caster, const std::vector<MeshTopology>& topologies);
-  /// Between the points a and b of an edge. Borders may meet their own part, too.
-  [[nodiscard]] bool MayTouch(int mesh, const MeshEdge& edge, const Vec3& a, const Vec3& b) const;
+  FacesAtEdge() = default;
+  /// `all`: own faces and what touches; empty if nothing does.
+  FacesAtEdge(const std::array<TriangleId, 2>& own, std::span<const TriangleId> all)
+      : own_(own), all_(all) {}
 
-  /// A mesh of more parts counts as one for others, and all its edges may touch.
-  static constexpr std::int32_t kMostParts = 16;
-
- private:
-  struct Part {
-    int mesh;
-    std::int32_t part;  // -1: all of the mesh
-    RayCaster::Box box;
-  };
-  /// How far apart things may be that touch in the box, metres.
-  [[nodiscard]] double Slack(const RayCaster::Box& box) const;
-  [[nodiscard]] static bool Overlap(const RayCaster::Box& box,
-                                    const RayCaster::Box& other,
-                                    double slack);
-
-  const RayCaster& caster_;
-  const std::vector<MeshTopology>& topologies_;
-  std::vector<std::vector<Part>> near_;  // by mesh: its own parts, unless it is one, and others'
-  std::vector<bool> crowded_;            // by mesh: more than kMostParts
-};
-
-/// Triangles that touch a point of an edge, without those of its own part that share a corner with
-/// it.
-class TouchingFaces {
- public:
-  TouchingFaces() = default;
-  TouchingFaces(const RayCaster& caster,
-                const Mesh& mesh,
-                const MeshTopology& topology,
-                int index,
-                const MeshEdge& edge,
-                const Vec3& x);
-
-  [[nodiscard]] std::span<const TriangleId> faces() const { return {faces_.data(), count_}; }
-
-  static constexpr std::size_t kMost = 32;
-
- private:
-  std::array<TriangleId, kMost> faces_;
-  std::size_t count_ = 0;
-};
-
-/// Triangles that a line past an edge does not meet: the edge's own faces, and what touches it.
-class PassedFaces {
- public:
-  PassedFaces(int mesh, const MeshEdge& edge, const TouchingFaces& touching) {
-    for (const std::int32_t face : edge.faces) {
-      Add({mesh, face});
-    }
-    for (const TriangleId id : touching.faces()) {
-      Add(id);
-    }
+  [[nodiscard]] std::span<const TriangleId> All() const { return all_.empty() ? own_ : all_; }
+  [[nodiscard]] std::span<const TriangleId> Touching() const {
+    return all_.subspan(std::min(own_.size(), all_.size()));
   }
-  void Add(TriangleId id) { faces_[count_++] = id; }
-  [[nodiscard]] bool IsFull() const { return count_ == faces_.size(); }
-  [[nodiscard]] std::span<const TriangleId> All() const { return {faces_.data(), count_}; }
 
  private:
-  // Where a mesh touches itself, triangles are added one by one.
-  static constexpr std::size_t kMore = 6;
-  std::array<TriangleId, 2 + TouchingFaces::kMost + kMore> faces_;
-  std::size_t count_ = 0;
+  std::array<TriangleId, 2> own_;
+  std::span<const TriangleId> all_;
+};
+
+/// What runs along the edges of a scene: for each stretch of an edge the triangles that touch it,
+/// of other meshes, of other parts of its own mesh (which edges join), and at a border of its own
+/// part. What an edge meets in a point only is none of them. There may be any number.
+class EdgeContacts {
+ public:
+  /// Of the caster's meshes. The topologies must outlive it.
+  EdgeContacts(const RayCaster& caster,
+               const std::vector<Mesh>& meshes,
+               const std::vector<MeshTopology>& topologies);
+
+  /// At the share t of the way along an edge of a mesh; touching triangles in ascending order.
+  [[nodiscard]] FacesAtEdge At(int mesh, std::int32_t edge, double t) const;
+
+ private:
+  /// From the end of the one before.
+  struct Stretch {
+    double end;
+    std::size_t first, count;  // into faces_
+  };
+  struct Range {
+    std::size_t first = 0, count = 0;  // into stretches_
+  };
+  struct Touch;
+  /// Of one edge.
+  void AddStretches(std::span<const Touch> touches);
+
+  const std::vector<MeshTopology>& topologies_;
+  std::vector<std::vector<Range>> edges_;  // by mesh and edge; empty: nothing touches the mesh
+  std::vector<Stretch> stretches_;
+  std::vector<TriangleId> faces_;
 };
 
 /// How fast a triangle falls away in `direction` with the distance from the plane with this normal,

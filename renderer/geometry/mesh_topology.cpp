@@ -211,6 +211,19 @@ MeshTopology MeshTopology::Build(const Mesh& mesh) {
 
 void MeshTopology::UpdateSolid(const Mesh& mesh) { solid = closed && IsWoundOutwards(mesh); }
 
+std::vector<std::array<std::int32_t, 3>> MeshTopology::EdgesOfTriangles() const {
+  std::vector<std::array<std::int32_t, 3>> edges_of(parts.size(), {-1, -1, -1});
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    for (const std::int32_t face : edges[e].faces) {
+      if (face >= 0) {
+        auto& of = edges_of[Index(face)];
+        *std::find(of.begin(), of.end(), -1) = static_cast<std::int32_t>(e);
+      }
+    }
+  }
+  return edges_of;
+}
+
 CornerFans CornerFans::Build(const Mesh& mesh) { return FanBuilder(mesh).Build(); }
 
 }  // namespace pathfit::renderer

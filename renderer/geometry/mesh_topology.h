@@ -32,6 +32,8 @@ struct MeshTopology {
   static MeshTopology Build(const Mesh& mesh);
   /// For new positions: only `solid` depends on them.
   void UpdateSolid(const Mesh& mesh);
+  /// The three edges of each triangle.
+  [[nodiscard]] std::vector<std::array<std::int32_t, 3>> EdgesOfTriangles() const;
 };
 
 /// Sheets of triangles around each vertex: corners of triangles that are neighbours across an edge

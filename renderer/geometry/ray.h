@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <compare>
 #include <cstdint>
 
 #include "renderer/math/vector.h"
@@ -27,7 +28,7 @@ struct TriangleId {
   std::int32_t mesh = -1;
   std::int32_t triangle = -1;
   [[nodiscard]] bool IsValid() const { return mesh >= 0; }
-  friend bool operator==(const TriangleId&, const TriangleId&) = default;
+  friend auto operator<=>(const TriangleId&, const TriangleId&) = default;
 };
 
 /// A point on a triangle: barycentric weights of its second and third vertex, distance along the

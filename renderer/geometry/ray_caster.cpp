@@ -429,25 +429,6 @@ bool VisitForRadius(RTCPointQueryFunctionArguments* arguments) {
   return false;
 }
 
-struct TouchQuery {
-  const RayCaster& caster;
-  Vec3 x;
-  double radius;
-  std::span<TriangleId> found;
-  std::size_t count = 0;
-};
-
-bool VisitForTouch(RTCPointQueryFunctionArguments* arguments) {
-  auto& query = *static_cast<TouchQuery*>(arguments->userPtr);
-  const TriangleId id = query.caster.TriangleOf(arguments->geomID, arguments->primID);
-  const auto end = query.found.begin() + static_cast<std::ptrdiff_t>(query.count);
-  if (query.count < query.found.size() && std::find(query.found.begin(), end, id) == end &&
-      Norm(ClosestPointOfTriangle(query.x, query.caster.Geometry(id)) - query.x) <= query.radius) {
-    query.found[query.count++] = id;
-  }
-  return false;
-}
-
 /// `x` relative to the caster's centre.
 void VisitTriangles(
     RTCScene scene, const Vec3& x, double radius, RTCPointQueryFunction visit, void* user) {
@@ -463,14 +444,6 @@ void VisitTriangles(
 }
 
 }  // namespace
-
-std::size_t RayCaster::TrianglesNear(const Vec3& x,
-                                     double radius,
-                                     std::span<TriangleId> found) const {
-  TouchQuery query{*this, x, radius, found};
-  VisitTriangles(handles_->scene, x - frame_.center, radius, VisitForTouch, &query);
-  return query.count;
-}
 
 double RayCaster::Nearness(
     const Vec3& x, const Vec3& n, const Reach& reach, double most, double radius) const {

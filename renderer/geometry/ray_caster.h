@@ -54,9 +54,6 @@ class RayCaster {
   /// Whether anything lies within `max_distance` (infinity allowed).
   [[nodiscard]] bool Occluded(const Ray& ray, double max_distance) const;
 
-  /// The triangles that come within `radius` of x, as many as fit into `found`; returns how many.
-  std::size_t TrianglesNear(const Vec3& x, double radius, std::span<TriangleId> found) const;
-
   /// Up to which distance the triangles of each mesh count.
   struct Reach {
     std::span<const double> of_mesh;  ///< 0: not at all

@@ -74,7 +74,6 @@ std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& se
           continue;  // concave
         }
       }
-      out.may_touch = world.contact_bounds().MayTouch(m, edge, out.a, out.b);
       edges.push_back(out);
     }
   }

@@ -29,8 +29,16 @@ void World::PlaceMeshes(const std::optional<RayFrame>& ray_frame) {
     }
   }
   caster_.Build(all, lamps, ray_frame);
-  contact_bounds_.emplace(caster_, topologies_);
+  contacts_.reset();
   edge_trees_.Clear();
+}
+
+const EdgeContacts& World::contacts() const {
+  const std::lock_guard lock(contacts_mutex_);
+  if (!contacts_) {
+    contacts_.emplace(caster_, meshes_, topologies_);
+  }
+  return *contacts_;
 }
 
 void World::SetParameters(const ParameterLayout& layout, const std::vector<double>& values) {

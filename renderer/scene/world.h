@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -40,7 +41,8 @@ class World {
     return topologies_[static_cast<std::size_t>(mesh)];
   }
   [[nodiscard]] const RayCaster& caster() const { return caster_; }
-  [[nodiscard]] const ContactBounds& contact_bounds() const { return *contact_bounds_; }
+  /// Found when they are asked for first.
+  [[nodiscard]] const EdgeContacts& contacts() const;
   [[nodiscard]] const LightSamplers& light_samplers() const { return light_samplers_; }
   /// The edges that can hide one thing from another as seen from `viewer`, where the meshes with
   /// moves[mesh] move; see SceneEdges. Kept while neither state nor selection change: most views of
@@ -61,8 +63,9 @@ class World {
   std::vector<Mesh> meshes_;
   std::vector<MeshTopology> topologies_;
   RayCaster caster_;
-  std::optional<ContactBounds> contact_bounds_;
   LightSamplers light_samplers_;
+  mutable std::mutex contacts_mutex_;
+  mutable std::optional<EdgeContacts> contacts_;
   mutable EdgeTreeCache edge_trees_;
 };
 

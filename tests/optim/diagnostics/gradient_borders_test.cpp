@@ -131,6 +131,17 @@ TEST(Borders, StackedBoxesOfOneMesh) {
                       {0.0, 0.0, 1.0});
 }
 
+TEST(Borders, TowerOfManyParts) {
+  Mesh tower;
+  for (int i = 0; i < 20; ++i) {
+    const double side = i % 2 == 0 ? 0.3 : 0.22;
+    Mesh slab = tests::Cube();
+    for (Vec3& p : slab.positions) p = {side * p.x, 0.1 + 0.04 * (p.y + 1.0 + 2.0 * i), side * p.z};
+    tower = i == 0 ? slab : AsOne(tower, slab);
+  }
+  ExpectRightByCamera("tower of many parts", OfParts({tower}), {0.3, 0.0, 1.0});
+}
+
 /// Corners of one mesh lie on edges of the other, which rounding puts beside them.
 TEST(Borders, TJunction) {
   ExpectRightByCamera("T-junction",
@@ -150,6 +161,28 @@ TEST(Borders, TJunctionWithinAMesh) {
     mesh.triangles.push_back(t);
   }
   ExpectRightByCamera("T-junction in a mesh", OfParts({Raised(mesh)}), {1.0, 0.0, 0.4});
+}
+
+/// The long border and the two along it have their outer corners in common, and are joined above.
+TEST(Borders, TJunctionWithinAPart) {
+  Mesh mesh;
+  for (const double x : {-0.6, 0.1, 0.7}) {
+    for (const double y : {-0.5, 0.4, 0.8}) mesh.positions.push_back({x, y, 0.0});
+  }
+  mesh.positions.push_back({0.1, -0.1, 0.0});
+  mesh.positions.push_back({0.7, -0.1, 0.0});
+  mesh.triangles = {{0, 3, 4},
+                    {0, 4, 1},
+                    {1, 4, 5},
+                    {1, 5, 2},
+                    {4, 7, 8},
+                    {4, 8, 5},
+                    {3, 6, 10},
+                    {3, 10, 9},
+                    {9, 10, 7},
+                    {9, 7, 4}};
+  for (Vec3& p : mesh.positions) p.z += 0.5 * std::abs(p.x - 0.1);  // a crease
+  ExpectRightByCamera("T-junction in a part", OfParts({Raised(mesh)}), {1.0, 0.0, 0.4});
 }
 
 /// A sheet that ends on the middle of another's face, as a fin does.

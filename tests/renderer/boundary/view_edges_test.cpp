@@ -37,7 +37,7 @@ Found EdgesOf(Scene scene,
   options.form = form;
   const RenderServices services;
   const EdgeTree no_tree;
-  const ViewEdges edges({path, model, active, options, services, no_tree});
+  const ViewEdges edges({path, model, active, options, services, no_tree, world.contacts()});
   Found found;
   found.weight = edges.distribution().Total();
   double remainder = 0.0;

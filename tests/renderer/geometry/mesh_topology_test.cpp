@@ -114,6 +114,32 @@ TEST(MeshTopology, EveryPieceOfASolidIsWoundOutwards) {
   EXPECT_FALSE(topology.solid);
 }
 
+TEST(MeshTopology, PartsAreWhatEdgesJoin) {
+  EXPECT_EQ(MeshTopology::Build(MakeQuad()).parts, (std::vector<std::int32_t>{0, 0}));
+  // Triangles 0 and 3 share an edge, 1 and 4 another one, 2 shares only a corner with both.
+  Mesh mesh;
+  for (int i = 0; i < 10; ++i) mesh.positions.push_back({1.0 * i, 0.3 * i * i, 0});
+  mesh.triangles = {{0, 1, 2}, {4, 5, 6}, {2, 9, 4}, {1, 3, 2}, {5, 7, 6}};
+  const MeshTopology topology = MeshTopology::Build(mesh);
+  EXPECT_EQ(topology.parts, (std::vector<std::int32_t>{0, 1, 2, 0, 1}));
+  const auto edges_of = topology.EdgesOfTriangles();
+  ASSERT_EQ(edges_of.size(), mesh.triangles.size());
+  for (std::size_t f = 0; f < edges_of.size(); ++f) {
+    std::vector<std::int32_t> corners;
+    for (const std::int32_t e : edges_of[f]) {
+      const MeshEdge& edge = topology.edges[static_cast<std::size_t>(e)];
+      EXPECT_TRUE(edge.faces[0] == static_cast<std::int32_t>(f) ||
+                  edge.faces[1] == static_cast<std::int32_t>(f));
+      corners.insert(corners.end(), edge.vertices.begin(), edge.vertices.end());
+    }
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    Triangle expected = mesh.triangles[f];
+    std::sort(expected.begin(), expected.end());
+    EXPECT_EQ(corners, (std::vector<std::int32_t>(expected.begin(), expected.end())));
+  }
+}
+
 TEST(MeshTopology, SolidFollowsThePositions) {
   Mesh mesh = MakeIcosphere(1, 1.0);
   MeshTopology topology = MeshTopology::Build(mesh);

@@ -8,5 +8,6 @@ pathfit_test(renderer/geometry/mesh_repair_test LABEL unit LINK pathfit_renderer
 pathfit_test(renderer/geometry/mesh_primitives_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/mesh_intersection_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/mesh_folds_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/geometry/edge_contact_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/edge_tree_test LABEL statistical LINK pathfit_renderer)
 pathfit_test(renderer/geometry/tangent_wedge_test LABEL unit LINK pathfit_renderer)
