@@ -92,6 +92,45 @@ bool SensorPlaneCuts(const CameraModel& camera, const Mesh& mesh) {
   return false;
 }
 
+void AddLimitsOf(const MeshContact& contact,
+                 const Scene& scene,
+                 const ParameterLayout& layout,
+                 std::vector<std::string>& limits) {
+  const auto name = [&](int mesh) {
+    return "'" + scene.meshes[static_cast<std::size_t>(mesh)].name + "'";
+  };
+  const bool same = contact.i == contact.j;
+  const std::string names = same ? name(contact.i) : name(contact.i) + " and " + name(contact.j);
+  const bool move = MeshMoves(layout, contact.i) || MeshMoves(layout, contact.j);
+  const bool sweep = move || CameraMoves(layout);
+  if (contact.cut && sweep) {
+    limits.push_back(names + (same ? " cuts itself" : " cut each other") +
+                     ": that their common line moves is not in the derivative by moving things");
+  }
+  if (contact.overlap && sweep) {
+    limits.push_back(names + (same ? " lies on itself" : " lie on each other") +
+                     " in one plane: which triangle is seen is left to rounding, and what borders "
+                     "there do is not in the derivative by moving things");
+  }
+  if (contact.folded && sweep) {
+    limits.push_back(names +
+                     " touches itself where its triangles are joined: what edges do there is not "
+                     "in the derivative by moving things");
+  }
+  if (contact.cut || contact.overlap || contact.folded) {
+    return;
+  }
+  if (!same && move) {
+    limits.push_back(names +
+                     " touch: the derivative is the one of sliding along each other; that they "
+                     "part or press into each other is not in it");
+  } else if (same && layout.FirstBlock(ParameterKind::kVertexPositions, contact.i) >= 0) {
+    limits.push_back("parts of " + names +
+                     " touch: the derivative is the one of moving together; that they part or "
+                     "press into each other is not in it");
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
@@ -142,18 +181,7 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
     meshes.push_back(&m);
   }
   for (const MeshContact& contact : MeshContacts(meshes)) {
-    const bool moves = MeshMoves(layout, contact.i) || MeshMoves(layout, contact.j);
-    const std::string names = "'" + scene.meshes[static_cast<std::size_t>(contact.i)].name +
-                              "' and '" + scene.meshes[static_cast<std::size_t>(contact.j)].name;
-    if (contact.cut && (moves || CameraMoves(layout))) {
-      limits.push_back(names +
-                       "' cut each other: that their common line moves is not in the derivative "
-                       "by moving things");
-    } else if (!contact.cut && moves) {
-      limits.push_back(names +
-                       "' touch: the derivative is the one of sliding along each other; that they "
-                       "part or press into each other is not in it");
-    }
+    AddLimitsOf(contact, scene, layout, limits);
   }
   for (const Camera& sensor : scene.sensors) {
     if (sensor.projection != ProjectionKind::kOrthographic) {

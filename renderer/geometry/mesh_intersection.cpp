@@ -1,122 +1,244 @@
 #include "renderer/geometry/mesh_intersection.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <utility>
 
+#include "renderer/geometry/mesh_topology.h"
+#include "renderer/geometry/near_pairs.h"
 #include "renderer/geometry/ray_caster.h"
 
 namespace pathfit::renderer {
 namespace {
 
-struct Box {
+// A mesh touches itself along at least so many times the depth: less is a point.
+constexpr double kAlong = 20.0;
+
+/// A mesh with what contacts depend on.
+struct Surface {
+  explicit Surface(const Mesh& of) : mesh(of), topology(MeshTopology::Build(of)) {
+    low = high = mesh.positions.front();
+    for (const Vec3& p : mesh.positions) {
+      for (int i = 0; i < 3; ++i) {
+        low[i] = std::min(low[i], p[i]);
+        high[i] = std::max(high[i], p[i]);
+      }
+    }
+    for (const Triangle& t : mesh.triangles) {
+      triangles.push_back(TriangleGeometry::Make(Position(t[0]), Position(t[1]), Position(t[2])));
+    }
+    const auto part_of = [&](std::size_t f) { return static_cast<std::size_t>(topology.parts[f]); };
+    for (std::size_t f = 0; f < triangles.size(); ++f) {
+      volumes.resize(std::max(volumes.size(), part_of(f) + 1), 0.0);
+      const TriangleGeometry& t = triangles[f];
+      volumes[part_of(f)] += Dot(t.p0 - low, Cross(t.e1, t.e2));
+    }
+    borders.resize(triangles.size());
+    for (const MeshEdge& edge : topology.edges) {
+      if (edge.faces[1] < 0) {
+        const auto f = static_cast<std::size_t>(edge.faces[0]);
+        const Triangle& t = mesh.triangles[f];
+        borders[f] |= static_cast<std::uint8_t>(
+            1U << (std::find(t.begin(), t.end(), edge.vertices[0]) - t.begin()));
+        volumes[part_of(f)] = 0.0;
+      }
+    }
+  }
+  [[nodiscard]] const Vec3& Position(std::int32_t i) const {
+    return mesh.positions[static_cast<std::size_t>(i)];
+  }
+  [[nodiscard]] double Extent() const { return 0.5 * Norm(high - low); }
+  [[nodiscard]] Vec3 Middle() const { return (low + high) * 0.5; }
+
+  const Mesh& mesh;
+  MeshTopology topology;
+  std::vector<TriangleGeometry> triangles;
+  std::vector<std::uint8_t> borders;  // by triangle: bits of its sides
+  std::vector<double> volumes;        // by part, six times; 0: it is open
   Vec3 low, high;
 };
 
-Box BoxOf(const Mesh& mesh) {
-  Box box{mesh.positions.front(), mesh.positions.front()};
-  for (const Vec3& p : mesh.positions) {
-    for (int i = 0; i < 3; ++i) {
-      box.low[i] = std::min(box.low[i], p[i]);
-      box.high[i] = std::max(box.high[i], p[i]);
-    }
-  }
-  return box;
+/// Of the corners of a triangle over the plane of another one.
+Vec3 HeightsOver(const TriangleGeometry& plane, const TriangleGeometry& t) {
+  const double at = Dot(plane.n, t.p0 - plane.p0);
+  return {at, at + Dot(plane.n, t.e1), at + Dot(plane.n, t.e2)};
 }
 
-bool Overlap(const Box& a, const Box& b) {
-  const double slack = kTouchDepth * (Norm(a.high - a.low) + Norm(b.high - b.low));
-  for (int i = 0; i < 3; ++i) {
-    if (a.high[i] + slack < b.low[i] || b.high[i] + slack < a.low[i]) {
-      return false;
+/// Whether the segment a..b passes through the inside of a triangle.
+bool Pierces(const Vec3& a, const Vec3& b, double depth, const TriangleGeometry& t) {
+  const double at_a = Dot(t.n, a - t.p0);
+  const double at_b = Dot(t.n, b - t.p0);
+  if (!(at_a * at_b < 0.0) || !(std::min(std::abs(at_a), std::abs(at_b)) > depth)) {
+    return false;
+  }
+  const PlaneHit hit = IntersectPlane(t, a, b - a);
+  const double longest = std::max({Norm(t.e1), Norm(t.e2), Norm(t.e2 - t.e1)});
+  // Edges of a solid that stands on another lie in the border of its faces.
+  return std::min({hit.b1, hit.b2, 1.0 - hit.b1 - hit.b2}) * t.double_area > depth * longest;
+}
+
+/// Whether triangles that lie in each other's plane cover each other.
+bool Cover(const TriangleGeometry& a, const TriangleGeometry& b, double depth) {
+  for (const auto& [t, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+    const std::array<Vec3, 3> corners = CornersOf(*t);
+    const std::array<Vec3, 3> others = CornersOf(*other);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 side = corners[(i + 1) % 3] - corners[i];
+      const Vec3 inward = Cross(t->n, side) * (1.0 / Norm(side));
+      const auto within = [&](const Vec3& x) { return Dot(inward, x - corners[i]) > depth; };
+      if (std::none_of(others.begin(), others.end(), within)) {
+        return false;
+      }
     }
   }
   return true;
 }
 
-double LongestSide(const TriangleGeometry& t) {
-  return std::max({Norm(t.e1), Norm(t.e2), Norm(t.e2 - t.e1)});
-}
-
-/// Whether the edge from a to b passes through the one mesh of `other`.
-bool Pierces(const Vec3& a, const Vec3& b, double depth, const RayCaster& other) {
-  const double length = Norm(b - a);
-  const auto hit = other.Intersect({a, (b - a) * (1.0 / length)});
-  if (!hit || hit->distance >= length) {
-    return false;
-  }
-  const TriangleGeometry& face = other.Geometry(hit->id);
-  const Vec3 x = face.Point(hit->b1, hit->b2);
-  // Edges of a solid that stands on another lie in the border of its faces.
-  const double inside =
-      std::min({hit->b1, hit->b2, 1.0 - hit->b1 - hit->b2}) * face.double_area / LongestSide(face);
-  const double at_a = Dot(face.n, a - x);
-  const double at_b = Dot(face.n, b - x);
-  return at_a * at_b < 0.0 && std::min({std::abs(at_a), std::abs(at_b), inside}) > depth;
-}
-
-/// Whether the edge, longer by `depth` at both ends, meets the one mesh of `other`.
-bool Reaches(const Vec3& a, const Vec3& b, double depth, const RayCaster& other) {
-  const double length = Norm(b - a);
-  const Vec3 along = (b - a) * (1.0 / length);
-  const auto hit = other.Intersect({a - along * depth, along});
-  return hit && hit->distance <= length + 2.0 * depth;
-}
-
-enum class Contact { kNone, kTouch, kCut };
-
-/// What the edges of `mesh` do to the one mesh of `other`.
-Contact ContactOfEdges(const Mesh& mesh, const RayCaster& other, double depth) {
-  Contact contact = Contact::kNone;
-  for (const Triangle& t : mesh.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec3& a = mesh.positions[static_cast<std::size_t>(t[i])];
-      const Vec3& b = mesh.positions[static_cast<std::size_t>(t[(i + 1) % 3])];
-      if (!(Norm(b - a) > 0.0)) {
-        continue;
-      }
-      if (Pierces(a, b, depth, other)) {
-        return Contact::kCut;
-      }
-      if (contact == Contact::kNone && Reaches(a, b, std::max(depth, other.Offset(a)), other)) {
-        contact = Contact::kTouch;
-      }
+class ContactSearch {
+ public:
+  explicit ContactSearch(const std::vector<const Mesh*>& meshes) {
+    surfaces_.reserve(meshes.size());
+    for (const Mesh* mesh : meshes) {
+      surfaces_.emplace_back(*mesh);
     }
   }
-  return contact;
-}
+
+  std::vector<MeshContact> Run() {
+    std::vector<NearItem> items;
+    std::vector<TriangleId> ids;
+    for (std::size_t m = 0; m < surfaces_.size(); ++m) {
+      for (const TriangleGeometry& t : surfaces_[m].triangles) {
+        ids.push_back(
+            {static_cast<int>(m), static_cast<std::int32_t>(&t - surfaces_[m].triangles.data())});
+        items.push_back({&t, kTouchDepth * surfaces_[m].Extent(), -1});
+      }
+    }
+    ForEachNearPair(items, [&](std::size_t i, std::size_t k) {
+      LookAt(std::min(ids[i], ids[k]), std::max(ids[i], ids[k]));
+    });
+    std::vector<MeshContact> contacts;
+    for (const auto& [pair, contact] : contacts_) {
+      contacts.push_back(contact);
+    }
+    return contacts;
+  }
+
+ private:
+  [[nodiscard]] const Surface& Of(TriangleId id) const {
+    return surfaces_[static_cast<std::size_t>(id.mesh)];
+  }
+  [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
+    return Of(id).triangles[static_cast<std::size_t>(id.triangle)];
+  }
+  [[nodiscard]] std::int32_t PartOf(TriangleId id) const {
+    return Of(id).topology.parts[static_cast<std::size_t>(id.triangle)];
+  }
+  /// Of the triangle's part; 0: open.
+  [[nodiscard]] double Volume(TriangleId id) const {
+    return Of(id).volumes[static_cast<std::size_t>(PartOf(id))];
+  }
+
+  void LookAt(TriangleId a, TriangleId b) {
+    const double slack = kTouchDepth * std::max(Of(a).Extent(), Of(b).Extent());
+    const std::array<Vec3, 2> heights = {HeightsOver(Geometry(b), Geometry(a)),
+                                         HeightsOver(Geometry(a), Geometry(b))};
+    const auto beside = [slack](double h0, double h1) {
+      return std::min(h0, h1) > slack || std::max(h0, h1) < -slack;
+    };
+    for (const Vec3& h : heights) {
+      if (beside(std::min({h.x, h.y, h.z}), std::max({h.x, h.y, h.z}))) {
+        return;
+      }
+    }
+    const double depth = kTouchDepth * std::min(Of(a).Extent(), Of(b).Extent());
+    MeshContact found{a.mesh, b.mesh};
+    bool touch = false;
+    for (const auto& [id, other] : {std::pair(a, b), std::pair(b, a)}) {
+      const Triangle& t = Of(id).mesh.triangles[static_cast<std::size_t>(id.triangle)];
+      const std::array<Vec3, 3> corners = CornersOf(Geometry(id));
+      const bool joined = id.mesh == other.mesh && PartOf(id) == PartOf(other);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t k = (i + 1) % 3;
+        const Vec3& h = heights[id == a ? 0 : 1];
+        SegmentPart near;
+        if (beside(h[static_cast<int>(i)], h[static_cast<int>(k)]) ||
+            IsCorner(id.mesh, t[i], other) || IsCorner(id.mesh, t[k], other)) {
+          continue;
+        }
+        near.KeepNear(Geometry(other), corners[i], corners[k], slack);
+        if (near.IsEmpty()) {
+          continue;
+        }
+        const double length = TouchedLength(corners[i], corners[k], id, other);
+        found.cut = found.cut || Pierces(corners[i], corners[k], depth, Geometry(other));
+        touch = touch || (!joined && length >= 0.0);
+        found.folded = found.folded || (joined && length > kAlong * depth && !IsBorder(id, i));
+      }
+    }
+    const auto in_plane = [depth](const Vec3& h) {
+      return std::max({std::abs(h.x), std::abs(h.y), std::abs(h.z)}) < depth;
+    };
+    found.overlap = in_plane(heights[0]) && in_plane(heights[1]) &&
+                    Cover(Geometry(a), Geometry(b), depth) && !StandsOn(a, b);
+    if (touch || found.cut || found.overlap || found.folded) {
+      MeshContact& all = contacts_.try_emplace({a.mesh, b.mesh}, found).first->second;
+      all.cut = all.cut || found.cut;
+      all.overlap = all.overlap || found.overlap;
+      all.folded = all.folded || found.folded;
+    }
+  }
+
+  /// Whether one of two triangles in one plane belongs to a closed part and turns its back to the
+  /// other.
+  [[nodiscard]] bool StandsOn(TriangleId a, TriangleId b) const {
+    const double of_a = Volume(a);
+    const double of_b = Volume(b);
+    const double facing =
+        Dot(Geometry(a).n, Geometry(b).n) * (of_a < 0.0 ? -1.0 : 1.0) * (of_b < 0.0 ? -1.0 : 1.0);
+    return facing < 0.0 && (of_a != 0.0 || of_b != 0.0);
+  }
+
+  [[nodiscard]] bool IsCorner(int mesh, std::int32_t vertex, TriangleId id) const {
+    const Triangle& t = Of(id).mesh.triangles[static_cast<std::size_t>(id.triangle)];
+    return mesh == id.mesh && (vertex == t[0] || vertex == t[1] || vertex == t[2]);
+  }
+
+  /// Whether no other triangle shares a triangle's side from its corner `corner` on.
+  [[nodiscard]] bool IsBorder(TriangleId id, std::size_t corner) const {
+    return (Of(id).borders[static_cast<std::size_t>(id.triangle)] >> corner & 1U) != 0;
+  }
+
+  /// Of the part of an edge that touches a triangle; -1: none does.
+  [[nodiscard]] double TouchedLength(const Vec3& p,
+                                     const Vec3& q,
+                                     TriangleId of_edge,
+                                     TriangleId id) const {
+    const Surface& a = Of(of_edge);
+    const Surface& b = Of(id);
+    SegmentPart part;
+    part.KeepNear(Geometry(id), p, q, kTouchDepth * std::max(a.Extent(), b.Extent()));
+    if (part.IsEmpty()) {
+      return -1.0;
+    }
+    // As near as rays can tell from there.
+    const Vec3 x = p + (q - p) * (0.5 * (part.begin + part.end));
+    const double offset =
+        RayCaster::kRayOffset * std::max(Norm(x - a.Middle()), Norm(x - b.Middle()));
+    part.KeepNear(
+        Geometry(id), p, q, std::max(kTouchDepth * std::min(a.Extent(), b.Extent()), offset));
+    return part.IsEmpty() ? -1.0 : Norm(q - p) * (part.end - part.begin);
+  }
+
+  std::vector<Surface> surfaces_;
+  std::map<std::pair<int, int>, MeshContact> contacts_;
+};
 
 }  // namespace
 
 std::vector<MeshContact> MeshContacts(const std::vector<const Mesh*>& meshes) {
-  std::vector<Box> boxes;
-  for (const Mesh* mesh : meshes) {
-    boxes.push_back(BoxOf(*mesh));
-  }
-  std::vector<RayCaster> casters(meshes.size());
-  std::vector<bool> built(meshes.size(), false);
-  const auto caster = [&](std::size_t i) -> const RayCaster& {
-    if (!built[i]) {
-      casters[i].Build({meshes[i]});
-      built[i] = true;
-    }
-    return casters[i];
-  };
-  std::vector<MeshContact> contacts;
-  for (std::size_t i = 0; i < meshes.size(); ++i) {
-    for (std::size_t j = i + 1; j < meshes.size(); ++j) {
-      if (!Overlap(boxes[i], boxes[j])) {
-        continue;
-      }
-      const double depth = kTouchDepth * std::min(caster(i).Extent(), caster(j).Extent());
-      Contact contact = ContactOfEdges(*meshes[i], caster(j), depth);
-      if (contact != Contact::kCut) {
-        contact = std::max(contact, ContactOfEdges(*meshes[j], caster(i), depth));
-      }
-      if (contact != Contact::kNone) {
-        contacts.push_back({static_cast<int>(i), static_cast<int>(j), contact == Contact::kCut});
-      }
-    }
-  }
-  return contacts;
+  return ContactSearch(meshes).Run();
 }
 
 }  // namespace pathfit::renderer

@@ -6,17 +6,23 @@
 
 namespace pathfit::renderer {
 
-/// Two meshes, i < j, that cut each other or only touch.
+/// How the surfaces of two meshes meet, i < j, or those of one, i = j: they touch at least.
 struct MeshContact {
   int i = 0, j = 0;
   bool cut = false;
+  bool overlap = false;
+  bool folded = false;  ///< triangles that edges join touch
   friend bool operator==(const MeshContact&, const MeshContact&) = default;
 };
 
-/// Contacts of meshes in one frame, each pair once. They cut each other where an edge of one passes
-/// through the inside of a triangle of the other and reaches deeper than kTouchDepth, in half
-/// diagonals of the smaller of the two, on both sides; they touch where an edge comes as near as
-/// that.
+/// Contacts of meshes in one frame, each pair once, in ascending order. Surfaces cut each other
+/// where an edge of one passes through the inside of a triangle of the other and reaches deeper
+/// than kTouchDepth, in half diagonals of the smaller of the two meshes, on both sides. They
+/// overlap where triangles lie in each other's plane, to that depth, and cover each other; not
+/// where one belongs to a closed part that turns its back to the other: it stands on it. They touch
+/// where an edge comes as near as that. Parts of one mesh are what edges join. Joined triangles
+/// touch along inner edges alone, those at a corner of the edge left out. Precondition: the meshes
+/// are valid.
 std::vector<MeshContact> MeshContacts(const std::vector<const Mesh*>& meshes);
 
 inline constexpr double kTouchDepth = 1e-5;

@@ -47,6 +47,37 @@ TEST(DerivativeLimits, MeshesThatTouchOrCut) {
   ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0), "cut");
 }
 
+TEST(DerivativeLimits, SurfacesInOnePlaneAndMeshesThatMeetThemselves) {
+  Scene scene = BallAboveFloor();
+  scene.meshes[1].mesh = tests::Plate(0.5, 0.5, 0.0);
+  ExpectOne(Limits(scene, ParameterKind::kObjectTranslation, 1),
+            "'floor' and 'ball' lie on each other in one plane");
+  ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0), "in one plane");
+  EXPECT_TRUE(Limits(scene, ParameterKind::kBaseColor, 0).empty());
+
+  const auto two_cubes = [&](double distance) {
+    Mesh& mesh = scene.meshes[1].mesh;
+    mesh = MakeCube();
+    Mesh other = mesh;
+    for (Vec3& p : other.positions) p += Vec3{0.3, 0.2, distance};
+    for (const Triangle& t : other.triangles) {
+      mesh.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
+    }
+    mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+    for (Vec3& p : mesh.positions) p = p * 0.1 + Vec3{0, 0, 0.5};
+  };
+  two_cubes(1.5);
+  ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0), "'ball' cuts itself");
+  ExpectOne(Limits(scene, ParameterKind::kObjectTranslation, 1), "'ball' cuts itself");
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 0).empty()) << "it stays";
+  two_cubes(2.0);
+  EXPECT_TRUE(Limits(scene, ParameterKind::kCameraPosition, 0).empty());
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 1).empty());
+  ExpectOne(Limits(scene, ParameterKind::kVertexPositions, 1), "parts of 'ball' touch");
+  two_cubes(2.5);
+  EXPECT_TRUE(Limits(scene, ParameterKind::kVertexPositions, 1).empty());
+}
+
 TEST(DerivativeLimits, RoughGlassByMotionAndByItsIndex) {
   Scene scene = BallAboveFloor();
   scene.materials[0].bsdf = RoughDielectricBsdf{0.5, 1.4};
