@@ -27,9 +27,7 @@ ExitStatus Run(const std::vector<std::string>& arguments) {
   Terminal terminal(StderrOptions(line.progress, line.color));
   Log log(terminal, line.log_level);
   try {
-    if (!line.log_file.empty()) {
-      log.AddFile(line.log_file);
-    }
+    if (!line.log_file.empty()) log.AddFile(line.log_file);
     CommandContext context{line, terminal, log};
     return line.command->run(context);
   } catch (const UsageError& e) {

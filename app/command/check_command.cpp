@@ -27,14 +27,10 @@ struct ViewOverlap {
 /// Silhouette of the initial model against every mask, at low resolution.
 std::vector<ViewOverlap> MeasureOverlap(const Experiment& experiment) {
   std::vector<ViewOverlap> overlaps;
-  if (experiment.observations.mask_meaning != optim::MaskMeaning::kSilhouette) {
-    return overlaps;
-  }
+  if (experiment.observations.mask_meaning != optim::MaskMeaning::kSilhouette) return overlaps;
   const renderer::Renderer renderer(experiment.scene);
   for (const optim::View& view : experiment.observations.views) {
-    if (view.mask.Empty()) {
-      continue;
-    }
+    if (view.mask.Empty()) continue;
     const double scale =
         std::min(1.0, kOverlapSize / std::max(view.camera.width, view.camera.height));
     const optim::ViewLevel level = optim::MakeViewLevel(view, experiment.observations, scale);
@@ -59,9 +55,7 @@ std::int64_t NumScalars(const Experiment& experiment, const optim::StageSpec& st
 }
 
 void PrintSummary(const Experiment& experiment, const std::vector<ViewOverlap>& overlaps) {
-  for (const std::string& text : experiment.assumptions) {
-    fmt::print("{}\n", text);
-  }
+  for (const std::string& text : experiment.assumptions) fmt::print("{}\n", text);
   for (const auto& mesh : experiment.scene.meshes) {
     fmt::print("Mesh {}: {} vertices, {} triangles.\n",
                mesh.name,
@@ -105,9 +99,7 @@ void PrintJson(const Experiment& experiment, const std::vector<ViewOverlap>& ove
                               {"image_scale", stage.image_scale},
                               {"max_rounds", stage.max_rounds}});
   }
-  for (const ViewOverlap& overlap : overlaps) {
-    json["initial_iou"][overlap.name] = overlap.iou;
-  }
+  for (const ViewOverlap& overlap : overlaps) json["initial_iou"][overlap.name] = overlap.iou;
   fmt::print("{}\n", JsonText(json));
 }
 

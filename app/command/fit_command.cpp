@@ -68,15 +68,11 @@ void RequireFittable(const ExperimentConfig& config, const std::string& stop_aft
     problems.push_back({{}, "stages", "a fit needs at least one stage"});
   }
   bool found = stop_after.empty();
-  for (const optim::StageSpec& stage : config.fit.stages) {
-    found = found || stage.name == stop_after;
-  }
+  for (const optim::StageSpec& stage : config.fit.stages) found = found || stage.name == stop_after;
   if (!found) {
     problems.push_back({{}, "stages", "--stop-after: no stage is called '" + stop_after + "'"});
   }
-  if (!problems.empty()) {
-    throw ConfigError(source, problems);
-  }
+  if (!problems.empty()) throw ConfigError(source, problems);
 }
 
 std::vector<ExportedView> ExportedViews(const Experiment& experiment,
@@ -205,9 +201,7 @@ ExitStatus Fit(CommandContext& context) {
   renderer::WriteFileAtomically(run.Config(), config.given_text);
   renderer::WriteFileAtomically(run.ResolvedConfig(), ResolvedYaml(config, experiment.scene));
   context.log.AddFile(run.LogFile());
-  for (const std::string& text : experiment.assumptions) {
-    context.log.Info(text);
-  }
+  for (const std::string& text : experiment.assumptions) context.log.Info(text);
   context.log.Info("run directory " + run.root().string());
   RunRecordFile record_file(run.Record(), record);
   const ExitStatus status =

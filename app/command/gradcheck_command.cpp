@@ -41,9 +41,7 @@ std::vector<Direction> ChooseDirections(const Experiment& experiment,
     }
     const std::size_t before = names.size();
     for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
-      if (MatchesGlob(param, unknown.name)) {
-        names.push_back(unknown.name);
-      }
+      if (MatchesGlob(param, unknown.name)) names.push_back(unknown.name);
     }
     if (names.size() == before) {
       throw renderer::SceneError(
@@ -77,9 +75,7 @@ void WriteImages(const optim::GradientCheckResult& result, const fs::path& stem)
     renderer::WritePng8(stem.string() + "_" + kind + ".png", SignedImage(film, scale));
   };
   for (const optim::Term term : optim::kAllTerms) {
-    if (!result[term].empty()) {
-      write(optim::MeanFilm(result[term]), optim::TermName(term));
-    }
+    if (!result[term].empty()) write(optim::MeanFilm(result[term]), optim::TermName(term));
   }
   write(optim::MeanFilm(optim::Estimates(result)), "derivative");
   write(difference, "difference");
@@ -87,9 +83,7 @@ void WriteImages(const optim::GradientCheckResult& result, const fs::path& stem)
 
 renderer::Rgba ImageSum(const std::vector<renderer::Film>& films) {
   renderer::Rgba sum;
-  for (const renderer::Rgba& p : optim::MeanFilm(films).pixels) {
-    sum += p;
-  }
+  for (const renderer::Rgba& p : optim::MeanFilm(films).pixels) sum += p;
   return sum;
 }
 
@@ -107,9 +101,7 @@ TermSum SumOf(const std::vector<renderer::Film>& films) {
   }
   for (int c = 0; c < 4; ++c) {
     double square = 0.0;
-    for (const renderer::Rgba& s : sums) {
-      square += (s[c] - sum.mean[c]) * (s[c] - sum.mean[c]);
-    }
+    for (const renderer::Rgba& s : sums) square += (s[c] - sum.mean[c]) * (s[c] - sum.mean[c]);
     sum.error[c] = n > 1.0 ? std::sqrt(square / (n * (n - 1.0))) : 0.0;
   }
   return sum;
@@ -147,9 +139,7 @@ nlohmann::json ToJson(const Row& row) {
     return nlohmann::json{{"mean", rgba(s.mean)}, {"standard_error", rgba(s.error)}};
   };
   nlohmann::json terms = nlohmann::json::object();
-  for (const auto& [name, value] : row.terms) {
-    terms[name] = sum(value);
-  }
+  for (const auto& [name, value] : row.terms) terms[name] = sum(value);
   return {{"parameter", row.name},
           {"sensor", row.sensor},
           {"passed", row.passed},
@@ -283,9 +273,7 @@ ExitStatus Run(CommandContext& context) {
   if (line.json) {
     nlohmann::json json;
     json["passed"] = passed;
-    for (const Row& row : rows) {
-      json["rows"].push_back(ToJson(row));
-    }
+    for (const Row& row : rows) json["rows"].push_back(ToJson(row));
     fmt::print("{}\n", JsonText(json));
   } else {
     PrintTable(rows);

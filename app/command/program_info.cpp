@@ -29,25 +29,17 @@ void ShowThoughQuiet(CommandContext& context, const std::string& text) {
 
 ExitStatus StatusOfException(const std::exception& error) {
   const auto is = [&]<class T>(const T*) { return dynamic_cast<const T*>(&error) != nullptr; };
-  if (is(static_cast<UsageError*>(nullptr))) {
-    return ExitStatus::kUsage;
-  }
-  if (is(static_cast<ConfigError*>(nullptr))) {
-    return ExitStatus::kConfig;
-  }
+  if (is(static_cast<UsageError*>(nullptr))) return ExitStatus::kUsage;
+  if (is(static_cast<ConfigError*>(nullptr))) return ExitStatus::kConfig;
   if (is(static_cast<renderer::IoError*>(nullptr)) ||
       is(static_cast<renderer::SceneError*>(nullptr))) {
     return ExitStatus::kInput;
   }
-  if (is(static_cast<renderer::NumericalError*>(nullptr))) {
-    return ExitStatus::kNumerical;
-  }
+  if (is(static_cast<renderer::NumericalError*>(nullptr))) return ExitStatus::kNumerical;
   if (is(static_cast<optim::MemoryError*>(nullptr)) || is(static_cast<std::bad_alloc*>(nullptr))) {
     return ExitStatus::kMemory;
   }
-  if (is(static_cast<renderer::Cancelled*>(nullptr))) {
-    return ExitStatus::kStopped;
-  }
+  if (is(static_cast<renderer::Cancelled*>(nullptr))) return ExitStatus::kStopped;
   return ExitStatus::kInternalError;
 }
 

@@ -43,9 +43,7 @@ std::vector<int> ChooseSensors(const renderer::Scene& scene, const CommandLine& 
     }
   }
   if (wanted.empty()) {
-    for (int i = 0; i < count; ++i) {
-      chosen.push_back(i);
-    }
+    for (int i = 0; i < count; ++i) chosen.push_back(i);
   } else if (chosen.empty()) {
     throw renderer::SceneError("no sensor or photo is called '" + wanted.front() + "'; there are " +
                                std::to_string(count) + ", the first is '" +
@@ -87,9 +85,7 @@ renderer::ParameterLayout UnionLayout(const renderer::Scene& scene,
   renderer::ParameterLayout layout(scene);
   for (const Direction& direction : directions) {
     for (const renderer::ParameterGroup& group : direction.layout.groups()) {
-      if (layout.FirstBlock(group.kind, group.object) < 0) {
-        layout.Add(group.kind, group.object);
-      }
+      if (layout.FirstBlock(group.kind, group.object) < 0) layout.Add(group.kind, group.object);
     }
   }
   return layout;
@@ -121,9 +117,7 @@ class DirectionSink : public renderer::DerivativeSink {
   }
   void Add(std::int64_t pixel,
            std::span<const renderer::ParameterDerivative> derivatives) override {
-    for (auto& film : films_) {
-      film->Add(pixel, derivatives);
-    }
+    for (auto& film : films_) film->Add(pixel, derivatives);
   }
   [[nodiscard]] const renderer::Film& film(std::size_t i) const { return films_[i]->film(); }
 
@@ -220,9 +214,7 @@ ExitStatus Run(CommandContext& context) {
       fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) {
-    throw renderer::IoError(folder.string() + ": cannot be created: " + error.message());
-  }
+  if (error) throw renderer::IoError(folder.string() + ": cannot be created: " + error.message());
 
   const StopSignals signals;
   const renderer::Renderer renderer(experiment.scene);
@@ -257,9 +249,7 @@ ExitStatus Run(CommandContext& context) {
   } catch (const renderer::Cancelled&) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
-  for (const fs::path& path : written) {
-    std::printf("%s\n", path.c_str());
-  }
+  for (const fs::path& path : written) std::printf("%s\n", path.c_str());
   return ExitStatus::kFinished;
 }
 

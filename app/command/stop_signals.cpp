@@ -30,9 +30,7 @@ extern "C" void HandleStopSignal(int signal) {
   }
   state.first = signal;
   state.cancel = true;
-  if (signal == SIGINT) {
-    Say("\nstopping after this evaluation - press again to quit now\n");
-  }
+  if (signal == SIGINT) Say("\nstopping after this evaluation - press again to quit now\n");
 }
 
 void Install(void (*handler)(int)) {

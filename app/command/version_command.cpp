@@ -14,16 +14,12 @@ ExitStatus Run(CommandContext& context) {
   FillProgramInfo(record);
   if (context.line.json) {
     Json json = {{"version", record.program_version}, {"build", record.build}};
-    for (const auto& [name, version] : record.libraries) {
-      json["libraries"][name] = version;
-    }
+    for (const auto& [name, version] : record.libraries) json["libraries"][name] = version;
     fmt::print("{}\n", JsonText(json));
     return ExitStatus::kFinished;
   }
   fmt::print("pathfit {} ({})\n", record.program_version, record.build);
-  for (const auto& [name, version] : record.libraries) {
-    fmt::print("  {} {}\n", name, version);
-  }
+  for (const auto& [name, version] : record.libraries) fmt::print("  {} {}\n", name, version);
   return ExitStatus::kFinished;
 }
 

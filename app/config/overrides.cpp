@@ -108,9 +108,7 @@ class PathWalker {
       const bool starts = after_dot.substr(0, entry.key.size()) == entry.key;
       const std::string_view behind = starts ? after_dot.substr(entry.key.size()) : "";
       const bool ends = behind.empty() || behind[0] == '.' || behind[0] == '[';
-      if (starts && ends && (best == nullptr || entry.key.size() > best->key.size())) {
-        best = &entry;
-      }
+      if (starts && ends && (best == nullptr || entry.key.size() > best->key.size())) best = &entry;
     }
     if (best != nullptr) {
       return Find(schema.children.front(), best->value, after_dot.substr(best->key.size()));

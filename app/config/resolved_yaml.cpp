@@ -69,9 +69,7 @@ std::string WriteFlow(const YamlNode& node) {
   if (node.kind == YamlNode::Kind::kNull) return "null";
   if (node.IsScalar()) return node.quoted || !IsPlain(node.text) ? Quote(node.text) : node.text;
   std::string out = "[";
-  for (const YamlNode& item : node.items) {
-    out += (out.size() > 1 ? ", " : "") + WriteFlow(item);
-  }
+  for (const YamlNode& item : node.items) out += (out.size() > 1 ? ", " : "") + WriteFlow(item);
   return out + "]";
 }
 

@@ -129,9 +129,7 @@ void CompleteFilter(SensorConfig& sensor, const CheckedMap& map) {
   if (filter == nullptr || sensor.filter == Filter::kBox) return;
   if (filter->IsMap() && filter->Find("radius_px") != nullptr) return;
   sensor.filter_radius_px = sensor.filter == Filter::kTent ? 1.0 : 2.0;
-  if (filter->IsMap()) {
-    SetDefault(*filter, "radius_px", binding::Write(sensor.filter_radius_px));
-  }
+  if (filter->IsMap()) SetDefault(*filter, "radius_px", binding::Write(sensor.filter_radius_px));
 }
 
 void CheckCrop(const SensorConfig& sensor, const CheckedMap& map) {

@@ -69,9 +69,7 @@ std::string FindAttribution(const std::filesystem::path& folder) {
   for (std::string line; std::getline(file, line);) {
     const bool begins = line.rfind("**Source**", 0) == 0 || line.rfind("**Source.**", 0) == 0;
     inside = begins || (inside && !line.empty());
-    if (inside) {
-      text += (text.empty() ? "" : " ") + line;
-    }
+    if (inside) text += (text.empty() ? "" : " ") + line;
   }
   text.erase(std::remove(text.begin(), text.end(), '*'), text.end());
   return text;
@@ -106,9 +104,7 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   if (config.input) {
     std::vector<optim::InputFile> files;
     experiment.observations = optim::LoadObservations(config.input->photos, &files);
-    for (const optim::InputFile& file : files) {
-      experiment.input_files.push_back(file.path);
-    }
+    for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
     experiment.assumptions = experiment.observations.assumptions;
   }
   try {

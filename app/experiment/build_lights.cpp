@@ -37,9 +37,7 @@ renderer::EnvironmentEmitter BuildEnvironment(const LightConfig& config,
     light.height = decoded.image.height;
     light.texels.clear();
     for (int y = 0; y < light.height; ++y) {
-      for (int x = 0; x < light.width; ++x) {
-        light.texels.push_back(decoded.image.ColorAt(x, y));
-      }
+      for (int x = 0; x < light.width; ++x) light.texels.push_back(decoded.image.ColorAt(x, y));
     }
   }
   return light;

@@ -27,12 +27,8 @@ Mesh MakeInline(const InlineGeometry& g) {
   std::transform(g.vertices.begin(), g.vertices.end(), std::back_inserter(mesh.positions), ToVec3);
   std::transform(g.colors.begin(), g.colors.end(), std::back_inserter(mesh.colors), ToRgb);
   std::transform(g.normals.begin(), g.normals.end(), std::back_inserter(mesh.normals), ToVec3);
-  for (const auto& uv : g.uvs) {
-    mesh.uvs.push_back({uv[0], uv[1]});
-  }
-  for (const auto& t : g.triangles) {
-    mesh.triangles.push_back({t[0], t[1], t[2]});
-  }
+  for (const auto& uv : g.uvs) mesh.uvs.push_back({uv[0], uv[1]});
+  for (const auto& t : g.triangles) mesh.triangles.push_back({t[0], t[1], t[2]});
   if (!mesh.colors.empty()) mesh.color_triangles = mesh.triangles;
   if (!mesh.uvs.empty()) mesh.uv_triangles = mesh.triangles;
   if (!mesh.normals.empty()) {
@@ -114,9 +110,7 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
   const std::vector<renderer::MeshGroup> groups = renderer::ReadMeshGroups(path);
   std::vector<NamedPart> parts;
   std::string known;
-  for (const renderer::MeshGroup& group : groups) {
-    known += (known.empty() ? "" : ", ") + group.name;
-  }
+  for (const renderer::MeshGroup& group : groups) known += (known.empty() ? "" : ", ") + group.name;
   for (const auto& [usemtl, material] : geometry.group_materials) {
     const auto group =
         std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.name == usemtl; });

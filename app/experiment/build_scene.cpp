@@ -94,9 +94,7 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
     }
   }
   if (observations.views.empty()) {
-    for (const SensorConfig& sensor : config.sensors) {
-      scene.sensors.push_back(BuildSensor(sensor));
-    }
+    for (const SensorConfig& sensor : config.sensors) scene.sensors.push_back(BuildSensor(sensor));
   }
   for (const optim::View& view : observations.views) {
     scene.sensors.push_back(view.camera);

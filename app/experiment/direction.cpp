@@ -53,9 +53,7 @@ ParsedName Parse(const std::string& name) {
     rest.resize(open);
   }
   const std::size_t dot = rest.rfind('.');
-  if (dot == std::string::npos) {
-    Fail(name, "expected OBJECT.PROPERTY, for example axe.vertices.x");
-  }
+  if (dot == std::string::npos) Fail(name, "expected OBJECT.PROPERTY, for example axe.vertices.x");
   parsed.object = rest.substr(0, dot);
   parsed.property = rest.substr(dot + 1);
   return parsed;
@@ -105,9 +103,7 @@ Direction ScaleOfVertices(const renderer::Scene& scene, const std::string& name)
   direction.layout.Add(parameter.kind, parameter.object);
   const auto& positions = scene.meshes[static_cast<std::size_t>(parameter.object)].mesh.positions;
   renderer::Vec3 mean;
-  for (const renderer::Vec3& p : positions) {
-    mean += p / static_cast<double>(positions.size());
-  }
+  for (const renderer::Vec3& p : positions) mean += p / static_cast<double>(positions.size());
   for (const renderer::Vec3& p : positions) {
     const renderer::Vec3 velocity = p - mean;
     direction.values.insert(direction.values.end(), {velocity.x, velocity.y, velocity.z});
@@ -138,12 +134,8 @@ void SetValues(const ParsedName& parsed,
 }  // namespace
 
 Direction ParseDirection(const renderer::Scene& scene, const std::string& name) {
-  if (name == "exposure") {
-    return AllExposures(scene);
-  }
-  if (name.ends_with(kScaleSuffix)) {
-    return ScaleOfVertices(scene, name);
-  }
+  if (name == "exposure") return AllExposures(scene);
+  if (name.ends_with(kScaleSuffix)) return ScaleOfVertices(scene, name);
   const ParsedName parsed = Parse(name);
   const ParameterRef parameter = Find(scene, parsed, name);
   Direction direction{name, ParameterLayout(scene), {}};

@@ -127,9 +127,7 @@ void FitRecorder::OnStage(const optim::StageReport& report,
                           const std::vector<Image>& photos) {
   PATHFIT_CHECK(images.size() == observations_.views.size() && photos.size() == images.size());
   PATHFIT_CHECK(report.views.size() == images.size());
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    RecordView(i, report.stage, images[i], photos[i]);
-  }
+  for (std::size_t i = 0; i < images.size(); ++i) RecordView(i, report.stage, images[i], photos[i]);
   AddStage(report, history_);
   WriteHistory(run_.History(), history_);
   UpdateRecord();

@@ -32,9 +32,7 @@ std::string Bar(const optim::RoundReport& report, bool utf8) {
   const double share = report.max_rounds > 0 ? double{1.0} * report.round / report.max_rounds : 0.0;
   const int filled = static_cast<int>(std::lround(std::clamp(share, 0.0, 1.0) * kBarCells));
   std::string bar;
-  for (int i = 0; i < kBarCells; ++i) {
-    bar += i < filled ? (utf8 ? "█" : "#") : (utf8 ? "░" : "-");
-  }
+  for (int i = 0; i < kBarCells; ++i) bar += i < filled ? (utf8 ? "█" : "#") : (utf8 ? "░" : "-");
   return bar;
 }
 

@@ -98,9 +98,7 @@ double SignedScale(const renderer::Film& film) {
   for (const renderer::Rgba& p : film.pixels) {
     values.push_back(std::abs(renderer::Luminance(p.Color())));
   }
-  if (values.empty()) {
-    return 0.0;
-  }
+  if (values.empty()) return 0.0;
   std::sort(values.begin(), values.end());
   const double percentile =
       values[static_cast<std::size_t>(0.995 * static_cast<double>(values.size() - 1))];

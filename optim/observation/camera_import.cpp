@@ -24,9 +24,7 @@ bool IsFile(const fs::path& path) {
 }
 
 fs::path FindTransforms(const fs::path& path, bool is_named) {
-  if (IsFile(path)) {
-    return is_named || path.extension() == ".json" ? path : fs::path();
-  }
+  if (IsFile(path)) return is_named || path.extension() == ".json" ? path : fs::path();
   return IsFile(path / "transforms.json") ? path / "transforms.json" : fs::path();
 }
 
@@ -34,9 +32,7 @@ fs::path FindTransforms(const fs::path& path, bool is_named) {
 fs::path FindColmap(const fs::path& path, bool /*is_named*/) {
   const fs::path top = IsFile(path) ? path.parent_path() : path;
   for (const fs::path& folder : {top, top / "sparse" / "0", top / "sparse"}) {
-    if (IsFile(folder / "cameras.txt")) {
-      return folder;
-    }
+    if (IsFile(folder / "cameras.txt")) return folder;
     if (IsFile(folder / "cameras.bin")) {
       throw IoError(
           (folder / "cameras.bin").string() +

@@ -190,22 +190,16 @@ std::map<std::int64_t, renderer::Camera> ReadCameras(const std::filesystem::path
     if (camera.fx <= 0.0 || camera.fy <= 0.0) {
       throw IoError(camera_place + ": the focal length must be positive");
     }
-    if (!cameras.emplace(id, camera).second) {
-      throw IoError(camera_place + " is given twice");
-    }
+    if (!cameras.emplace(id, camera).second) throw IoError(camera_place + " is given twice");
   }
-  if (cameras.empty()) {
-    throw IoError(path.string() + ": holds no camera");
-  }
+  if (cameras.empty()) throw IoError(path.string() + ": holds no camera");
   return cameras;
 }
 
 /// COLMAP's camera has y down and looks along +z; ours is turned by pi about x.
 renderer::Transform ReadPose(Words& line, const std::string& place) {
   double q[4];
-  for (double& component : q) {
-    component = line.Number("quaternion");
-  }
+  for (double& component : q) component = line.Number("quaternion");
   const renderer::Mat3 camera_from_world = RotationFromQuaternion(q[0], q[1], q[2], q[3], place);
   renderer::Vec3 t;
   t.x = line.Number("translation");
@@ -260,20 +254,14 @@ ImportedCameras ReadColmapText(const std::filesystem::path& folder) {
       throw IoError(place + ": camera " + std::to_string(camera_id) + " is not in " +
                     cameras_path.string());
     }
-    if (imported.image.empty()) {
-      throw IoError(place + ": the image name is missing");
-    }
+    if (imported.image.empty()) throw IoError(place + ": the image name is missing");
     imported.camera = camera->second;
     imported.camera.name = imported.image;
     imported.camera.world_from_camera = pose;
     result.cameras.push_back(std::move(imported));
-    if (std::string_view points; file.NextLine(points)) {
-      CheckPointsLine(points, file.Place());
-    }
+    if (std::string_view points; file.NextLine(points)) CheckPointsLine(points, file.Place());
   }
-  if (result.cameras.empty()) {
-    throw IoError(images_path.string() + ": holds no image");
-  }
+  if (result.cameras.empty()) throw IoError(images_path.string() + ": holds no image");
   return result;
 }
 

@@ -25,9 +25,7 @@ std::string Join(const std::vector<std::string>& problems) {
   std::string text = std::to_string(problems.size()) +
                      (problems.size() == 1 ? " problem" : " problems") +
                      " with photos, cameras or masks:";
-  for (const std::string& problem : problems) {
-    text += "\n  " + problem;
-  }
+  for (const std::string& problem : problems) text += "\n  " + problem;
   return text;
 }
 
@@ -115,9 +113,7 @@ class FrameLoader {
       PhotoFile photo = ReadPhotoFile(*search.found, options_);
       LoadCamera(imported, *search.found, photo, result);
       Image mask = LoadMask(imported, *search.found, photo, result);
-      if (result.problems.empty()) {
-        FillView(name, std::move(photo), std::move(mask), result);
-      }
+      if (result.problems.empty()) FillView(name, std::move(photo), std::move(mask), result);
     } catch (const renderer::IoError& error) {
       result.problems.emplace_back(error.what());
     } catch (const renderer::SceneError& error) {
@@ -161,9 +157,7 @@ class FrameLoader {
                  const PhotoFile& photo,
                  FrameResult& result) const {
     const MaskOptions& options = options_.masks;
-    if (options.meaning == MaskMeaning::kNone) {
-      return {};
-    }
+    if (options.meaning == MaskMeaning::kNone) return {};
     const FileSearch search =
         options.alpha ? FileSearch{} : FindMask(imported, path, cameras_, options_);
     Image mask;
@@ -189,9 +183,7 @@ class FrameLoader {
       }
       return {};
     }
-    for (float& v : mask.data) {
-      v = std::clamp(options.invert ? 1.0F - v : v, 0.0F, 1.0F);
-    }
+    for (float& v : mask.data) v = std::clamp(options.invert ? 1.0F - v : v, 0.0F, 1.0F);
     result.facts.mask_is_black =
         std::none_of(mask.data.begin(), mask.data.end(), [](float v) { return v > 0.5F; });
     return mask;
@@ -200,9 +192,7 @@ class FrameLoader {
   /// An alpha channel that is opaque everywhere says nothing: no mask is invented from it, unless
   /// asked for.
   [[nodiscard]] bool UsesAlpha(const ImportedCamera& imported, const PhotoFile& photo) const {
-    if (options_.masks.alpha) {
-      return !photo.alpha.Empty();
-    }
+    if (options_.masks.alpha) return !photo.alpha.Empty();
     return options_.masks.folder.empty() && imported.mask.empty() &&
            std::any_of(
                photo.alpha.data.begin(), photo.alpha.data.end(), [](float v) { return v < 1.0F; });
@@ -210,12 +200,8 @@ class FrameLoader {
 
   [[nodiscard]] std::string WhatWasTried(const ImportedCamera& imported,
                                          const FileSearch& search) const {
-    if (options_.masks.alpha) {
-      return "the photo has no alpha channel";
-    }
-    if (!search.tried.empty()) {
-      return "tried: " + TriedNames(search);
-    }
+    if (options_.masks.alpha) return "the photo has no alpha channel";
+    if (!search.tried.empty()) return "tried: " + TriedNames(search);
     return std::string(imported.mask.empty()
                            ? "no mask folder is given, the camera file has no mask_path"
                            : "") +
@@ -229,25 +215,19 @@ class FrameLoader {
     result.facts.bits = photo.bits;
     result.facts.srgb = photo.srgb;
     result.facts.exif_orientation = photo.exif_orientation;
-    for (const float v : photo.clipped.data) {
-      result.facts.clipped_pixels += v > 0.0F ? 1 : 0;
-    }
+    for (const float v : photo.clipped.data) result.facts.clipped_pixels += v > 0.0F ? 1 : 0;
     result.facts.pixels = static_cast<std::int64_t>(photo.photo.width) * photo.photo.height;
     view.photo = std::move(photo.photo);
     view.clipped = std::move(photo.clipped);
     view.mask = std::move(mask);
     const int longest = std::max(view.photo.width, view.photo.height);
-    if (options_.max_size_px <= 0 || longest <= options_.max_size_px) {
-      return;
-    }
+    if (options_.max_size_px <= 0 || longest <= options_.max_size_px) return;
     const double scale = static_cast<double>(options_.max_size_px) / longest;
     const int width = std::max(1, static_cast<int>(std::lround(view.photo.width * scale)));
     const int height = std::max(1, static_cast<int>(std::lround(view.photo.height * scale)));
     view.camera = renderer::ScaledCamera(view.camera, width, height);
     for (Image* image : {&view.photo, &view.clipped, &view.mask}) {
-      if (!image->Empty()) {
-        *image = renderer::ResizeArea(*image, width, height);
-      }
+      if (!image->Empty()) *image = renderer::ResizeArea(*image, width, height);
     }
     result.facts.reduced = true;
   }
@@ -275,9 +255,7 @@ std::vector<std::string> ViewNames(const ImportedCameras& cameras) {
 /// Positions in the camera file, ordered by view name.
 std::vector<std::size_t> SortedByName(const std::vector<std::string>& names) {
   std::vector<std::size_t> order(names.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    order[i] = i;
-  }
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return names[a] < names[b];
   });
@@ -286,9 +264,7 @@ std::vector<std::size_t> SortedByName(const std::vector<std::string>& names) {
 
 void CheckOptions(const ObservationOptions& options, std::vector<std::string>& problems) {
   const auto require = [&](bool condition, const std::string& text) {
-    if (!condition) {
-      problems.push_back(text);
-    }
+    if (!condition) problems.push_back(text);
   };
   require(options.max_size_px >= 0, "the largest image size must be 0 (as it is) or positive");
   require(options.validation_every >= 0, "validation: 'every' must be 0 (none) or positive");
@@ -357,9 +333,7 @@ void DescribeCameras(const ObservationOptions& options,
   }
   std::map<std::string, std::size_t> rescaled;
   for (const FrameFacts& f : facts) {
-    if (!f.rescaled_from.empty()) {
-      ++rescaled[f.rescaled_from];
-    }
+    if (!f.rescaled_from.empty()) ++rescaled[f.rescaled_from];
   }
   for (const auto& [size, count] : rescaled) {
     out.push_back("Size: " + CountOf(count, "photo") + " had another size than the " + size +
@@ -422,9 +396,7 @@ void DescribeMasks(const ObservationOptions& options,
                      std::to_string(facts.size()) + " matched (";
   std::string sources;
   const auto add = [&](std::size_t count, const std::string& name) {
-    if (count > 0) {
-      sources += (sources.empty() ? "" : ", ") + std::to_string(count) + " " + name;
-    }
+    if (count > 0) sources += (sources.empty() ? "" : ", ") + std::to_string(count) + " " + name;
   };
   add(folder, "from " + options.masks.folder.string());
   add(listed, "by mask_path of the camera file");
@@ -435,13 +407,9 @@ void DescribeMasks(const ObservationOptions& options,
   out.push_back(text);
   std::string black;
   for (std::size_t i = 0; i < facts.size(); ++i) {
-    if (facts[i].mask_is_black) {
-      black += (black.empty() ? "" : ", ") + set.views[i].name;
-    }
+    if (facts[i].mask_is_black) black += (black.empty() ? "" : ", ") + set.views[i].name;
   }
-  if (!black.empty()) {
-    out.push_back("Masks: these show nothing at all: " + black + ".");
-  }
+  if (!black.empty()) out.push_back("Masks: these show nothing at all: " + black + ".");
 }
 
 /// One sentence per rule that was applied to the input, for people to check. `facts` belong to
@@ -491,18 +459,14 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
   set.mask_erode_px = options.masks.erode_px;
   std::vector<FrameFacts> facts;
   std::vector<InputFile> used;
-  for (const fs::path& path : cameras.files) {
-    used.push_back({path});
-  }
+  for (const fs::path& path : cameras.files) used.push_back({path});
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (i > 0 && names[order[i]] == names[order[i - 1]]) {
       problems.push_back(cameras.cameras[order[i]].place + ": the photo " + names[order[i]] +
                          " is given twice");
     }
     problems.insert(problems.end(), frames[i].problems.begin(), frames[i].problems.end());
-    for (const fs::path& path : frames[i].files) {
-      used.push_back({path});
-    }
+    for (const fs::path& path : frames[i].files) used.push_back({path});
     frames[i].view.name = names[order[i]];
     set.views.push_back(std::move(frames[i].view));
     facts.push_back(frames[i].facts);
@@ -515,13 +479,9 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
       })) {
     problems.emplace_back("masks: none of the photos has one, and at least one is required");
   }
-  if (!problems.empty()) {
-    throw ObservationError(std::move(problems));
-  }
+  if (!problems.empty()) throw ObservationError(std::move(problems));
   set.assumptions = SummariseInput(options, cameras, set, facts);
-  if (files != nullptr) {
-    *files = std::move(used);
-  }
+  if (files != nullptr) *files = std::move(used);
   return set;
 }
 

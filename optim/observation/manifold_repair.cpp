@@ -22,9 +22,7 @@ void KeepTriangles(const std::vector<bool>& keep, Mesh& mesh) {
   std::vector<std::int32_t> new_index(mesh.positions.size(), -1);
   Mesh out;
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    if (!keep[f]) {
-      continue;
-    }
+    if (!keep[f]) continue;
     Triangle triangle = mesh.triangles[f];
     for (std::int32_t& v : triangle) {
       std::int32_t& target = new_index[Index(v)];
@@ -75,9 +73,7 @@ void SeparateTouchingParts(double inset, Mesh& mesh) {
   for (const Triangle& t : mesh.triangles) {
     const Vec3 n = Cross(mesh.positions[Index(t[1])] - mesh.positions[Index(t[0])],
                          mesh.positions[Index(t[2])] - mesh.positions[Index(t[0])]);
-    for (const std::int32_t v : t) {
-      normals[Index(v)] += n;
-    }
+    for (const std::int32_t v : t) normals[Index(v)] += n;
   }
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     if (const double length = Norm(normals[v]); is_split[v] && length > 0.0) {

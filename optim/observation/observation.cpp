@@ -13,9 +13,7 @@ namespace {
 using renderer::Image;
 
 Image Resized(const Image& image, int width, int height) {
-  if (image.Empty() || (image.width == width && image.height == height)) {
-    return image;
-  }
+  if (image.Empty() || (image.width == width && image.height == height)) return image;
   return renderer::ResizeArea(image, width, height);
 }
 

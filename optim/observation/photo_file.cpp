@@ -59,9 +59,7 @@ void Try(const fs::path& candidate, FileSearch& search) {
     return;
   }
   search.tried.push_back(path);
-  if (IsFile(path)) {
-    search.found = path;
-  }
+  if (IsFile(path)) search.found = path;
 }
 
 }  // namespace
@@ -79,9 +77,7 @@ PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options)
               (options.transfer == Transfer::kAuto && !decoded.linear);
   file.photo = std::move(decoded.image);
   file.alpha = std::move(decoded.alpha);
-  if (file.srgb) {
-    MakeLinear(file.bits, file.photo);
-  }
+  if (file.srgb) MakeLinear(file.bits, file.photo);
   return file;
 }
 
@@ -101,21 +97,15 @@ FileSearch FindPhoto(const std::string& image,
   const fs::path name(image);
   std::vector<fs::path> candidates;
   if (images_dir.empty()) {
-    for (const fs::path& folder : cameras.image_folders) {
-      candidates.push_back(folder / name);
-    }
+    for (const fs::path& folder : cameras.image_folders) candidates.push_back(folder / name);
   } else {
     candidates = {images_dir / name, images_dir / name.filename()};
   }
   FileSearch search;
-  for (const fs::path& candidate : candidates) {
-    Try(candidate, search);
-  }
+  for (const fs::path& candidate : candidates) Try(candidate, search);
   for (const fs::path& candidate : candidates) {
     for (const char* extension : {".png", ".jpg", ".jpeg", ".JPG", ".exr"}) {
-      if (!candidate.has_extension()) {
-        Try(fs::path(candidate) += extension, search);
-      }
+      if (!candidate.has_extension()) Try(fs::path(candidate) += extension, search);
     }
   }
   return search;
@@ -127,9 +117,7 @@ FileSearch FindMask(const ImportedCamera& camera,
                     const ObservationOptions& options) {
   FileSearch search;
   if (options.masks.folder.empty()) {
-    if (!camera.mask.empty()) {
-      Try(cameras.folder / camera.mask, search);
-    }
+    if (!camera.mask.empty()) Try(cameras.folder / camera.mask, search);
     return search;
   }
   const fs::path file_name = photo.filename();
@@ -149,9 +137,7 @@ FileSearch FindMask(const ImportedCamera& camera,
 
 std::string TriedNames(const FileSearch& search) {
   std::string text;
-  for (const fs::path& path : search.tried) {
-    text += (text.empty() ? "" : ", ") + path.string();
-  }
+  for (const fs::path& path : search.tried) text += (text.empty() ? "" : ", ") + path.string();
   return text;
 }
 

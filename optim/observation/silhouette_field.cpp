@@ -35,9 +35,7 @@ SilhouetteField::SilhouetteView SilhouetteField::MakeView(const View& view) {
   double count = 0.0;
   for (int y = 0; y < view.mask.height; ++y) {
     for (int x = 0; x < view.mask.width; ++x) {
-      if (view.mask.At(x, y, 0) <= 0.5F) {
-        continue;
-      }
+      if (view.mask.At(x, y, 0) <= 0.5F) continue;
       out.low = {std::min(out.low.x, static_cast<double>(x)),
                  std::min(out.low.y, static_cast<double>(y))};
       out.high = {std::max(out.high.x, x + 1.0), std::max(out.high.y, y + 1.0)};
@@ -58,9 +56,7 @@ SilhouetteField::SilhouetteView SilhouetteField::MakeView(const View& view) {
 SilhouetteField::SilhouetteField(const ObservationSet& observations) {
   std::vector<const View*> masked;
   for (const View& view : observations.views) {
-    if (!view.validation && !view.mask.Empty()) {
-      masked.push_back(&view);
-    }
+    if (!view.validation && !view.mask.Empty()) masked.push_back(&view);
   }
   if (masked.size() < 2 || observations.mask_meaning != MaskMeaning::kSilhouette) {
     throw SceneError(
@@ -73,9 +69,7 @@ SilhouetteField::SilhouetteField(const ObservationSet& observations) {
     slots[static_cast<std::size_t>(i)] = MakeView(*masked[static_cast<std::size_t>(i)]);
   });
   views_.reserve(slots.size());
-  for (std::optional<SilhouetteView>& slot : slots) {
-    views_.push_back(std::move(*slot));
-  }
+  for (std::optional<SilhouetteView>& slot : slots) views_.push_back(std::move(*slot));
 }
 
 SilhouetteField::PixelDistance SilhouetteField::Lookup(const SilhouetteView& view,
@@ -117,13 +111,9 @@ double SilhouetteField::Value(const Vec3& x, double enough) const {
   double least = std::numeric_limits<double>::max();
   for (const SilhouetteView& view : views_) {
     const std::optional<Projection> p = view.camera.Project(x);
-    if (!p) {
-      return kFarOutside;
-    }
+    if (!p) return kFarOutside;
     least = std::min(least, Lookup(view, p->u, p->v).value * p->depth / view.focal);
-    if (least < enough) {
-      return least;
-    }
+    if (least < enough) return least;
   }
   return least;
 }
@@ -132,9 +122,7 @@ SilhouetteField::Sample SilhouetteField::ValueAndGradient(const Vec3& x) const {
   Sample least{.value = std::numeric_limits<double>::max(), .gradient = {}};
   for (const SilhouetteView& view : views_) {
     const std::optional<Projection> p = view.camera.Project(x);
-    if (!p) {
-      return {.value = kFarOutside, .gradient = {}};
-    }
+    if (!p) return {.value = kFarOutside, .gradient = {}};
     const PixelDistance d = Lookup(view, p->u, p->v);
     const double value = d.value * p->depth / view.focal;
     if (value < least.value) {

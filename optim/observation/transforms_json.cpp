@@ -26,9 +26,7 @@ struct Entry {
 
   [[nodiscard]] std::optional<double> Number(const char* key) const {
     const auto found = value.find(key);
-    if (found == value.end() || found->is_null()) {
-      return std::nullopt;
-    }
+    if (found == value.end() || found->is_null()) return std::nullopt;
     if (!found->is_number() || !std::isfinite(found->get<double>())) {
       throw IoError(place + "." + key + ": " + Shown(*found) + " is not a finite number");
     }
@@ -36,9 +34,7 @@ struct Entry {
   }
   [[nodiscard]] std::optional<std::string> Text(const char* key) const {
     const auto found = value.find(key);
-    if (found == value.end() || found->is_null()) {
-      return std::nullopt;
-    }
+    if (found == value.end() || found->is_null()) return std::nullopt;
     if (!found->is_string() || found->get_ref<const std::string&>().empty()) {
       throw IoError(place + "." + key + ": " + Shown(*found) +
                     " is not a text that names something");
@@ -48,9 +44,7 @@ struct Entry {
   /// Lists and objects are only named: writing them out would recurse as deep as the file nests
   /// them.
   static std::string Shown(const json& value) {
-    if (value.is_structured()) {
-      return value.is_array() ? "a list" : "an object";
-    }
+    if (value.is_structured()) return value.is_array() ? "a list" : "an object";
     const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
     return text.size() <= 40 ? text : text.substr(0, 37) + "...";
   }
@@ -75,9 +69,7 @@ class Intrinsics {
   /// Image extent in pixels, 0 when it is not given.
   [[nodiscard]] int Size(const char* key) const {
     const std::optional<double> value = Number(key);
-    if (!value) {
-      return 0;
-    }
+    if (!value) return 0;
     if (*value < 1.0 || *value > kMaxImageSize || *value != std::floor(*value)) {
       throw IoError(frame_.place + "." + key + ": " + std::to_string(*value) +
                     " is not an image size (whole, 1 to 100000)");
@@ -164,9 +156,7 @@ void ReadIntrinsics(const Entry& frame, const Entry& file, ImportedCamera& impor
 renderer::Transform ReadPose(const Entry& frame) {
   const std::string place = frame.place + ".transform_matrix";
   const auto matrix = frame.value.find("transform_matrix");
-  if (matrix == frame.value.end()) {
-    throw IoError(place + " is missing");
-  }
+  if (matrix == frame.value.end()) throw IoError(place + " is missing");
   const bool has_rows = matrix->is_array() && (matrix->size() == 3 || matrix->size() == 4);
   double m[4][4] = {{}, {}, {}, {0.0, 0.0, 0.0, 1.0}};
   for (std::size_t r = 0; has_rows && r < matrix->size(); ++r) {
@@ -225,13 +215,9 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path) {
   }
   for (std::size_t i = 0; i < frames->size(); ++i) {
     const Entry frame{(*frames)[i], name + ": frames[" + std::to_string(i) + "]"};
-    if (!frame.value.is_object()) {
-      throw IoError(frame.place + " must be an object");
-    }
+    if (!frame.value.is_object()) throw IoError(frame.place + " must be an object");
     const std::optional<std::string> image = frame.Text("file_path");
-    if (!image) {
-      throw IoError(frame.place + ".file_path is missing");
-    }
+    if (!image) throw IoError(frame.place + ".file_path is missing");
     ImportedCamera imported;
     imported.image = *image;
     imported.mask = frame.Text("mask_path").value_or("");

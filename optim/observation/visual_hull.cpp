@@ -100,9 +100,7 @@ Carving CarveCoarsely(const SilhouetteField& field, const Box& box) {
   for (int z = 0; z < size[2]; ++z) {
     for (int y = 0; y < size[1]; ++y) {
       for (int x = 0; x < size[0]; ++x) {
-        if (static_cast<double>(grid.values[grid.Offset(x, y, z)]) < -margin) {
-          continue;
-        }
+        if (static_cast<double>(grid.values[grid.Offset(x, y, z)]) < -margin) continue;
         const std::array<int, 3> at = {x, y, z};
         for (std::size_t a = 0; a < 3; ++a) {
           low[a] = std::min(low[a], at[a]);
@@ -113,9 +111,7 @@ Carving CarveCoarsely(const SilhouetteField& field, const Box& box) {
   }
   Carving out;
   out.found = high[0] >= 0;
-  if (!out.found) {
-    return out;
-  }
+  if (!out.found) return out;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
     out.touches[i] = low[i] == 0;
@@ -160,14 +156,10 @@ Box FindBox(const SilhouetteField& field) {
   for (int i = 0; carving.found && i < kMaxTightenings; ++i) {
     const bool done = carving.box.LongestSide() > kTightEnough * box.LongestSide();
     box = carving.box;
-    if (done) {
-      return box;
-    }
+    if (done) return box;
     carving = CarveCoarsely(field, box);
   }
-  if (!carving.found) {
-    FailEmpty();
-  }
+  if (!carving.found) FailEmpty();
   return box;
 }
 
@@ -201,9 +193,7 @@ Vec3 NearestZero(const SilhouetteField& field, const Vec3& start, double spacing
   SilhouetteField::Sample at = field.ValueAndGradient(start);
   for (int i = 0; i < kNewtonSteps; ++i) {
     const double slope2 = SquaredNorm(at.gradient);
-    if (!(slope2 > 0.0)) {
-      return best;
-    }
+    if (!(slope2 > 0.0)) return best;
     const double step =
         std::clamp(at.value / std::sqrt(slope2), -kMaxStep * spacing, kMaxStep * spacing);
     const Vec3 next = best - at.gradient * (step / std::sqrt(slope2));

@@ -22,9 +22,7 @@ FloatGrid::Ptr MakeLevelSet(const VoxelGrid& grid) {
   using Leaf = FloatTree::LeafNodeType;
   constexpr int kDim = static_cast<int>(Leaf::DIM);
   std::array<int, 3> leaves{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    leaves[a] = (grid.size[a] + kDim - 1) / kDim;
-  }
+  for (std::size_t a = 0; a < 3; ++a) leaves[a] = (grid.size[a] + kDim - 1) / kDim;
   std::vector<std::unique_ptr<Leaf>> filled(static_cast<std::size_t>(leaves[0]) *
                                             static_cast<std::size_t>(leaves[1]) *
                                             static_cast<std::size_t>(leaves[2]));
@@ -51,9 +49,7 @@ FloatGrid::Ptr MakeLevelSet(const VoxelGrid& grid) {
 
 void AddQuad(const openvdb::Vec4I& quad, Mesh& mesh) {
   std::array<std::int32_t, 4> v{};
-  for (int k = 0; k < 4; ++k) {
-    v[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(quad[k]);
-  }
+  for (int k = 0; k < 4; ++k) v[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(quad[k]);
   const auto squared_length = [&](std::int32_t a, std::int32_t b) {
     return SquaredNorm(mesh.positions[static_cast<std::size_t>(a)] -
                        mesh.positions[static_cast<std::size_t>(b)]);
@@ -87,13 +83,9 @@ Mesh ExtractSurface(const VoxelGrid& grid) {
                               static_cast<std::int32_t>(t[1]),
                               static_cast<std::int32_t>(t[2])});
   }
-  for (const openvdb::Vec4I& quad : quads) {
-    AddQuad(quad, mesh);
-  }
+  for (const openvdb::Vec4I& quad : quads) AddQuad(quad, mesh);
   if (SignedVolume(mesh) < 0.0) {
-    for (Triangle& t : mesh.triangles) {
-      std::swap(t[1], t[2]);
-    }
+    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   }
   return mesh;
 }

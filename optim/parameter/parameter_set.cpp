@@ -41,9 +41,7 @@ ParameterSet::ParameterSet(const renderer::Scene& scene,
       throw renderer::SceneError("a stage frees unknown number " + std::to_string(index) +
                                  "; there are " + std::to_string(unknowns.size()));
     }
-    if (!unknowns[static_cast<std::size_t>(index)].hold) {
-      order.push_back(index);
-    }
+    if (!unknowns[static_cast<std::size_t>(index)].hold) order.push_back(index);
   }
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
     return unknowns[static_cast<std::size_t>(a)].kind < unknowns[static_cast<std::size_t>(b)].kind;
@@ -51,9 +49,7 @@ ParameterSet::ParameterSet(const renderer::Scene& scene,
   for (const int index : order) {
     const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
     if (IsOfSensors(unknown.kind) && unknown.object < 0) {
-      for (const int sensor : sensors) {
-        AddGroup(unknown, index, sensor, exposure);
-      }
+      for (const int sensor : sensors) AddGroup(unknown, index, sensor, exposure);
     } else {
       AddGroup(unknown, index, unknown.object, exposure);
     }

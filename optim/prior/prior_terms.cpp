@@ -47,9 +47,7 @@ void AddLaplacian(const Context& context, const ParameterGroup& group, double we
       std::sqrt(context.num_channels * weight / static_cast<double>(group.num_blocks)) / edge;
   for (std::int32_t v = 0; v < group.num_blocks; ++v) {
     const auto& neighbors = topology.neighbors[static_cast<std::size_t>(v)];
-    if (neighbors.empty()) {
-      continue;
-    }
+    if (neighbors.empty()) continue;
     PriorTerm term;
     term.blocks.push_back(group.first_block + v);
     term.weights.push_back(scale);
@@ -68,9 +66,7 @@ struct BlockPair {
 
 void AddDifferences(const Context& context, const std::vector<BlockPair>& pairs, double weight) {
   double total = 0.0;
-  for (const BlockPair& pair : pairs) {
-    total += pair.weight;
-  }
+  for (const BlockPair& pair : pairs) total += pair.weight;
   for (const BlockPair& pair : pairs) {
     const double scale = std::sqrt(context.num_channels * weight * pair.weight / total);
     context.terms.push_back({{pair.a, pair.b}, {scale, -scale}});
@@ -123,9 +119,7 @@ void AddTexelSmoothness(const Context& context, const TexelGrid& grid, double we
 
 void AddTotalVariation(const Context& context, const TexelGrid& grid, double weight) {
   double total = 0.0;
-  for (int y = 0; y < grid.height; ++y) {
-    total += grid.width * grid.Weight(y + 0.5);
-  }
+  for (int y = 0; y < grid.height; ++y) total += grid.width * grid.Weight(y + 0.5);
   for (int y = 0; y < grid.height; ++y) {
     // The cost scale^2 e (sqrt(|d|^2 + e^2) - e) of a term is its share of the weight.
     const double share = context.num_channels * weight * grid.Weight(y + 0.5) / total;
@@ -133,12 +127,8 @@ void AddTotalVariation(const Context& context, const TexelGrid& grid, double wei
     for (int x = 0; x < grid.width; ++x) {
       PriorTerm term;
       term.blocks = {grid.Block(x, y)};
-      if (grid.HasRight(x)) {
-        term.blocks.push_back(grid.Block(x + 1, y));
-      }
-      if (grid.HasBelow(y)) {
-        term.blocks.push_back(grid.Block(x, y + 1));
-      }
+      if (grid.HasRight(x)) term.blocks.push_back(grid.Block(x + 1, y));
+      if (grid.HasBelow(y)) term.blocks.push_back(grid.Block(x, y + 1));
       const std::size_t count = term.blocks.size();
       for (std::size_t g = 1; g < count; ++g) {
         std::vector<double> row(count, 0.0);
@@ -147,9 +137,7 @@ void AddTotalVariation(const Context& context, const TexelGrid& grid, double wei
         term.weights.insert(term.weights.end(), row.begin(), row.end());
       }
       term.edge = scale * kTotalVariationEdge;
-      if (count > 1) {
-        context.terms.push_back(std::move(term));
-      }
+      if (count > 1) context.terms.push_back(std::move(term));
     }
   }
 }
@@ -313,9 +301,7 @@ std::vector<PriorTerm> BuildProximalTerms(const renderer::Scene& scene,
     const ParameterGroup& group = groups[g];
     const double lambda =
         unknowns[static_cast<std::size_t>(set.UnknownOfGroup(g))].large_steps_lambda;
-    if (group.kind != ParameterKind::kVertexPositions || lambda <= 0.0) {
-      continue;
-    }
+    if (group.kind != ParameterKind::kVertexPositions || lambda <= 0.0) continue;
     const auto topology =
         renderer::MeshTopology::Build(scene.meshes[static_cast<std::size_t>(group.object)].mesh);
     for (std::int32_t v = 0; v < group.num_blocks; ++v) {
@@ -370,9 +356,7 @@ void EvalPrior(const PriorTerm& term,
       residual[row] += weight * (term.neutral ? y[component] - mean : y[component]);
       for (std::size_t c = 0; jacobian != nullptr && c < size; ++c) {
         double d = component == c ? 1.0 : 0.0;
-        if (term.neutral) {
-          d -= 1.0 / static_cast<double>(size);
-        }
+        if (term.neutral) d -= 1.0 / static_cast<double>(size);
         jacobian[row * size + c] = weight * d * slope[c];
       }
     }
@@ -402,16 +386,12 @@ double PriorCost(const std::vector<PriorTerm>& terms,
     EvalPrior(term, set, blocks.data(), residual.data(), nullptr);
     if (term.edge > 0.0) {
       double square = 0.0;
-      for (const double r : residual) {
-        square += r * r;
-      }
+      for (const double r : residual) square += r * r;
       double rho[3];
       EdgeLoss(term.edge).Evaluate(square, rho);
       sum += 0.5 * rho[0];
     } else {
-      for (const double r : residual) {
-        sum += 0.5 * r * r;
-      }
+      for (const double r : residual) sum += 0.5 * r * r;
     }
   }
   return sum;

@@ -72,9 +72,7 @@ template <Delta Model>
 std::optional<BsdfSample> SampleDelta(
     const Model& model, const BsdfInputs& inputs, const Vec3& n, const Vec3& wo, double u) {
   const double cos_o = Dot(n, wo);
-  if (cos_o <= 0.0) {
-    return std::nullopt;
-  }
+  if (cos_o <= 0.0) return std::nullopt;
   double reflect = 1.0;
   if constexpr (Dielectric<Model>) {
     const double e = BeyondOverHere(model.eta, inputs);
@@ -150,9 +148,7 @@ std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf,
           return SampleDelta(model, inputs, n, wo, u2);
         } else if constexpr (Diffuse<Model>) {
           const Vec3 local = SampleCosineHemisphere(u0, u1);
-          if (local.z <= 0.0) {
-            return std::nullopt;
-          }
+          if (local.z <= 0.0) return std::nullopt;
           const Vec3 wi =
               Frame::FromNormal(n).ToWorld(mirrored ? Vec3{-local.x, -local.y, local.z} : local);
           return BsdfSample{wi, local.z * kInvPi};

@@ -13,9 +13,7 @@ DeltaPartials EvalDeltaModel(const MirrorBsdf& model,
                              TransportMode /*mode*/) {
   using D3 = Dual<3>;
   DeltaPartials p;
-  if (transmit) {
-    return p;
-  }
+  if (transmit) return p;
   for (int i = 0; i < 3; ++i) {
     const D3 fresnel = FresnelConductor(D3::Variable(std::min(cos_o, 1.0), 0),
                                         D3::Variable(model.eta[i], 1),
@@ -39,9 +37,7 @@ DeltaPartials EvalDeltaModel(const SmoothDielectricBsdf& model,
   const D2 e = D2::Variable(BeyondOverHere(model.eta, in), 1);
   const D2 reflected = FresnelDielectric(D2::Variable(std::min(cos_o, 1.0), 0), e);
   D2 weight = transmit ? D2(1.0) - reflected : reflected;
-  if (transmit && mode == TransportMode::kRadiance) {
-    weight = weight / (e * e);
-  }
+  if (transmit && mode == TransportMode::kRadiance) weight = weight / (e * e);
   DeltaPartials p;
   p.value = in.base_color * weight.v;
   p.d_cos_o = in.base_color * weight.d[0];

@@ -34,9 +34,7 @@ T FresnelDielectric(const T& c, const T& e) {
   using std::sqrt;
   const T e2 = e * e;
   const T refracted2 = e2 - T(1.0) + c * c;
-  if (ScalarPart(refracted2) <= kMinRefracted2) {
-    return T(1.0);
-  }
+  if (ScalarPart(refracted2) <= kMinRefracted2) return T(1.0);
   const T g = sqrt(refracted2);
   const T s = (c - g) / (c + g);
   const T p = (e2 * c - g) / (e2 * c + g);

@@ -49,9 +49,7 @@ double MixedPdf(double specular_probability, double alpha, const BsdfCosines& c,
 }  // namespace
 
 Rgb EvalModel(const MetallicRoughnessBsdf& model, const BsdfInputs& in, const BsdfCosines& c) {
-  if (c.cos_i <= 0.0) {
-    return {};
-  }
+  if (c.cos_i <= 0.0) return {};
   const double dot = ClampedDot(c);
   const double specular = MicrofacetReflection(c.cos_i, c.cos_o, dot, Alpha(in));
   const double weight = SchlickWeight(dot);
@@ -70,9 +68,7 @@ BsdfPartials EvalModelPartials(const MetallicRoughnessBsdf& model,
                                const BsdfInputs& in,
                                const BsdfCosines& c) {
   BsdfPartials p;
-  if (c.cos_i <= 0.0) {
-    return p;
-  }
+  if (c.cos_i <= 0.0) return p;
   const double dot = ClampedDot(c);
   const MicrofacetPartials specular =
       MicrofacetReflectionPartials(c.cos_i, c.cos_o, dot, Alpha(in));
@@ -108,9 +104,7 @@ double ModelPdf(const MetallicRoughnessBsdf& model,
                 const BsdfInputs& in,
                 const BsdfCosines& c,
                 bool mirrored) {
-  if (c.cos_i <= 0.0) {
-    return 0.0;
-  }
+  if (c.cos_i <= 0.0) return 0.0;
   const double facing = mirrored ? MirroredFacing(c.cos_i, c.cos_o, ClampedDot(c)) : 1.0;
   return MixedPdf(SpecularProbability(model, in, c.cos_o), Alpha(in), c, facing);
 }
@@ -124,13 +118,9 @@ std::optional<LocalSample> SampleModel(const MetallicRoughnessBsdf& model,
   const bool specular = u.u2 < specular_probability;
   Vec3 drawn =
       specular ? SampleVisibleNormal(wo, alpha, u.u0, u.u1) : SampleCosineHemisphere(u.u0, u.u1);
-  if (u.mirrored) {
-    drawn = MirroredNormal(drawn);
-  }
+  if (u.mirrored) drawn = MirroredNormal(drawn);
   const Vec3 wi = specular ? drawn * (2.0 * Dot(wo, drawn)) - wo : drawn;
-  if (wi.z <= 0.0) {
-    return std::nullopt;
-  }
+  if (wi.z <= 0.0) return std::nullopt;
   return LocalSample{wi, MixedPdf(specular_probability, alpha, {wi.z, wo.z, Dot(wi, wo)}, 1.0)};
 }
 

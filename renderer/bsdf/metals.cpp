@@ -33,9 +33,7 @@ constexpr std::array<ConductorConstants, kNames.size()> kConstants = {{
 
 std::optional<ConductorConstants> NamedMetal(std::string_view name) {
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (kNames[i] == name) {
-      return kConstants[i];
-    }
+    if (kNames[i] == name) return kConstants[i];
   }
   return std::nullopt;
 }

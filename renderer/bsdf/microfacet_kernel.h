@@ -85,9 +85,7 @@ T MicrofacetTransmission(
   // |wo + e wi| times the cosines of the two directions to the microfacet.
   const T facing_o = side * (T(1.0) + e * dot_io);
   const T facing_i = -side * (e + dot_io);
-  if (ScalarPart(facing_o) <= 0.0 || ScalarPart(facing_i) <= 0.0) {
-    return T(0.0);
-  }
+  if (ScalarPart(facing_o) <= 0.0 || ScalarPart(facing_i) <= 0.0) return T(0.0);
   const T length2 = (T(1.0) - e) * (T(1.0) - e) + T(2.0) * e * (T(1.0) + dot_io);
   const T alpha2 = alpha * alpha;
   const T cos_h2 = sum * sum / length2;

@@ -7,9 +7,7 @@
 namespace pathfit::renderer {
 
 Rgb EvalModel(const RoughConductorBsdf& model, const BsdfInputs& in, const BsdfCosines& c) {
-  if (c.cos_i <= 0.0) {
-    return {};
-  }
+  if (c.cos_i <= 0.0) return {};
   const double dot = ClampedDot(c);
   const double specular = MicrofacetReflection(c.cos_i, c.cos_o, dot, Alpha(in));
   const double half = std::sqrt(0.5 + 0.5 * dot);
@@ -25,9 +23,7 @@ BsdfPartials EvalModelPartials(const RoughConductorBsdf& model,
                                const BsdfCosines& c) {
   using D3 = Dual<3>;
   BsdfPartials p;
-  if (c.cos_i <= 0.0) {
-    return p;
-  }
+  if (c.cos_i <= 0.0) return p;
   const double dot = ClampedDot(c);
   const MicrofacetPartials specular =
       MicrofacetReflectionPartials(c.cos_i, c.cos_o, dot, Alpha(in));
@@ -55,9 +51,7 @@ double ModelPdf(const RoughConductorBsdf&,
                 const BsdfInputs& in,
                 const BsdfCosines& c,
                 bool mirrored) {
-  if (c.cos_i <= 0.0) {
-    return 0.0;
-  }
+  if (c.cos_i <= 0.0) return 0.0;
   const double dot = ClampedDot(c);
   const double sum = c.cos_i + c.cos_o;
   const double facing = mirrored ? MirroredFacing(c.cos_i, c.cos_o, dot) : 1.0;
@@ -69,13 +63,9 @@ std::optional<LocalSample> SampleModel(const RoughConductorBsdf& model,
                                        const Vec3& wo,
                                        const UnitSample& u) {
   Vec3 h = SampleVisibleNormal(wo, Alpha(in), u.u0, u.u1);
-  if (u.mirrored) {
-    h = MirroredNormal(h);
-  }
+  if (u.mirrored) h = MirroredNormal(h);
   const Vec3 wi = h * (2.0 * Dot(wo, h)) - wo;
-  if (wi.z <= 0.0) {
-    return std::nullopt;
-  }
+  if (wi.z <= 0.0) return std::nullopt;
   return LocalSample{wi, ModelPdf(model, in, {wi.z, wo.z, Dot(wi, wo)}, false)};
 }
 

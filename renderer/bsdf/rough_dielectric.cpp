@@ -27,9 +27,7 @@ double TransmissionPdf(double e, double alpha, const BsdfCosines& c, bool mirror
   const double length2 = (1.0 - e) * (1.0 - e) + 2.0 * e * (1.0 + c.dot_io);
   const double facing_o = side * (1.0 + e * c.dot_io);  // times |wo + e wi|, as facing_i
   const double facing_i = -side * (e + c.dot_io);
-  if (facing_o <= 0.0 || facing_i <= 0.0) {
-    return 0.0;
-  }
+  if (facing_o <= 0.0 || facing_i <= 0.0) return 0.0;
   const double length = std::sqrt(length2);
   const double drawn_at =
       (mirrored ? std::max(0.0, 2.0 * side * sum * c.cos_o - facing_o) : facing_o) / length;
@@ -98,12 +96,8 @@ Rgb EvalModel(const RoughDielectricBsdf& model, const BsdfInputs& in, const Bsdf
 BsdfPartials EvalModelPartials(const RoughDielectricBsdf& model,
                                const BsdfInputs& in,
                                const BsdfCosines& c) {
-  if (c.cos_i > 0.0) {
-    return ReflectionPartials(model.eta, in, c);
-  }
-  if (c.cos_i < 0.0) {
-    return TransmissionPartials(model.eta, in, c);
-  }
+  if (c.cos_i > 0.0) return ReflectionPartials(model.eta, in, c);
+  if (c.cos_i < 0.0) return TransmissionPartials(model.eta, in, c);
   return {};
 }
 
@@ -112,9 +106,7 @@ double ModelPdf(const RoughDielectricBsdf& model,
                 const BsdfCosines& c,
                 bool mirrored) {
   const double e = BeyondOverHere(model.eta, in);
-  if (c.cos_i > 0.0) {
-    return ReflectionPdf(e, Alpha(in), c, mirrored);
-  }
+  if (c.cos_i > 0.0) return ReflectionPdf(e, Alpha(in), c, mirrored);
   return c.cos_i < 0.0 ? TransmissionPdf(e, Alpha(in), c, mirrored) : 0.0;
 }
 
@@ -125,21 +117,15 @@ std::optional<LocalSample> SampleModel(const RoughDielectricBsdf& model,
   const double e = BeyondOverHere(model.eta, in);
   Vec3 h = SampleVisibleNormal(wo, Alpha(in), u.u0, u.u1);
   const bool reflect = u.u2 < ChoiceOfReflection(Dot(wo, h), e);
-  if (u.mirrored) {
-    h = MirroredNormal(h);
-  }
+  if (u.mirrored) h = MirroredNormal(h);
   const double facing = Dot(wo, h);
-  if (facing <= 0.0 || (!reflect && IsTotalReflection(facing, e))) {
-    return std::nullopt;
-  }
+  if (facing <= 0.0 || (!reflect && IsTotalReflection(facing, e))) return std::nullopt;
   Vec3 wi = h * (2.0 * facing) - wo;
   if (!reflect) {
     const double cos_refracted = std::sqrt(1.0 - (1.0 - facing * facing) / (e * e));
     wi = h * (facing / e - cos_refracted) - wo / e;
   }
-  if (reflect ? wi.z <= 0.0 : wi.z >= 0.0) {
-    return std::nullopt;
-  }
+  if (reflect ? wi.z <= 0.0 : wi.z >= 0.0) return std::nullopt;
   return LocalSample{wi, ModelPdf(model, in, {wi.z, wo.z, Dot(wi, wo)}, false)};
 }
 

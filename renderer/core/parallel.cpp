@@ -31,24 +31,18 @@ int DefaultNumThreads() {
   int threads = 1;
   cpu_set_t set;
   CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof(set), &set) == 0) {
-    threads = std::max(1, CPU_COUNT(&set));
-  }
+  if (sched_getaffinity(0, sizeof(set), &set) == 0) threads = std::max(1, CPU_COUNT(&set));
   std::ifstream cgroup("/sys/fs/cgroup/cpu.max");
   std::string quota;
   double period = 0.0;
   if (cgroup >> quota >> period && quota != "max" && period > 0.0) {
     const double cpus = std::strtod(quota.c_str(), nullptr) / period;
-    if (cpus >= 1.0) {
-      threads = std::min(threads, static_cast<int>(cpus));
-    }
+    if (cpus >= 1.0) threads = std::min(threads, static_cast<int>(cpus));
   }
   // NOLINTNEXTLINE(concurrency-mt-unsafe): read once at start-up.
   if (const char* slurm = std::getenv("SLURM_CPUS_PER_TASK")) {
     const int cpus = static_cast<int>(std::strtol(slurm, nullptr, 10));
-    if (cpus > 0) {
-      threads = std::min(threads, cpus);
-    }
+    if (cpus > 0) threads = std::min(threads, cpus);
   }
   return threads;
 }
@@ -67,9 +61,7 @@ void ParallelFor(std::int64_t count, const std::function<void(std::int64_t)>& bo
   std::exception_ptr error;
   const auto work = [&] {
     try {
-      for (std::int64_t i = next++; i < count; i = next++) {
-        body(i);
-      }
+      for (std::int64_t i = next++; i < count; i = next++) body(i);
     } catch (...) {
       const std::lock_guard lock(mutex);
       error = std::current_exception();
@@ -79,16 +71,10 @@ void ParallelFor(std::int64_t count, const std::function<void(std::int64_t)>& bo
   const std::size_t limit =
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   std::vector<std::thread> threads;
-  for (std::size_t t = 1; t < limit; ++t) {
-    threads.emplace_back(work);
-  }
+  for (std::size_t t = 1; t < limit; ++t) threads.emplace_back(work);
   work();
-  for (std::thread& thread : threads) {
-    thread.join();
-  }
-  if (error) {
-    std::rethrow_exception(error);
-  }
+  for (std::thread& thread : threads) thread.join();
+  if (error) std::rethrow_exception(error);
 }
 
 #else

@@ -21,9 +21,7 @@ double AreaOf(const Mesh& mesh, const Triangle& t) {
 void AreaSampler::AddMesh(int mesh, const Mesh& world, const std::vector<double>& brightness) {
   PATHFIT_CHECK(mesh >= 0 && brightness.size() == world.triangles.size());
   const auto index = static_cast<std::size_t>(mesh);
-  if (first_of_mesh_.size() <= index) {
-    first_of_mesh_.resize(index + 1, -1);
-  }
+  if (first_of_mesh_.size() <= index) first_of_mesh_.resize(index + 1, -1);
   PATHFIT_CHECK(first_of_mesh_[index] < 0);
   first_of_mesh_[index] = static_cast<std::int64_t>(triangles_.size());
   for (std::size_t i = 0; i < world.triangles.size(); ++i) {
@@ -42,15 +40,11 @@ void AreaSampler::Finish() {
   }
   const double floor =
       total_weight > 0.0 ? kAreaFloor / (1.0 - kAreaFloor) * total_weight / total_area : 1.0;
-  for (std::size_t i = 0; i < areas_.size(); ++i) {
-    weights_[i] += floor * areas_[i];
-  }
+  for (std::size_t i = 0; i < areas_.size(); ++i) weights_[i] += floor * areas_[i];
   distribution_ = Distribution1D(weights_);
   pdf_.assign(areas_.size(), 0.0);
   for (std::size_t i = 0; i < areas_.size(); ++i) {
-    if (areas_[i] > 0.0) {
-      pdf_[i] = distribution_.Probability(static_cast<int>(i)) / areas_[i];
-    }
+    if (areas_[i] > 0.0) pdf_[i] = distribution_.Probability(static_cast<int>(i)) / areas_[i];
   }
 }
 
@@ -74,9 +68,7 @@ AreaSample AreaSampler::Sample(double u0, double u1) const {
 
 double AreaSampler::Pdf(TriangleId id) const {
   const auto mesh = static_cast<std::size_t>(id.mesh);
-  if (id.mesh < 0 || mesh >= first_of_mesh_.size() || first_of_mesh_[mesh] < 0) {
-    return 0.0;
-  }
+  if (id.mesh < 0 || mesh >= first_of_mesh_.size() || first_of_mesh_[mesh] < 0) return 0.0;
   return pdf_[static_cast<std::size_t>(first_of_mesh_[mesh] + id.triangle)];
 }
 

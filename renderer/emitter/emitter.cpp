@@ -69,9 +69,7 @@ TexelWeights EnvironmentTexelWeights(const EnvironmentEmitter& environment, cons
 }
 
 Rgb EnvironmentRadianceAt(const EnvironmentEmitter& environment, const Vec2& uv) {
-  if (environment.texels.size() == 1) {
-    return environment.intensity * environment.texels[0];
-  }
+  if (environment.texels.size() == 1) return environment.intensity * environment.texels[0];
   const TexelWeights lookup = EnvironmentTexelWeights(environment, uv);
   Rgb sum;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -81,9 +79,7 @@ Rgb EnvironmentRadianceAt(const EnvironmentEmitter& environment, const Vec2& uv)
 }
 
 std::array<Vec3, 3> EnvironmentGradient(const EnvironmentEmitter& environment, const Vec3& d) {
-  if (environment.width == 1 && environment.height == 1) {
-    return {};
-  }
+  if (environment.width == 1 && environment.height == 1) return {};
   const TexelSquare square = SquareAround(environment, EnvironmentUv(d));
   const auto texel = [&](std::size_t i) {
     return environment.texels[static_cast<std::size_t>(square.texel[i])];

@@ -22,9 +22,7 @@ double CellSolidAngle(int row, int width, int height) {
 
 EnvironmentSampler::EnvironmentSampler(const EnvironmentEmitter& environment)
     : width_(environment.width), height_(environment.height) {
-  if (width_ * height_ == 1) {
-    return;
-  }
+  if (width_ * height_ == 1) return;
   const auto radiance = [&](int x, int y) {
     const int wx = (x + width_) % width_;
     const int cy = std::clamp(y, 0, height_ - 1);
@@ -63,9 +61,7 @@ EnvironmentSampler::EnvironmentSampler(const EnvironmentEmitter& environment)
     row_weights.push_back(columns_.back().Total());
   }
   rows_ = Distribution1D(row_weights);
-  for (int y = 0; y <= height_; ++y) {
-    row_cos_.push_back(CosAtRow(y, height_));
-  }
+  for (int y = 0; y <= height_; ++y) row_cos_.push_back(CosAtRow(y, height_));
   density_.resize(weights.size());
   for (int y = 0; y < height_; ++y) {
     for (int x = 0; x < width_; ++x) {
@@ -97,9 +93,7 @@ DirectionSample EnvironmentSampler::Sample(const Vec3& normal, double u0, double
 }
 
 double EnvironmentSampler::Pdf(const Vec2& uv, bool above) const {
-  if (width_ * height_ == 1) {
-    return above ? UniformHemispherePdf() : 0.0;
-  }
+  if (width_ * height_ == 1) return above ? UniformHemispherePdf() : 0.0;
   const int x = std::min(static_cast<int>(uv.x * width_), width_ - 1);
   const int y = std::min(static_cast<int>(uv.y * height_), height_ - 1);
   return density_[static_cast<std::size_t>(y * width_ + x)];

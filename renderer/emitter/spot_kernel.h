@@ -13,12 +13,8 @@ T SpotFalloff(const T& cos_axis, const T& inner_angle, const T& outer_angle) {
   using std::cos;
   const T cos_inner = cos(inner_angle);
   const T cos_outer = cos(outer_angle);
-  if (!(cos_axis < cos_inner)) {
-    return T(1.0);
-  }
-  if (!(cos_axis > cos_outer)) {
-    return T(0.0);
-  }
+  if (!(cos_axis < cos_inner)) return T(1.0);
+  if (!(cos_axis > cos_outer)) return T(0.0);
   const T t = (cos_axis - cos_outer) / (cos_inner - cos_outer);
   return t * t * (T(3.0) - T(2.0) * t);
 }
@@ -33,12 +29,8 @@ inline SpotFalloffPartials SpotFalloffDerivative(double cos_axis,
                                                  double outer_angle) {
   const double cos_inner = std::cos(inner_angle);
   const double cos_outer = std::cos(outer_angle);
-  if (!(cos_axis < cos_inner)) {
-    return {1.0};
-  }
-  if (!(cos_axis > cos_outer)) {
-    return {0.0};
-  }
+  if (!(cos_axis < cos_inner)) return {1.0};
+  if (!(cos_axis > cos_outer)) return {0.0};
   const double width = cos_inner - cos_outer;
   const double t = (cos_axis - cos_outer) / width;
   const double slope = 6.0 * t * (1.0 - t) / width;

@@ -10,13 +10,9 @@ Distribution1D::Distribution1D(const std::vector<double>& weights) : cumulative_
     total_ += w;
     cumulative_.push_back(total_);
   }
-  if (total_ <= 0.0) {
-    return;
-  }
+  if (total_ <= 0.0) return;
   probability_.reserve(weights.size());
-  for (const double w : weights) {
-    probability_.push_back(w / total_);
-  }
+  for (const double w : weights) probability_.push_back(w / total_);
 }
 
 int Distribution1D::Sample(double u, double& remainder) const {

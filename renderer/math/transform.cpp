@@ -23,16 +23,12 @@ double VersineRatio(double angle) {
 
 /// (t - sin t) / t^3.
 double CubicRatio(double angle) {
-  if (angle > 1.0) {
-    return (angle - std::sin(angle)) / (angle * angle * angle);
-  }
+  if (angle > 1.0) return (angle - std::sin(angle)) / (angle * angle * angle);
   // The first term left out is below 1/23!.
   constexpr int kLastTerm = 9;
   const double t2 = angle * angle;
   double sum = 1.0;
-  for (int k = kLastTerm; k > 0; --k) {
-    sum = 1.0 - sum * t2 / ((2.0 * k + 2.0) * (2.0 * k + 3.0));
-  }
+  for (int k = kLastTerm; k > 0; --k) sum = 1.0 - sum * t2 / ((2.0 * k + 2.0) * (2.0 * k + 3.0));
   return sum / 6.0;
 }
 

@@ -57,9 +57,7 @@ class LatticeSampler {
   /// How the direction at the vertex of this bounce is drawn.
   [[nodiscard]] DirectionDraw DrawAt(int bounce) const {
     for (std::size_t i = 0; i < num_shifts_; ++i) {
-      if (shifts_[i].bounce == bounce) {
-        return shifts_[i].draw;
-      }
+      if (shifts_[i].bounce == bounce) return shifts_[i].draw;
     }
     return DirectionDraw::kBsdf;
   }
@@ -85,9 +83,7 @@ class LatticeSampler {
   }
 
   double Next() {
-    if (dimension_ >= kDimensions) {
-      return independent_.Next();
-    }
+    if (dimension_ >= kDimensions) return independent_.Next();
     const double x = shift_.Next() + sample_ * kAlpha[static_cast<std::size_t>(dimension_++)];
     return x - std::floor(x);
   }

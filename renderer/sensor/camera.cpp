@@ -21,9 +21,7 @@ constexpr double kMinSigma = 1e-3;
 constexpr double kMaxSigma = 1e3;
 
 void Require(bool condition, const Camera& camera, const char* what) {
-  if (!condition) {
-    throw SceneError("camera '" + camera.name + "': " + what);
-  }
+  if (!condition) throw SceneError("camera '" + camera.name + "': " + what);
 }
 
 void ValidateCamera(const Camera& c) {
@@ -77,9 +75,7 @@ void ValidateCamera(const Camera& c) {
 
 Transform CameraPose(const Camera& camera) {
   const Transform& t = camera.world_from_camera;
-  if (camera.rotation == Vec3{}) {
-    return t;
-  }
+  if (camera.rotation == Vec3{}) return t;
   return {RotationFromVector(camera.rotation) * t.linear, t.translation};
 }
 
@@ -124,9 +120,7 @@ double CameraModel::FieldRadius() const {
 }
 
 Vec2 CameraModel::Undistort(const Vec2& distorted) const {
-  if (!distorted_) {
-    return distorted;
-  }
+  if (!distorted_) return distorted;
   Vec2 u = distorted;
   for (int i = 0; i < kMaxNewtonSteps; ++i) {
     const Distorted d = Distort(camera_.distortion, u);
@@ -138,9 +132,7 @@ Vec2 CameraModel::Undistort(const Vec2& distorted) const {
     const Vec2 step = {(d.yy * error.x - d.xy * error.y) / determinant,
                        (d.xx * error.y - d.xy * error.x) / determinant};
     u = u - step;
-    if (step.x * step.x + step.y * step.y < kNewtonTolerance * kNewtonTolerance) {
-      return u;
-    }
+    if (step.x * step.x + step.y * step.y < kNewtonTolerance * kNewtonTolerance) return u;
   }
   Require(std::isfinite(u.x) && std::isfinite(u.y), camera_, "lens distortion cannot be inverted");
   return u;
@@ -148,9 +140,7 @@ Vec2 CameraModel::Undistort(const Vec2& distorted) const {
 
 Ray CameraModel::RayThrough(double u, double v) const {
   const Vec2 x = Undistort({(u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy});
-  if (IsOrthographic()) {
-    return {pose_.Point({x.x, -x.y, 0.0}), -pose_.linear.z};
-  }
+  if (IsOrthographic()) return {pose_.Point({x.x, -x.y, 0.0}), -pose_.linear.z};
   return {Origin(), Normalized(pose_.Direction({x.x, -x.y, -1.0}))};
 }
 
@@ -166,29 +156,21 @@ Ray CameraModel::RayTo(const Vec3& x_in_world, double& distance) const {
 
 std::optional<Vec2> CameraModel::NormalizedOf(const Vec3& x_in_world) const {
   const Vec3 p = camera_from_world_.Point(x_in_world);
-  if (!(p.z < 0.0)) {
-    return std::nullopt;
-  }
+  if (!(p.z < 0.0)) return std::nullopt;
   const double scale = IsOrthographic() ? 1.0 : -1.0 / p.z;
   const Vec2 n{p.x * scale, -p.y * scale};
-  if (!(n.x * n.x + n.y * n.y <= max_radius_ * max_radius_)) {
-    return std::nullopt;
-  }
+  if (!(n.x * n.x + n.y * n.y <= max_radius_ * max_radius_)) return std::nullopt;
   return n;
 }
 
 std::optional<Projection> CameraModel::Project(const Vec3& x_in_world) const {
   const Vec3 p = camera_from_world_.Point(x_in_world);
   const double depth = -p.z;
-  if (!(depth > 0.0)) {
-    return std::nullopt;
-  }
+  if (!(depth > 0.0)) return std::nullopt;
   const bool parallel = IsOrthographic();
   const double inverse = parallel ? 1.0 : 1.0 / depth;
   const Vec2 n{p.x * inverse, -p.y * inverse};
-  if (!(n.x * n.x + n.y * n.y <= max_radius_ * max_radius_)) {
-    return std::nullopt;
-  }
+  if (!(n.x * n.x + n.y * n.y <= max_radius_ * max_radius_)) return std::nullopt;
   // Columns of the rotation are the camera's axes in the world.
   const Mat3& axes = pose_.linear;
   const Vec3 dx = parallel ? axes.x : (axes.x + axes.z * n.x) * inverse;

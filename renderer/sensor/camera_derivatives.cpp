@@ -97,9 +97,7 @@ std::array<Vec2, CameraModel::kNumIntrinsics> CameraModel::PixelByIntrinsics(
     const Vec3& x_in_world) const {
   std::array<Vec2, kNumIntrinsics> out{};
   const auto x = NormalizedOf(x_in_world);
-  if (!x) {
-    return out;
-  }
+  if (!x) return out;
   const Vec2 distorted = Distort(camera_.distortion, *x).value;
   out[kFx].x = distorted.x;
   out[kFy].y = distorted.y;
@@ -119,22 +117,16 @@ std::array<Vec2, CameraModel::kNumIntrinsics> CameraModel::PixelByIntrinsics(
 CameraModel::PixelDensity CameraModel::DensityAt(const Vec3& x_in_world, const Vec3& n) const {
   PixelDensity out;
   const auto x = NormalizedOf(x_in_world);
-  if (!x) {
-    return out;
-  }
+  if (!x) return out;
   const Mat3& axes = pose_.linear;
   const Vec3 y = IsOrthographic() ? axes.z : x_in_world - Origin();
   const double facing = Dot(n, y);
-  if (facing == 0.0) {
-    return out;
-  }
+  if (facing == 0.0) return out;
   out.value = camera_.fx * camera_.fy * std::abs(facing);
   out.d_n = y / facing;
   out.d_intrinsics[kFx] = 1.0 / camera_.fx;
   out.d_intrinsics[kFy] = 1.0 / camera_.fy;
-  if (IsOrthographic()) {
-    return out;
-  }
+  if (IsOrthographic()) return out;
   const double inverse_depth = -1.0 / Dot(axes.z, y);
   out.value *= inverse_depth * inverse_depth * inverse_depth;
   out.d_x = n / facing + axes.z * (3.0 * inverse_depth);

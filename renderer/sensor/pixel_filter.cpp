@@ -35,9 +35,7 @@ class CutGaussian {
     return -std::exp(-b * b) * std::expm1((b - a_) * (b + a_));
   }
   [[nodiscard]] double Integral(double b) const {
-    if (b >= kSeriesBelow) {
-      return 0.5 * std::sqrt(std::numbers::pi) * std::erf(b) - b * floor_;
-    }
+    if (b >= kSeriesBelow) return 0.5 * std::sqrt(std::numbers::pi) * std::erf(b) - b * floor_;
     // erf without its first term: sqrt(pi)/2 erf(b) = exp(-b^2) sum_k 2^k b^(2k+1) / (2k+1)!!.
     const double b2 = 2.0 * b * b;
     double term = b;
@@ -66,24 +64,18 @@ double OffsetOfTail(const CutGaussian& gaussian, double tail) {
   constexpr int kMaxSteps = 60;
   constexpr double kTolerance = 1e-15;  // of the mass: what rounding leaves of 1 - Share
   const double end = gaussian.half_width();
-  if (tail <= 0.0) {
-    return end;
-  }
+  if (tail <= 0.0) return end;
   const double root = std::sqrt(tail);
   double low = 0.0;
   double high = end;
   double b = std::min(RoughInverseErf(tail), end * (1.0 - root));
   for (int i = 0; i < kMaxSteps; ++i) {
     const double mass = std::max(0.0, 1.0 - gaussian.Share(b));
-    if (std::abs(mass - tail) <= kTolerance) {
-      break;
-    }
+    if (std::abs(mass - tail) <= kTolerance) break;
     const double rest = std::sqrt(mass);
     (rest > root ? low : high) = b;
     double next = b + 2.0 * rest * (rest - root) / gaussian.Density(b);
-    if (!(next >= low && next <= high)) {
-      next = 0.5 * (low + high);
-    }
+    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
     b = next;
   }
   return b;
@@ -94,15 +86,9 @@ double OffsetOfTail(const CutGaussian& gaussian, double tail) {
 double FilterProfile(const PixelFilter& filter, double d) {
   const double distance = std::abs(d);
   const double r = filter.radius;
-  if (!(distance <= r)) {
-    return 0.0;
-  }
-  if (filter.shape == PixelFilter::Shape::kBox) {
-    return 0.5 / r;
-  }
-  if (filter.shape == PixelFilter::Shape::kTent) {
-    return (1.0 - distance / r) / r;
-  }
+  if (!(distance <= r)) return 0.0;
+  if (filter.shape == PixelFilter::Shape::kBox) return 0.5 / r;
+  if (filter.shape == PixelFilter::Shape::kTent) return (1.0 - distance / r) / r;
   const CutGaussian gaussian(filter);
   return 0.5 * gaussian.Density(distance / gaussian.scale()) / gaussian.scale();
 }
@@ -110,12 +96,8 @@ double FilterProfile(const PixelFilter& filter, double d) {
 double FilterSlope(const PixelFilter& filter, double d) {
   const double distance = std::abs(d);
   const double r = filter.radius;
-  if (filter.shape == PixelFilter::Shape::kBox || !(distance < r) || d == 0.0) {
-    return 0.0;
-  }
-  if (filter.shape == PixelFilter::Shape::kTent) {
-    return std::copysign(1.0 / (r * r), -d);
-  }
+  if (filter.shape == PixelFilter::Shape::kBox || !(distance < r) || d == 0.0) return 0.0;
+  if (filter.shape == PixelFilter::Shape::kTent) return std::copysign(1.0 / (r * r), -d);
   const CutGaussian gaussian(filter);
   const double scale = gaussian.scale();
   return std::copysign(0.5 * gaussian.Slope(distance / scale) / (scale * scale), -d);
@@ -123,9 +105,7 @@ double FilterSlope(const PixelFilter& filter, double d) {
 
 double SampleFilter(const PixelFilter& filter, double u) {
   const double r = filter.radius;
-  if (filter.shape == PixelFilter::Shape::kBox) {
-    return r * (2.0 * u - 1.0);
-  }
+  if (filter.shape == PixelFilter::Shape::kBox) return r * (2.0 * u - 1.0);
   // Twice the mass beyond the offset, on the offset's own side: exact at both ends.
   const double tail = 2.0 * (u < 0.5 ? u : 1.0 - u);
   double distance = 0.0;

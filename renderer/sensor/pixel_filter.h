@@ -31,9 +31,7 @@ void ForEachCoveringPixel(
     const PixelFilter& filter, double u, double v, int width, int height, Visit visit) {
   const CoveringRange columns = CoveringPixels(filter, u, width);
   const CoveringRange rows = CoveringPixels(filter, v, height);
-  if (columns.first >= columns.end) {
-    return;
-  }
+  if (columns.first >= columns.end) return;
   // The largest radius, 8, covers 16 pixels of a row; one more where both ends round outwards.
   std::array<double, 17> weights_x{};
   for (int x = columns.first; x < columns.end; ++x) {
@@ -43,9 +41,7 @@ void ForEachCoveringPixel(
     const double weight_y = FilterProfile(filter, v - (y + 0.5));
     for (int x = columns.first; x < columns.end; ++x) {
       const double weight = weight_y * weights_x[static_cast<std::size_t>(x - columns.first)];
-      if (weight > 0.0) {
-        visit(x, y, weight);
-      }
+      if (weight > 0.0) visit(x, y, weight);
     }
   }
 }
