@@ -19,19 +19,6 @@ TEST(Sha256, GivesTheKnownDigests) {
             "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-TEST(Sha256, DoesNotDependOnThePieces) {
-  std::string text;
-  for (int i = 0; i < 300; ++i) text += static_cast<char>(i * 7);
-  for (std::size_t length = 0; length <= text.size(); length += 13) {
-    Sha256 hash;
-    hash.Update(text.substr(0, length));
-    hash.Update(text.substr(length));
-    Sha256 whole;
-    whole.Update(text);
-    EXPECT_EQ(hash.Finish(), whole.Finish()) << length;
-  }
-}
-
 TEST(Sha256, HashesFilesAndNamesTheMissingOne) {
   const TemporaryFolder folder("sha256");
   const std::string bytes(200000, 'x');
