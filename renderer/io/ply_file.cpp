@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -28,13 +29,42 @@ namespace {
 
 enum class PlyFormat { kAscii, kBinaryLittleEndian, kBinaryBigEndian };
 
-enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
+template <class T>
+double ReadBinary(const char* bytes, bool is_swapped) {
+  std::array<char, sizeof(T)> ordered;
+  std::memcpy(ordered.data(), bytes, sizeof(T));
+  if (is_swapped) std::reverse(ordered.begin(), ordered.end());
+  return static_cast<double>(std::bit_cast<T>(ordered));
+}
+
+/// How a number is stored.
+struct PlyType {
+  std::string_view name, other_name;
+  std::size_t size;
+  bool is_float;
+  double (*read)(const char* bytes, bool is_swapped);
+};
+
+template <class T>
+constexpr PlyType TypeOf(std::string_view name, std::string_view other_name) {
+  return {name, other_name, sizeof(T), std::is_floating_point_v<T>, ReadBinary<T>};
+}
+
+constexpr std::array<PlyType, 8> kTypes = {TypeOf<std::int8_t>("char", "int8"),
+                                           TypeOf<std::uint8_t>("uchar", "uint8"),
+                                           TypeOf<std::int16_t>("short", "int16"),
+                                           TypeOf<std::uint16_t>("ushort", "uint16"),
+                                           TypeOf<std::int32_t>("int", "int32"),
+                                           TypeOf<std::uint32_t>("uint", "uint32"),
+                                           TypeOf<float>("float", "float32"),
+                                           TypeOf<double>("double", "float64")};
 
 struct PlyProperty {
   std::string name;
-  PlyType type = PlyType::kFloat32;  ///< of the value, or of a list's entries
-  bool is_list = false;
-  PlyType count_type = PlyType::kUint8;  ///< of a list's length
+  const PlyType* type = nullptr;        ///< of the value, or of a list's entries
+  const PlyType* count_type = nullptr;  ///< of a list's length; null for one value
+
+  [[nodiscard]] bool IsList() const { return count_type != nullptr; }
 };
 
 struct PlyElement {
@@ -49,45 +79,6 @@ struct PlyHeader {
   std::size_t num_bytes = 0;  ///< the body follows
   std::int64_t num_lines = 0;
 };
-
-bool IsFloatType(PlyType type) { return type == PlyType::kFloat32 || type == PlyType::kFloat64; }
-
-std::size_t SizeOf(PlyType type) {
-  switch (type) {
-    case PlyType::kInt8:
-    case PlyType::kUint8:
-      return 1;
-    case PlyType::kInt16:
-    case PlyType::kUint16:
-      return 2;
-    case PlyType::kInt32:
-    case PlyType::kUint32:
-    case PlyType::kFloat32:
-      return 4;
-    case PlyType::kFloat64:
-      return 8;
-  }
-  return 0;
-}
-
-constexpr std::array<std::pair<std::string_view, PlyType>, 16> kTypeNames = {{
-    {"char", PlyType::kInt8},
-    {"int8", PlyType::kInt8},
-    {"uchar", PlyType::kUint8},
-    {"uint8", PlyType::kUint8},
-    {"short", PlyType::kInt16},
-    {"int16", PlyType::kInt16},
-    {"ushort", PlyType::kUint16},
-    {"uint16", PlyType::kUint16},
-    {"int", PlyType::kInt32},
-    {"int32", PlyType::kInt32},
-    {"uint", PlyType::kUint32},
-    {"uint32", PlyType::kUint32},
-    {"float", PlyType::kFloat32},
-    {"float32", PlyType::kFloat32},
-    {"double", PlyType::kFloat64},
-    {"float64", PlyType::kFloat64},
-}};
 
 /// Elements of a file and properties of an element; bounds the time of hostile headers.
 constexpr std::size_t kMaxDeclarations = 1000;
@@ -154,10 +145,8 @@ class HeaderParser {
     if (element.name.empty() || !count || *count < 0) {
       Fail("an element needs a name and a count of 0 or more");
     }
-    const bool is_repeated =
-        std::any_of(header_.elements.begin(), header_.elements.end(), [&](const PlyElement& e) {
-          return e.name == element.name;
-        });
+    const bool is_repeated = std::ranges::any_of(
+        header_.elements, [&](const PlyElement& e) { return e.name == element.name; });
     if (is_repeated) Fail("element '" + Quoted(element.name) + "' is declared twice");
     element.count = static_cast<std::uint64_t>(*count);
     if (header_.elements.size() >= kMaxDeclarations) Fail("too many elements");
@@ -169,25 +158,24 @@ class HeaderParser {
     PlyProperty property;
     std::string_view type = NextToken(line);
     if (type == "list") {
-      property.is_list = true;
       property.count_type = ParseType(NextToken(line));
-      if (IsFloatType(property.count_type)) Fail("the length of a list must be of an integer type");
+      if (property.count_type->is_float) Fail("the length of a list must be of an integer type");
       type = NextToken(line);
     }
     property.type = ParseType(type);
     property.name = NextToken(line);
     if (property.name.empty()) Fail("a property needs a name");
     std::vector<PlyProperty>& known = header_.elements.back().properties;
-    const bool is_repeated = std::any_of(
-        known.begin(), known.end(), [&](const PlyProperty& p) { return p.name == property.name; });
+    const bool is_repeated =
+        std::ranges::any_of(known, [&](const PlyProperty& p) { return p.name == property.name; });
     if (is_repeated) Fail("property '" + Quoted(property.name) + "' is declared twice");
     if (known.size() >= kMaxDeclarations) Fail("too many properties");
     known.push_back(std::move(property));
   }
 
-  PlyType ParseType(std::string_view name) const {
-    for (const auto& [known, type] : kTypeNames) {
-      if (name == known) return type;
+  const PlyType* ParseType(std::string_view name) const {
+    for (const PlyType& type : kTypes) {
+      if (name == type.name || name == type.other_name) return &type;
     }
     Fail("type '" + Quoted(name) +
          "' is unknown, allowed are char uchar short ushort int uint float double");
@@ -198,36 +186,6 @@ class HeaderParser {
   LineReader reader_;
   PlyHeader header_;
 };
-
-template <class T>
-double ReadBinary(const char* bytes, bool is_swapped) {
-  std::array<char, sizeof(T)> ordered;
-  std::memcpy(ordered.data(), bytes, sizeof(T));
-  if (is_swapped) std::reverse(ordered.begin(), ordered.end());
-  return static_cast<double>(std::bit_cast<T>(ordered));
-}
-
-double ReadBinary(const char* bytes, PlyType type, bool is_swapped) {
-  switch (type) {
-    case PlyType::kInt8:
-      return ReadBinary<std::int8_t>(bytes, is_swapped);
-    case PlyType::kUint8:
-      return ReadBinary<std::uint8_t>(bytes, is_swapped);
-    case PlyType::kInt16:
-      return ReadBinary<std::int16_t>(bytes, is_swapped);
-    case PlyType::kUint16:
-      return ReadBinary<std::uint16_t>(bytes, is_swapped);
-    case PlyType::kInt32:
-      return ReadBinary<std::int32_t>(bytes, is_swapped);
-    case PlyType::kUint32:
-      return ReadBinary<std::uint32_t>(bytes, is_swapped);
-    case PlyType::kFloat32:
-      return ReadBinary<float>(bytes, is_swapped);
-    case PlyType::kFloat64:
-      return ReadBinary<double>(bytes, is_swapped);
-  }
-  return 0.0;
-}
 
 /// The numbers of a body one after another, with the place of the current row for messages.
 class PlyBody {
@@ -253,8 +211,8 @@ class PlyBody {
     row_ = 0;
     std::uint64_t row_bytes = 0;
     for (const PlyProperty& property : element.properties) {
-      const PlyType first = property.is_list ? property.count_type : property.type;
-      row_bytes += format_ == PlyFormat::kAscii ? 2 : SizeOf(first);
+      const PlyType& first = property.IsList() ? *property.count_type : *property.type;
+      row_bytes += format_ == PlyFormat::kAscii ? 2 : first.size;
     }
     // The last number of an ascii file needs no blank after it.
     const std::uint64_t available =
@@ -271,31 +229,30 @@ class PlyBody {
     if (format_ == PlyFormat::kAscii && !NextToken(line_).empty()) Fail("too many numbers");
   }
 
-  double NextNumber(PlyType type) {
+  double NextNumber(const PlyType& type) {
     if (format_ == PlyFormat::kAscii) return NextAscii(type);
-    const std::size_t size = SizeOf(type);
-    if (rest_.size() < size) Fail("the file ends too early");
+    if (rest_.size() < type.size) Fail("the file ends too early");
     const bool is_big = format_ == PlyFormat::kBinaryBigEndian;
     const double number =
-        ReadBinary(rest_.data(), type, is_big != (std::endian::native == std::endian::big));
-    rest_.remove_prefix(size);
+        type.read(rest_.data(), is_big != (std::endian::native == std::endian::big));
+    rest_.remove_prefix(type.size);
     if (!std::isfinite(number)) Fail("a number is not finite");
     return number;
   }
 
   std::uint64_t NextListLength(const PlyProperty& property) {
-    const double length = NextNumber(property.count_type);
+    const double length = NextNumber(*property.count_type);
     if (length < 0.0) Fail("list '" + property.name + "' has a negative length");
     return static_cast<std::uint64_t>(length);
   }
 
   void Skip(const PlyProperty& property) {
-    const std::uint64_t count = property.is_list ? NextListLength(property) : 1;
+    const std::uint64_t count = property.IsList() ? NextListLength(property) : 1;
     if (format_ == PlyFormat::kAscii) {
       for (std::uint64_t i = 0; i < count; ++i) NextAsciiToken();
       return;
     }
-    const std::uint64_t num_bytes = count * SizeOf(property.type);
+    const std::uint64_t num_bytes = count * property.type->size;
     if (num_bytes > rest_.size()) Fail("the file ends too early");
     rest_.remove_prefix(num_bytes);
   }
@@ -310,12 +267,12 @@ class PlyBody {
     return token;
   }
 
-  double NextAscii(PlyType type) {
+  double NextAscii(const PlyType& type) {
     const std::string_view token = NextAsciiToken();
     const std::optional<double> number = ParseReal(token);
-    if (!number || (!IsFloatType(type) && *number != std::floor(*number))) {
+    if (!number || (!type.is_float && *number != std::floor(*number))) {
       Fail("'" + std::string(token.substr(0, 32)) + "' is not " +
-           (IsFloatType(type) ? "a finite number" : "an integer"));
+           (type.is_float ? "a finite number" : "an integer"));
     }
     return *number;
   }
@@ -331,26 +288,15 @@ class PlyBody {
 };
 
 /// Numbers of a vertex that are kept; two names may mean one slot.
-enum Slot { kX, kY, kZ, kNx, kNy, kNz, kRed, kGreen, kBlue, kU, kV, kNumSlots, kSkipped };
+enum Slot { kX, kY, kZ, kNx, kNy, kNz, kRed, kGreen, kBlue, kU, kV, kNumSlots };
+constexpr Slot kSkipped = kNumSlots;
 
+/// kSkipped for names that mean nothing here.
 Slot SlotOf(const std::string& name) {
-  constexpr std::array<std::pair<std::string_view, Slot>, 13> kNames = {{{"x", kX},
-                                                                         {"y", kY},
-                                                                         {"z", kZ},
-                                                                         {"nx", kNx},
-                                                                         {"ny", kNy},
-                                                                         {"nz", kNz},
-                                                                         {"red", kRed},
-                                                                         {"green", kGreen},
-                                                                         {"blue", kBlue},
-                                                                         {"s", kU},
-                                                                         {"t", kV},
-                                                                         {"u", kU},
-                                                                         {"v", kV}}};
-  for (const auto& [known, slot] : kNames) {
-    if (name == known) return slot;
-  }
-  return kSkipped;
+  constexpr std::array<std::string_view, kNumSlots> kNames = {
+      "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "s", "t"};
+  const std::string_view known = name == "u" ? "s" : name == "v" ? "t" : std::string_view(name);
+  return static_cast<Slot>(std::ranges::find(kNames, known) - kNames.begin());
 }
 
 class PlyParser {
@@ -389,16 +335,16 @@ class PlyParser {
     std::vector<Slot> slots;
     std::array<bool, kNumSlots> found = {};
     for (const PlyProperty& property : element.properties) {
-      Slot slot = property.is_list ? kSkipped : SlotOf(property.name);
+      Slot slot = property.IsList() ? kSkipped : SlotOf(property.name);
       const bool is_color = slot >= kRed && slot <= kBlue;
-      if (slot != kSkipped && !IsFloatType(property.type) &&
-          !(is_color && property.type == PlyType::kUint8)) {
+      if (slot != kSkipped && !property.type->is_float &&
+          !(is_color && property.type->name == "uchar")) {
         Fail("vertex property '" + property.name + "' has a wrong type, allowed are float, double" +
              (is_color ? " and uchar" : ""));
       }
       if (slot != kSkipped && found[slot]) slot = kSkipped;
       if (slot != kSkipped) found[slot] = true;
-      if (is_color && property.type == PlyType::kUint8) is_encoded_[slot - kRed] = true;
+      if (is_color && property.type->name == "uchar") is_encoded_[slot - kRed] = true;
       slots.push_back(slot);
     }
     const auto all = [&found](std::size_t first, std::size_t last) {
@@ -426,7 +372,7 @@ class PlyParser {
         if (slots[p] == kSkipped) {
           body_.Skip(element.properties[p]);
         } else {
-          row[slots[p]] = body_.NextNumber(element.properties[p].type);
+          row[slots[p]] = body_.NextNumber(*element.properties[p].type);
         }
       }
       body_.EndRow();
@@ -454,12 +400,11 @@ class PlyParser {
 
   void ReadFaces(const PlyElement& element) {
     const auto is_indices = [](const PlyProperty& p) {
-      return p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index");
+      return p.IsList() && (p.name == "vertex_indices" || p.name == "vertex_index");
     };
-    const auto place =
-        std::find_if(element.properties.begin(), element.properties.end(), is_indices);
+    const auto place = std::ranges::find_if(element.properties, is_indices);
     if (place == element.properties.end()) Fail("element 'face' needs a list 'vertex_indices'");
-    if (IsFloatType(place->type)) Fail("list '" + place->name + "' must be of an integer type");
+    if (place->type->is_float) Fail("list '" + place->name + "' must be of an integer type");
     const auto indices = static_cast<std::size_t>(place - element.properties.begin());
     face_begins_.reserve(element.count);
     for (std::uint64_t i = 0; i < element.count; ++i) {
@@ -480,7 +425,7 @@ class PlyParser {
     if (num_corners < 3) body_.Fail("a face needs at least 3 corners");
     face_begins_.push_back(corners_.size());
     for (std::uint64_t k = 0; k < num_corners; ++k) {
-      const double index = body_.NextNumber(property.type);
+      const double index = body_.NextNumber(*property.type);
       if (index < 0.0 || index >= static_cast<double>(NumVertices())) {
         body_.Fail("vertex index is out of range, allowed are 0 to below " +
                    std::to_string(NumVertices()));
