@@ -40,8 +40,7 @@ std::vector<ViewOverlap> MeasureOverlap(const Experiment& experiment) {
     const renderer::Film film = renderer.RenderPrimal(level.camera, options);
     overlaps.push_back({view.name, optim::MaskIou(renderer::CoverageImage(film), level.mask)});
   }
-  std::sort(
-      overlaps.begin(), overlaps.end(), [](const auto& a, const auto& b) { return a.iou < b.iou; });
+  std::ranges::sort(overlaps, [](const auto& a, const auto& b) { return a.iou < b.iou; });
   return overlaps;
 }
 

@@ -141,7 +141,7 @@ void RefuseExtras(const CLI::App& root, const CLI::App& app, const std::string& 
     std::string hint = nearest.empty() ? "" : " (did you mean '" + nearest + "'?)";
     for (const CLI::App* other : root.get_subcommands(nullptr)) {
       const std::vector<std::string> theirs = OptionNames(*other);
-      if (std::find(theirs.begin(), theirs.end(), name) != theirs.end()) {
+      if (std::ranges::find(theirs, name) != theirs.end()) {
         hint = " (it belongs to 'pathfit " + other->get_name() + "')";
         break;
       }
@@ -170,7 +170,7 @@ std::string Explain(const CLI::ParseError& error) {
 std::string HelpOf(const CLI::App& root, const std::string& command) {
   if (command.empty()) return root.help();
   const std::vector<std::string> names = CommandNames();
-  if (std::find(names.begin(), names.end(), command) == names.end()) {
+  if (std::ranges::find(names, command) == names.end()) {
     throw UsageError("", "unknown command '" + command + "'" + NameHint(command, names));
   }
   return root.get_subcommand(command)->help("pathfit");

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdio>
 #include <set>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -19,6 +18,7 @@
 #include "optim/diagnostics/gradient_check.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
+#include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/image_file.h"
 
@@ -233,13 +233,7 @@ ExitStatus Run(CommandContext& context) {
   }
   const StopSignals signals;
   const optim::GradientCheckOptions options = OptionsOf(config);
-  if (!line.output.empty()) {
-    std::error_code error;
-    fs::create_directories(line.output, error);
-    if (error) {
-      throw renderer::IoError(line.output.string() + ": cannot be created: " + error.message());
-    }
-  }
+  if (!line.output.empty()) renderer::CreateFolders(line.output);
 
   std::vector<Row> rows;
   try {
@@ -269,7 +263,7 @@ ExitStatus Run(CommandContext& context) {
   } catch (const renderer::Cancelled&) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
-  const bool passed = std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.passed; });
+  const bool passed = std::ranges::all_of(rows, [](const Row& r) { return r.passed; });
   if (line.json) {
     nlohmann::json json;
     json["passed"] = passed;

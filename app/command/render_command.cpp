@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -19,6 +18,7 @@
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
+#include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/image_file.h"
 #include "renderer/renderer.h"
@@ -212,9 +212,7 @@ ExitStatus Run(CommandContext& context) {
   const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
   const fs::path folder =
       fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw renderer::IoError(folder.string() + ": cannot be created: " + error.message());
+  renderer::CreateFolders(folder);
 
   const StopSignals signals;
   const renderer::Renderer renderer(experiment.scene);

@@ -192,8 +192,7 @@ void AddRectangles(const YamlNode& scene, ConfigReading& reading) {
     if (type == nullptr || type->text != "rectangle") continue;
     LightConfig& light = config.lights[i];
     const auto is_taken = [&](const auto& list) {
-      return std::any_of(
-          list.begin(), list.end(), [&](const auto& item) { return item.name == light.name; });
+      return std::ranges::any_of(list, [&](const auto& item) { return item.name == light.name; });
     };
     if (is_taken(config.materials) || is_taken(MeshesOf(config))) {
       reading.Report(type->place,
@@ -240,13 +239,12 @@ std::vector<int> FreeOf(const YamlNode& node, const std::string& path, ConfigRea
                    known.empty() ? "there are no unknowns to free" : "every unknown is held");
   }
   for (const YamlNode& item : node.items) {
-    const auto index =
-        static_cast<int>(std::find(known.begin(), known.end(), item.text) - known.begin());
+    const auto index = static_cast<int>(std::ranges::find(known, item.text) - known.begin());
     if (index == static_cast<int>(known.size())) {
       ReportNothingCalled(item, path, "unknown", known, reading);
     } else if (unknowns[static_cast<std::size_t>(index)].hold) {
       reading.Report(item.place, path, "'" + item.text + "' is held (hold: true)");
-    } else if (std::find(free.begin(), free.end(), index) != free.end()) {
+    } else if (std::ranges::find(free, index) != free.end()) {
       reading.Report(item.place, path, "'" + item.text + "' is given twice");
     } else {
       free.push_back(index);
@@ -291,7 +289,7 @@ void CheckStages(ConfigReading& reading) {
     }
     const YamlNode* name = node.Find("name");
     if (name == nullptr) continue;
-    if (std::find(names.begin(), names.end(), name->text) != names.end()) {
+    if (std::ranges::find(names, name->text) != names.end()) {
       reading.Report(
           name->place, path + ".name", "another stage is called '" + name->text + "' already");
     }

@@ -39,9 +39,8 @@ std::string SourceExcerpt(const std::string& line, int line_number, int column) 
 // Names and values come from files and must not steer a terminal.
 std::string WithoutControls(std::string text) {
   constexpr unsigned char kDelete = 0x7F;
-  std::replace_if(
-      text.begin(),
-      text.end(),
+  std::ranges::replace_if(
+      text,
       [](char c) {
         const auto byte = static_cast<unsigned char>(c);
         return byte < ' ' || byte == kDelete;
@@ -72,9 +71,8 @@ auto SortKey(const Problem& problem) {
 }
 
 void SortAndUnique(std::vector<Problem>& problems) {
-  std::stable_sort(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {
-    return SortKey(a) < SortKey(b);
-  });
+  std::ranges::stable_sort(
+      problems, [](const Problem& a, const Problem& b) { return SortKey(a) < SortKey(b); });
   // An alias brings the same problem once per use.
   const auto last =
       std::unique(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {

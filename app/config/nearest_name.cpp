@@ -54,7 +54,7 @@ std::string NameHint(const std::string& name, const std::vector<std::string>& ca
 }
 
 bool Contains(const std::vector<std::string>& list, const std::string& text) {
-  return std::find(list.begin(), list.end(), text) != list.end();
+  return std::ranges::find(list, text) != list.end();
 }
 
 std::string JoinNames(const std::vector<std::string>& names, std::size_t limit) {

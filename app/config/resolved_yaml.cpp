@@ -20,7 +20,7 @@ bool IsPlainStart(char c) {
 bool IsPlain(const std::string& text) {
   return !text.empty() && IsPlainStart(text[0]) && text.back() != ' ' && text.rfind("--", 0) != 0 &&
          text.rfind("- ", 0) != 0 && text != "-" && text.rfind("...", 0) != 0 &&
-         std::all_of(text.begin(), text.end(), [](char c) { return IsPlainStart(c) || c == ' '; });
+         std::ranges::all_of(text, [](char c) { return IsPlainStart(c) || c == ' '; });
 }
 
 std::string Quote(const std::string& text) {
@@ -59,9 +59,8 @@ bool IsFlow(const YamlNode& node) {
   if (!node.IsList()) return true;
   const bool nested = !node.items.empty() && !node.items.front().IsScalar();
   return (!nested || node.items.size() <= kLongList) &&
-         std::all_of(node.items.begin(), node.items.end(), [](const YamlNode& item) {
-           return !item.IsMap() && IsFlow(item);
-         });
+         std::ranges::all_of(node.items,
+                             [](const YamlNode& item) { return !item.IsMap() && IsFlow(item); });
 }
 
 std::string WriteFlow(const YamlNode& node) {
@@ -130,14 +129,14 @@ class Writer {
     for (const YamlNode& item : node.items) {
       const std::string origin = OriginOf(item.place);
       if (item.place.source == Place::Source::kOverride &&
-          std::find(origins.begin(), origins.end(), origin) == origins.end()) {
+          std::ranges::find(origins, origin) == origins.end()) {
         origins.push_back(origin);
       }
     }
     std::string out;
     for (const std::string& origin : origins) out += (out.empty() ? "" : ", ") + origin;
-    std::replace_if(
-        out.begin(), out.end(), [](char c) { return c >= 0 && c < ' '; }, '?');
+    std::ranges::replace_if(
+        out, [](char c) { return c >= 0 && c < ' '; }, '?');
     return out;
   }
 

@@ -28,8 +28,7 @@ std::string_view WithoutSign(const std::string& text) {
 }
 
 std::size_t CountDigits(std::string_view text) {
-  return static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), IsDigit) -
-                                  text.begin());
+  return static_cast<std::size_t>(std::ranges::find_if_not(text, IsDigit) - text.begin());
 }
 
 // [-+]? (digits (. digits?)? | . digits) ([eE] [-+]? digits)?
@@ -89,7 +88,7 @@ std::string NumberProblem(const YamlNode& node, const std::string& noun) {
         "{} has a leading zero; write {}", DescribeNode(node), WithoutLeadingZeros(text));
   }
   std::string with_point = text;
-  if (std::count(text.begin(), text.end(), ',') == 1) {
+  if (std::ranges::count(text, ',') == 1) {
     with_point[text.find(',')] = '.';
     if (HasNumberForm(with_point)) {
       return fmt::format("{} is not a number; write {}", DescribeNode(node), with_point);

@@ -240,9 +240,8 @@ SchemaNode Flags(std::string key,
   node.children = {word};
   binding::StoreIn(access, node, [flags](const YamlNode& from, T& target) {
     for (const auto& [name, flag] : flags) {
-      target.*flag = std::any_of(from.items.begin(), from.items.end(), [&](const YamlNode& item) {
-        return item.text == name;
-      });
+      target.*flag =
+          std::ranges::any_of(from.items, [&](const YamlNode& item) { return item.text == name; });
     }
   });
   return node.Items(1, static_cast<int>(flags.size())).Distinct().Default(binding::Write(on));

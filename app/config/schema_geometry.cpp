@@ -47,7 +47,7 @@ void CheckInlineMesh(InlineGeometry& mesh, const CheckedMap& map) {
   const auto count = static_cast<int>(mesh.vertices.size());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& corners = mesh.triangles[i];
-    const int largest = *std::max_element(corners.begin(), corners.end());
+    const int largest = *std::ranges::max_element(corners);
     if (largest < count) continue;
     map.Report("triangles",
                map.Find("triangles")->items[i],

@@ -115,7 +115,7 @@ constexpr const char* kUnknownsNotes = R"(
 std::string DescribeName(const renderer::ParameterTraits& row) {
   if (row.kind == renderer::ParameterKind::kExposure) return "`exposure`";
   std::string object = renderer::ObjectWord(row.list);
-  std::transform(object.begin(), object.end(), object.begin(), ::toupper);
+  std::ranges::transform(object, object.begin(), ::toupper);
   if (row.list == renderer::ObjectList::kSensors) object = "camera";
   const std::string name = "`" + object + "." + row.property + "`";
   return *row.objects == '\0' ? name : name + ", " + row.objects;

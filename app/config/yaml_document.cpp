@@ -263,9 +263,8 @@ class TreeBuilder : public YAML::EventHandler {
           {place, "", "merge keys (<<) are not supported; write the keys out, or alias one value"});
     } else {
       const auto& entries = parent.node.entries;
-      const auto first = std::find_if(entries.begin(), entries.end(), [&](const YamlEntry& entry) {
-        return entry.key == parent.key;
-      });
+      const auto first = std::ranges::find_if(
+          entries, [&](const YamlEntry& entry) { return entry.key == parent.key; });
       parent.skip_value = first != entries.end();
       if (parent.skip_value) {
         problems_.push_back({place,

@@ -5,14 +5,14 @@
 namespace pathfit::app {
 
 const YamlNode* YamlNode::Find(std::string_view key) const {
-  const auto found = std::find_if(
-      entries.begin(), entries.end(), [key](const YamlEntry& entry) { return entry.key == key; });
+  const auto found =
+      std::ranges::find_if(entries, [key](const YamlEntry& entry) { return entry.key == key; });
   return found == entries.end() ? nullptr : &found->value;
 }
 
 YamlNode* YamlNode::Find(std::string_view key) {
-  const auto found = std::find_if(
-      entries.begin(), entries.end(), [key](const YamlEntry& entry) { return entry.key == key; });
+  const auto found =
+      std::ranges::find_if(entries, [key](const YamlEntry& entry) { return entry.key == key; });
   return found == entries.end() ? nullptr : &found->value;
 }
 

@@ -90,10 +90,7 @@ std::string FindAttribution(const std::filesystem::path& folder) {
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
   optim::FitSpec fit = config.fit;
   fit.unknowns = ReadUnknowns(config, scene);
-  if (config.input) {
-    fit.loss.clip_above = config.input->photos.clip_above;
-    fit.exposure = config.input->exposure;
-  }
+  if (config.input) fit.exposure = config.input->exposure;
   fit.seed = config.render.seed;
   fit.estimators = config.render;
   return fit;
@@ -137,11 +134,11 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   std::vector<std::filesystem::path> folders;
   for (const std::filesystem::path& file : experiment.input_files) {
     const std::filesystem::path folder = file.parent_path();
-    if (std::find(folders.begin(), folders.end(), folder) == folders.end()) {
+    if (std::ranges::find(folders, folder) == folders.end()) {
       folders.push_back(folder);
       const std::string text = FindAttribution(folder);
       auto& credits = experiment.attributions;
-      if (!text.empty() && std::find(credits.begin(), credits.end(), text) == credits.end()) {
+      if (!text.empty() && std::ranges::find(credits, text) == credits.end()) {
         credits.push_back(text);
       }
     }

@@ -65,8 +65,7 @@ renderer::SpotEmitter BuildSpot(const LightConfig& config) {
 
 template <class List>
 int IndexByName(const List& list, const std::string& name) {
-  const auto found =
-      std::find_if(list.begin(), list.end(), [&](const auto& x) { return x.name == name; });
+  const auto found = std::ranges::find_if(list, [&](const auto& x) { return x.name == name; });
   return found == list.end() ? -1 : static_cast<int>(found - list.begin());
 }
 

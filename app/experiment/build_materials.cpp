@@ -13,9 +13,8 @@ using Role = TextureConfig::Role;
 /// -1 for an empty name.
 int TextureIndex(const std::string& name, const ExperimentConfig& config) {
   if (name.empty()) return -1;
-  const auto found = std::find_if(config.textures.begin(),
-                                  config.textures.end(),
-                                  [&](const auto& texture) { return texture.name == name; });
+  const auto found = std::ranges::find_if(
+      config.textures, [&](const auto& texture) { return texture.name == name; });
   PATHFIT_CHECK(found != config.textures.end());  // the config is validated
   return static_cast<int>(found - config.textures.begin());
 }

@@ -24,9 +24,9 @@ using renderer::Vec3;
 
 Mesh MakeInline(const InlineGeometry& g) {
   Mesh mesh;
-  std::transform(g.vertices.begin(), g.vertices.end(), std::back_inserter(mesh.positions), ToVec3);
-  std::transform(g.colors.begin(), g.colors.end(), std::back_inserter(mesh.colors), ToRgb);
-  std::transform(g.normals.begin(), g.normals.end(), std::back_inserter(mesh.normals), ToVec3);
+  std::ranges::transform(g.vertices, std::back_inserter(mesh.positions), ToVec3);
+  std::ranges::transform(g.colors, std::back_inserter(mesh.colors), ToRgb);
+  std::ranges::transform(g.normals, std::back_inserter(mesh.normals), ToVec3);
   for (const auto& uv : g.uvs) mesh.uvs.push_back({uv[0], uv[1]});
   for (const auto& t : g.triangles) mesh.triangles.push_back({t[0], t[1], t[2]});
   if (!mesh.colors.empty()) mesh.color_triangles = mesh.triangles;
@@ -113,7 +113,7 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
   for (const renderer::MeshGroup& group : groups) known += (known.empty() ? "" : ", ") + group.name;
   for (const auto& [usemtl, material] : geometry.group_materials) {
     const auto group =
-        std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.name == usemtl; });
+        std::ranges::find_if(groups, [&](const auto& g) { return g.name == usemtl; });
     if (group == groups.end()) {
       throw SceneError("geometry '" + geometry.name + "': " + path.string() + " has no usemtl '" +
                        usemtl + "' (known: " + known + ")");
@@ -122,9 +122,8 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
   }
   NamedPart rest{geometry.name, geometry.material, {}};
   for (const renderer::MeshGroup& group : groups) {
-    const bool is_named = std::any_of(geometry.group_materials.begin(),
-                                      geometry.group_materials.end(),
-                                      [&](const auto& named) { return named.first == group.name; });
+    const bool is_named = std::ranges::any_of(
+        geometry.group_materials, [&](const auto& named) { return named.first == group.name; });
     if (is_named) continue;
     if (rest.mesh.triangles.empty()) {
       rest.mesh = group.mesh;
@@ -140,10 +139,9 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
 }
 
 bool IsUnknown(const ExperimentConfig& config, const std::string& mesh, const char* property) {
-  return std::any_of(
-      config.fit.unknowns.begin(), config.fit.unknowns.end(), [&](const auto& unknown) {
-        return unknown.name == mesh + "." + property && !unknown.hold;
-      });
+  return std::ranges::any_of(config.fit.unknowns, [&](const auto& unknown) {
+    return unknown.name == mesh + "." + property && !unknown.hold;
+  });
 }
 
 void SetNormals(GeometryConfig::Normals normals,
@@ -240,9 +238,8 @@ std::vector<renderer::SceneMesh> BuildMeshes(const GeometryConfig& geometry,
   const Vec3 pivot = geometry.pivot ? ToVec3(*geometry.pivot) : MiddleOf(parts);
   std::vector<renderer::SceneMesh> meshes;
   for (NamedPart& part : parts) {
-    const auto material = std::find_if(config.materials.begin(),
-                                       config.materials.end(),
-                                       [&](const auto& m) { return m.name == part.material; });
+    const auto material = std::ranges::find_if(
+        config.materials, [&](const auto& m) { return m.name == part.material; });
     SetColors(part.name, *material, part.mesh);
     renderer::SceneMesh& mesh = meshes.emplace_back();
     mesh.name = part.name;

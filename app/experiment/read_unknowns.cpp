@@ -109,7 +109,7 @@ class UnknownReader {
     for (std::size_t i = 0; i < priors->items.size(); ++i) {
       const std::string key = fmt::format(".priors[{}]", i);
       for (const YamlEntry& entry : priors->items[i].entries) {
-        if (std::find(given.begin(), given.end(), entry.key) != given.end()) {
+        if (std::ranges::find(given, entry.key) != given.end()) {
           Report(entry.key_place, key, "prior '" + entry.key + "' is given twice");
           continue;
         }
@@ -123,7 +123,7 @@ class UnknownReader {
                   const std::string& key,
                   const optim::UnknownSpec& unknown) const {
     const std::vector<std::string> fitting(traits_.priors.begin(), traits_.priors.end());
-    if (std::find(fitting.begin(), fitting.end(), entry.key) == fitting.end()) {
+    if (std::ranges::find(fitting, entry.key) == fitting.end()) {
       Report(entry.key_place,
              key,
              fmt::format("prior '{}' does not fit {} (allowed: {})",

@@ -1,7 +1,6 @@
 #include "app/output/export_result.h"
 
 #include <cmath>
-#include <system_error>
 #include <variant>
 
 #include <fmt/format.h>
@@ -150,12 +149,6 @@ void WriteMesh(const fs::path& stem, const renderer::SceneMesh& scene_mesh, cons
   renderer::WritePly(fs::path(stem) += ".ply", mesh, texture_file);
 }
 
-void CreateFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw renderer::IoError(folder.string() + ": cannot be created: " + error.message());
-}
-
 }  // namespace
 
 std::string LightsJson(const Scene& scene) {
@@ -191,7 +184,7 @@ void ExportResult(const fs::path& folder,
                   const std::vector<ExportedView>& views,
                   const std::vector<ParameterSummary>& parameters) {
   PATHFIT_CHECK(scene.sensors.size() == views.size());
-  CreateFolder(folder / "cameras");
+  renderer::CreateFolders(folder / "cameras");
   std::vector<std::string> mesh_names, image_names, image_paths;
   for (const renderer::SceneMesh& mesh : scene.meshes) mesh_names.push_back(mesh.name);
   const std::vector<std::string> files = ViewFolderNames(mesh_names);
@@ -202,7 +195,7 @@ void ExportResult(const fs::path& folder,
   for (const renderer::Texture& texture : scene.textures) texture_names.push_back(texture.name);
   const std::vector<std::string> texture_files = ViewFolderNames(texture_names);
   for (std::size_t i = 0; i < texture_files.size(); ++i) {
-    CreateFolder(folder / "textures");
+    renderer::CreateFolders(folder / "textures");
     renderer::WriteExr(folder / "textures" / (texture_files[i] + ".exr"),
                        TextureImage(scene.textures[i]));
   }

@@ -1,17 +1,16 @@
 #include "app/output/fit_recorder.h"
 
 #include <algorithm>
-#include <system_error>
 #include <variant>
 
 #include "app/output/parameter_table.h"
 #include "app/output/report.h"
 #include "app/output/report_images.h"
 #include "renderer/core/check.h"
-#include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/image_file.h"
+#include "renderer/io/image_filter.h"
 
 namespace pathfit::app {
 namespace {
@@ -29,7 +28,7 @@ void WriteJpeg(const fs::path& path, const Image& encoded) {
 
 Image Subtracted(Image a, const Image& b) {
   PATHFIT_CHECK(a.data.size() == b.data.size());
-  std::transform(a.data.begin(), a.data.end(), b.data.begin(), a.data.begin(), std::minus<>());
+  std::ranges::transform(a.data, b.data.begin(), a.data.begin(), std::minus<>());
   return a;
 }
 
@@ -92,16 +91,14 @@ void FitRecorder::RecordView(std::size_t view,
                              const Image& photo) {
   const optim::View& observed = observations_.views[view];
   const fs::path folder = run_.Images() / view_folders_[view];
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw renderer::IoError(folder.string() + ": cannot be created: " + error.message());
+  renderer::CreateFolders(folder);
   const auto thumbnail = [&](const char* kind) {
     return ThumbnailPath(run_, view_folders_[view], kind);
   };
   const Image fit = renderer::ColorImage(film);
   const Image fit_encoded = EncodedImage(fit);
   const Image mask =
-      observed.mask.Empty() ? Image() : ResizedImage(observed.mask, fit.width, fit.height);
+      observed.mask.Empty() ? Image() : renderer::ResizeArea(observed.mask, fit.width, fit.height);
   const Image difference = DifferenceImage(fit, photo, mask);
 
   if (!fs::exists(thumbnail("photo"))) {
@@ -160,7 +157,7 @@ void FitRecorder::UpdateRecord() {
   record_.SetStages(std::move(stages));
   std::vector<std::string> warnings = earlier_warnings_;
   for (const std::string& warning : log_.Warnings()) {
-    if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end()) {
+    if (std::ranges::find(warnings, warning) == warnings.end()) {
       warnings.push_back(warning);
     }
   }

@@ -126,7 +126,7 @@ void Log::Write(LogLevel level, const std::string& text) {
   if (level == LogLevel::kWarn) {
     const std::scoped_lock lock(loggers_->mutex);
     std::vector<std::string>& warnings = loggers_->warnings;
-    if (std::find(warnings.begin(), warnings.end(), clean) == warnings.end()) {
+    if (std::ranges::find(warnings, clean) == warnings.end()) {
       warnings.push_back(clean);
     }
   }

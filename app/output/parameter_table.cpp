@@ -59,7 +59,7 @@ ParameterSummary Summary(std::span<const double> initial,
   summary.lower_bound = lower;
   summary.upper_bound = upper;
   if (final.empty()) return summary;
-  const auto [least, most] = std::minmax_element(final.begin(), final.end());
+  const auto [least, most] = std::ranges::minmax_element(final);
   summary.minimum = *least;
   summary.maximum = *most;
   summary.rms_change = std::nan("");
@@ -70,9 +70,8 @@ ParameterSummary Summary(std::span<const double> initial,
     }
     summary.rms_change = std::sqrt(squares / static_cast<double>(final.size()));
   }
-  summary.num_at_bound = std::count_if(final.begin(), final.end(), [&](double value) {
-    return AtBound(value, lower) || AtBound(value, upper);
-  });
+  summary.num_at_bound = std::ranges::count_if(
+      final, [&](double value) { return AtBound(value, lower) || AtBound(value, upper); });
   return summary;
 }
 

@@ -44,9 +44,8 @@ struct Part {
 
 Part TextPart(std::string text, std::string_view sgr) {
   // A multi-byte character takes one column; continuation bytes take none.
-  const auto columns = std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U;
-  });
+  const auto columns = std::ranges::count_if(
+      text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; });
   return {std::move(text), sgr, static_cast<int>(columns)};
 }
 

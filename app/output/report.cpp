@@ -52,9 +52,8 @@ const optim::StageReport* LastReport(const FitHistory& history) {
 }
 
 bool HasValidation(const optim::StageReport& report) {
-  return std::any_of(report.views.begin(), report.views.end(), [](const optim::ViewReport& view) {
-    return view.validation;
-  });
+  return std::ranges::any_of(report.views,
+                             [](const optim::ViewReport& view) { return view.validation; });
 }
 
 Json PictureJson(const std::string& bytes, const char* mime) {
@@ -74,7 +73,7 @@ std::string MegabytesText(std::size_t bytes) {
 std::vector<std::size_t> ChosenViews(const std::vector<optim::ViewReport>& views, int max_fitted) {
   std::vector<std::size_t> chosen(views.size());
   for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = i;
-  std::stable_sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(chosen, [&](std::size_t a, std::size_t b) {
     if (views[a].validation != views[b].validation) return views[a].validation;
     return views[a].psnr_srgb < views[b].psnr_srgb;
   });
@@ -107,10 +106,8 @@ void AddViews(const ReportData& data, const ReportOptions& options, std::size_t 
     shown.push_back(view);
     shown_held_out += last->views[i].validation ? 1 : 0;
   }
-  const auto num_held_out = static_cast<std::size_t>(
-      std::count_if(last->views.begin(), last->views.end(), [](const optim::ViewReport& view) {
-        return view.validation;
-      }));
+  const auto num_held_out = static_cast<std::size_t>(std::ranges::count_if(
+      last->views, [](const optim::ViewReport& view) { return view.validation; }));
   std::string note = fmt::format(
       "{} of {} held-out views and the {} worst of {} fitted ones, by PSNR of the sRGB values.",
       shown_held_out,

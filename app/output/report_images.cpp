@@ -6,6 +6,7 @@
 
 #include "renderer/core/check.h"
 #include "renderer/image/color.h"
+#include "renderer/io/image_filter.h"
 
 namespace pathfit::app {
 namespace {
@@ -35,69 +36,18 @@ Rgb Encoded(const Rgb& linear) {
   return encoded;
 }
 
-/// Source pixels that one destination pixel covers along one axis, with their shares.
-struct Coverage {
-  int first = 0;
-  std::vector<double> weights;
-};
-
-std::vector<Coverage> AxisCoverage(int from, int to) {
-  std::vector<Coverage> coverage(static_cast<std::size_t>(to));
-  const double scale = static_cast<double>(from) / to;
-  for (int i = 0; i < to; ++i) {
-    const double begin = scale * i;
-    const double end = std::min(scale * (i + 1), static_cast<double>(from));
-    Coverage& one = coverage[static_cast<std::size_t>(i)];
-    one.first = std::min(static_cast<int>(begin), from - 1);
-    for (int k = one.first; k < from; ++k) {
-      const double share = std::min(end, k + 1.0) - std::max(begin, static_cast<double>(k));
-      if (share <= 1e-9 && !one.weights.empty()) break;
-      one.weights.push_back(std::max(share, 1e-9) / scale);
-    }
-  }
-  return coverage;
-}
-
 /// Into 0..1; NaN counts as 0.
 double Share(float value) { return value > 0.0F ? std::min(static_cast<double>(value), 1.0) : 0.0; }
 
 }  // namespace
 
-Image ResizedImage(const Image& image, int width, int height) {
-  PATHFIT_CHECK(image.width > 0 && image.height > 0 && width > 0 && height > 0);
-  if (width == image.width && height == image.height) return image;
-  const std::vector<Coverage> columns = AxisCoverage(image.width, width);
-  const std::vector<Coverage> rows = AxisCoverage(image.height, height);
-  Image result(width, height, image.channels);
-  for (int y = 0; y < height; ++y) {
-    const Coverage& row = rows[static_cast<std::size_t>(y)];
-    for (int x = 0; x < width; ++x) {
-      const Coverage& column = columns[static_cast<std::size_t>(x)];
-      for (int c = 0; c < image.channels; ++c) {
-        double sum = 0.0, weight = 0.0;
-        for (std::size_t j = 0; j < row.weights.size(); ++j) {
-          for (std::size_t i = 0; i < column.weights.size(); ++i) {
-            const double share = row.weights[j] * column.weights[i];
-            sum += share *
-                   static_cast<double>(image.At(
-                       column.first + static_cast<int>(i), row.first + static_cast<int>(j), c));
-            weight += share;
-          }
-        }
-        result.At(x, y, c) = static_cast<float>(sum / weight);
-      }
-    }
-  }
-  return result;
-}
-
 Image ReducedImage(const Image& image, int max_px) {
   const int longest = std::max(image.width, image.height);
   if (longest <= max_px) return image;
   const double scale = static_cast<double>(max_px) / longest;
-  return ResizedImage(image,
-                      std::max(1, static_cast<int>(std::lround(scale * image.width))),
-                      std::max(1, static_cast<int>(std::lround(scale * image.height))));
+  return renderer::ResizeArea(image,
+                              std::max(1, static_cast<int>(std::lround(scale * image.width))),
+                              std::max(1, static_cast<int>(std::lround(scale * image.height))));
 }
 
 Image EncodedImage(const Image& linear) {
@@ -172,7 +122,7 @@ Image EnvironmentPicture(const renderer::EnvironmentEmitter& environment, double
   }
   // The map covers 2 pi by pi, whatever its number of texels.
   const int width = (kLeastWidth + environment.width - 1) / environment.width * environment.width;
-  return ReducedImage(EncodedImage(ResizedImage(linear, width, std::max(1, width / 2))),
+  return ReducedImage(EncodedImage(renderer::ResizeArea(linear, width, std::max(1, width / 2))),
                       kThumbnailPx);
 }
 

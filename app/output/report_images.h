@@ -16,8 +16,6 @@ inline constexpr double kDifferenceScale = 0.2;
 
 /// Area-averaged copy whose longer side is at most `max_px`; never enlarged.
 renderer::Image ReducedImage(const renderer::Image& image, int max_px);
-/// Area-averaged copy of this size (averages of fractional pixels; enlarging repeats pixels).
-renderer::Image ResizedImage(const renderer::Image& image, int width, int height);
 
 /// sRGB-encoded and clamped to 0..1; numbers that are not finite become magenta, to be seen.
 renderer::Image EncodedImage(const renderer::Image& linear);

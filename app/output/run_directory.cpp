@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
 
 namespace pathfit::app {
 namespace {
@@ -27,12 +28,6 @@ std::string Replaced(std::string text, const std::string& what, const std::strin
 
 [[noreturn]] void ThrowCannotCreate(const fs::path& path, const std::error_code& error) {
   throw renderer::IoError(path.string() + ": cannot be created: " + error.message());
-}
-
-void CreateFolders(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) ThrowCannotCreate(path, error);
 }
 
 /// Creates the first of path, path-2, path-3 ... that does not exist.
@@ -86,10 +81,10 @@ RunDirectory CreateRunDirectory(const fs::path& pattern,
   fs::path path = fs::path(text).lexically_normal();
   if (path.filename().empty()) path = path.parent_path();
   if (!path.has_parent_path()) path = fs::path(".") / path;
-  CreateFolders(path.parent_path());
+  renderer::CreateFolders(path.parent_path());
   RunDirectory run(CreateNewFolder(path));
   for (const fs::path& folder : {run.Checkpoints(), run.Images(), run.Result()}) {
-    CreateFolders(folder);
+    renderer::CreateFolders(folder);
   }
   PointLatestTo(run.root());
   return run;

@@ -38,9 +38,8 @@ constexpr std::array<std::uint16_t, kCharacters.size()> kGlyphs = {0b111'101'101
 void Fill(renderer::Image& image, int x, int y, int width, int height, std::array<float, 3> color) {
   for (int j = std::max(0, y); j < std::min(image.height, y + height); ++j) {
     for (int i = std::max(0, x); i < std::min(image.width, x + width); ++i) {
-      std::copy(color.begin(),
-                color.end(),
-                image.data.begin() + static_cast<std::ptrdiff_t>(image.Offset(i, j)));
+      std::ranges::copy(color,
+                        image.data.begin() + static_cast<std::ptrdiff_t>(image.Offset(i, j)));
     }
   }
 }
@@ -99,7 +98,7 @@ double SignedScale(const renderer::Film& film) {
     values.push_back(std::abs(renderer::Luminance(p.Color())));
   }
   if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const double percentile =
       values[static_cast<std::size_t>(0.995 * static_cast<double>(values.size() - 1))];
   return percentile > 0.0 ? percentile : values.back();
@@ -110,7 +109,7 @@ renderer::Image SignedImage(const renderer::Film& film, double scale) {
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const double value = scale > 0.0 ? renderer::Luminance(film.pixels[i].Color()) / scale : 0.0;
     const std::array<float, 3> color = SignedColor(value);
-    std::copy(color.begin(), color.end(), image.data.begin() + static_cast<std::ptrdiff_t>(3 * i));
+    std::ranges::copy(color, image.data.begin() + static_cast<std::ptrdiff_t>(3 * i));
   }
   return WithScaleBar(image, scale);
 }

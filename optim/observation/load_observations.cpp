@@ -184,8 +184,7 @@ class FrameLoader {
       return {};
     }
     for (float& v : mask.data) v = std::clamp(options.invert ? 1.0F - v : v, 0.0F, 1.0F);
-    result.facts.mask_is_black =
-        std::none_of(mask.data.begin(), mask.data.end(), [](float v) { return v > 0.5F; });
+    result.facts.mask_is_black = std::ranges::none_of(mask.data, [](float v) { return v > 0.5F; });
     return mask;
   }
 
@@ -194,8 +193,7 @@ class FrameLoader {
   [[nodiscard]] bool UsesAlpha(const ImportedCamera& imported, const PhotoFile& photo) const {
     if (options_.masks.alpha) return !photo.alpha.Empty();
     return options_.masks.folder.empty() && imported.mask.empty() &&
-           std::any_of(
-               photo.alpha.data.begin(), photo.alpha.data.end(), [](float v) { return v < 1.0F; });
+           std::ranges::any_of(photo.alpha.data, [](float v) { return v < 1.0F; });
   }
 
   [[nodiscard]] std::string WhatWasTried(const ImportedCamera& imported,
@@ -256,9 +254,8 @@ std::vector<std::string> ViewNames(const ImportedCameras& cameras) {
 std::vector<std::size_t> SortedByName(const std::vector<std::string>& names) {
   std::vector<std::size_t> order(names.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return names[a] < names[b];
-  });
+  std::ranges::stable_sort(order,
+                           [&](std::size_t a, std::size_t b) { return names[a] < names[b]; });
   return order;
 }
 
@@ -278,8 +275,7 @@ void SplitViews(const ObservationOptions& options,
                 std::vector<View>& views,
                 std::vector<std::string>& problems) {
   for (const std::string& name : options.validation_names) {
-    const auto found =
-        std::find_if(views.begin(), views.end(), [&](const View& v) { return v.name == name; });
+    const auto found = std::ranges::find_if(views, [&](const View& v) { return v.name == name; });
     if (found == views.end()) {
       problems.push_back("validation: no photo is called " + name + " (the first is " +
                          views.front().name + ")");
@@ -293,7 +289,7 @@ void SplitViews(const ObservationOptions& options,
       views[i].validation = true;
     }
   }
-  if (std::all_of(views.begin(), views.end(), [](const View& v) { return v.validation; })) {
+  if (std::ranges::all_of(views, [](const View& v) { return v.validation; })) {
     problems.push_back(
         "validation: all " + std::to_string(views.size()) +
         " photos are validation views and none is left to fit; choose fewer, or none");
@@ -312,7 +308,7 @@ std::string CountOf(std::size_t count, const char* noun) {
 
 template <class Predicate>
 std::size_t Count(const std::vector<FrameFacts>& facts, Predicate predicate) {
-  return static_cast<std::size_t>(std::count_if(facts.begin(), facts.end(), predicate));
+  return static_cast<std::size_t>(std::ranges::count_if(facts, predicate));
 }
 
 void DescribeCameras(const ObservationOptions& options,
@@ -422,8 +418,8 @@ std::vector<std::string> SummariseInput(const ObservationOptions& options,
   DescribeCameras(options, cameras, facts, out);
   DescribePhotos(options, facts, out);
   DescribeMasks(options, set, facts, out);
-  const auto validation = static_cast<std::size_t>(std::count_if(
-      set.views.begin(), set.views.end(), [](const View& v) { return v.validation; }));
+  const auto validation = static_cast<std::size_t>(
+      std::ranges::count_if(set.views, [](const View& v) { return v.validation; }));
   std::string rule = "none asked for";
   if (!options.validation_names.empty()) {
     rule = "by name";
@@ -474,9 +470,8 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
   SplitViews(options, set.views, problems);
   const bool wants_masks = options.masks.meaning != MaskMeaning::kNone;
   if (problems.empty() && wants_masks && options.masks.require == MaskRequirement::kSome &&
-      std::none_of(facts.begin(), facts.end(), [](const FrameFacts& f) {
-        return f.mask_source != MaskSource::kNone;
-      })) {
+      std::ranges::none_of(
+          facts, [](const FrameFacts& f) { return f.mask_source != MaskSource::kNone; })) {
     problems.emplace_back("masks: none of the photos has one, and at least one is required");
   }
   if (!problems.empty()) throw ObservationError(std::move(problems));

@@ -96,8 +96,7 @@ void KeepLargestPart(Mesh& mesh) {
     const Vec3 c = mesh.positions[Index(t[2])] - origin;
     volume[parts.Find(Index(t[0]))] += Dot(a, Cross(b, c)) / 6.0;
   }
-  const auto largest =
-      static_cast<std::size_t>(std::max_element(volume.begin(), volume.end()) - volume.begin());
+  const auto largest = static_cast<std::size_t>(std::ranges::max_element(volume) - volume.begin());
   std::vector<bool> keep(mesh.triangles.size());
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
     keep[f] = parts.Find(Index(mesh.triangles[f][0])) == largest;

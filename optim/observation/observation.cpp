@@ -21,7 +21,7 @@ Image Resized(const Image& image, int width, int height) {
 Image ColorWeight(const View& view, const ObservationSet& observations) {
   if (observations.mask_meaning == MaskMeaning::kNone || view.mask.Empty()) {
     Image ones(view.photo.width, view.photo.height, 1);
-    std::fill(ones.data.begin(), ones.data.end(), 1.0F);
+    std::ranges::fill(ones.data, 1.0F);
     return ones;
   }
   return observations.mask_erode_px > 0 ? renderer::Erode(view.mask, observations.mask_erode_px)

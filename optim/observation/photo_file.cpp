@@ -31,7 +31,7 @@ Image ClippedPixels(const Image& encoded, double clip_above) {
 /// Undoes the sRGB curve; integer files have few values, so these are looked up.
 void MakeLinear(int bits, Image& image) {
   if (bits > 16) {
-    std::transform(image.data.begin(), image.data.end(), image.data.begin(), [](float v) {
+    std::ranges::transform(image.data, image.data.begin(), [](float v) {
       return static_cast<float>(renderer::LinearFromSrgb(static_cast<double>(v)));
     });
     return;
@@ -54,8 +54,7 @@ bool IsFile(const fs::path& path) {
 
 void Try(const fs::path& candidate, FileSearch& search) {
   const fs::path path = candidate.lexically_normal();
-  if (search.found ||
-      std::find(search.tried.begin(), search.tried.end(), path) != search.tried.end()) {
+  if (search.found || std::ranges::find(search.tried, path) != search.tried.end()) {
     return;
   }
   search.tried.push_back(path);

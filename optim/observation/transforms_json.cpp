@@ -94,7 +94,7 @@ void ReadDistortion(const Intrinsics& source, const Entry& frame, renderer::Came
   const std::string model = source.Model();
   const std::initializer_list<const char*> known = {
       "", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
-  if (std::find(known.begin(), known.end(), model) == known.end()) {
+  if (std::ranges::find(known, model) == known.end()) {
     throw IoError(
         frame.place + ": camera_model " + model +
         " is not supported (allowed: OPENCV, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL); "

@@ -137,7 +137,7 @@ Box FindBox(const SilhouetteField& field) {
   Box box{center - Vec3{radius, radius, radius}, center + Vec3{radius, radius, radius}};
   Carving carving = CarveCoarsely(field, box);
   const auto touches = [&] {
-    return std::any_of(carving.touches.begin(), carving.touches.end(), [](bool t) { return t; });
+    return std::ranges::any_of(carving.touches, [](bool t) { return t; });
   };
   for (int i = 0; carving.found && touches(); ++i) {
     if (i == kMaxEnlargements) {

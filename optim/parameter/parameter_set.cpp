@@ -43,7 +43,7 @@ ParameterSet::ParameterSet(const renderer::Scene& scene,
     }
     if (!unknowns[static_cast<std::size_t>(index)].hold) order.push_back(index);
   }
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+  std::ranges::stable_sort(order, [&](int a, int b) {
     return unknowns[static_cast<std::size_t>(a)].kind < unknowns[static_cast<std::size_t>(b)].kind;
   });
   for (const int index : order) {
@@ -75,8 +75,8 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
     upper = std::log(std::max(upper, kSmallestLogValue));
   } else if (is_gain) {
     const double start = std::log(exposure.start_gains.at(static_cast<std::size_t>(object)));
-    lower = start - exposure.max_ev * std::log(2.0);
-    upper = start + exposure.max_ev * std::log(2.0);
+    lower = start - exposure.prior.max_ev * std::log(2.0);
+    upper = start + exposure.prior.max_ev * std::log(2.0);
   }
   const auto block_size = static_cast<std::size_t>(group.block_size);
   for (std::size_t i = 0; i < static_cast<std::size_t>(group.num_blocks); ++i) {

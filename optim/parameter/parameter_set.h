@@ -14,8 +14,7 @@ namespace pathfit::optim {
 /// Prior and bound of the photos' gains: g = start * 2^ev with |ev| <= max_ev.
 struct ExposureModel {
   std::vector<double> start_gains;  ///< by sensor; the gains the run began with
-  double sigma_ev = 0.3;
-  double max_ev = 3.0;
+  ExposurePrior prior;
 };
 
 /// The scalars that move in a stage. Two flat vectors with the same offsets: values x in units of

@@ -24,6 +24,12 @@ struct GaussianPriorSpec {
   double sigma = 1.0;  ///< in units of the parameter
 };
 
+/// Of each photo's log2 gain.
+struct ExposurePrior {
+  double sigma_ev = 0.3;
+  double max_ev = 3.0;  ///< bound of its magnitude
+};
+
 /// Prior beliefs and step control of one unknown; weight 0 or empty = absent. Only those that fit
 /// the kind may be set. How the weights compare with the photos: optim/prior/prior_terms.h.
 struct UnknownSpec {

@@ -151,7 +151,7 @@ void AddColorSmoothness(const Context& context, const ParameterGroup& group, dou
       edges.push_back({low, high});
     }
   }
-  std::sort(edges.begin(), edges.end());
+  std::ranges::sort(edges);
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   std::vector<BlockPair> pairs;
   pairs.reserve(edges.size());
@@ -206,7 +206,7 @@ void AddGaussian(const Context& context,
 void AddExposure(const Context& context,
                  const ParameterGroup& group,
                  const ExposureModel& exposure) {
-  const double scale = kGaussianResidual / (exposure.sigma_ev * std::log(2.0));
+  const double scale = kGaussianResidual / (exposure.prior.sigma_ev * std::log(2.0));
   const double start = exposure.start_gains[static_cast<std::size_t>(group.object)];
   PriorTerm term{{group.first_block}, {scale}, {scale * std::log(start), 0.0, 0.0}};
   term.in_theta = true;

@@ -9,7 +9,6 @@ struct LossSpec {
   ResidualKind residual = ResidualKind::kLinear;
   double relative_floor = 0.05;
   double silhouette_weight = 1.0;  ///< of coverage residuals against colour residuals
-  double clip_above = 0.99;  ///< encoded value from which photo pixels count as clipped (1 = never)
 };
 
 enum class LinearSolverChoice { kAuto, kGram, kCholesky, kCgnr };

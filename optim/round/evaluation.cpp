@@ -119,7 +119,7 @@ ReportImages FitEvaluation::Report(const SampleHalves& samples,
     ReportedView reported = RenderForReport(
         *source, views, static_cast<int>(v), samples, view.validation && estimate_gains_);
     renderer::Camera& sensor = scene.sensors[v];
-    const double limit = std::exp2(exposure_.max_ev);
+    const double limit = std::exp2(exposure_.prior.max_ev);
     sensor.gain = std::clamp(sensor.gain * reported.gain_factor,
                              exposure_.start_gains[v] / limit,
                              exposure_.start_gains[v] * limit);

@@ -27,7 +27,7 @@ std::vector<int> Range(std::size_t count) {
 }
 
 ExposureModel MakeExposureModel(const renderer::Scene& scene, const FitSpec& spec) {
-  ExposureModel exposure{{}, spec.exposure.sigma_ev, spec.exposure.max_ev};
+  ExposureModel exposure{{}, spec.exposure};
   for (const renderer::Camera& sensor : scene.sensors) {
     exposure.start_gains.push_back(sensor.gain);
   }

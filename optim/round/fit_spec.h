@@ -24,12 +24,6 @@ struct StageSpec {
   double stop_relative_cost = 0.0;
 };
 
-/// Of each photo's log2 gain.
-struct ExposurePrior {
-  double sigma_ev = 0.3;
-  double max_ev = 3.0;  ///< bound of its magnitude
-};
-
 struct FitSpec {
   std::vector<UnknownSpec> unknowns;
   std::vector<StageSpec> stages;

@@ -35,6 +35,12 @@ void CheckRegularFile(const std::filesystem::path& path) {
   }
 }
 
+void CreateFolders(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw IoError(path.string() + ": cannot be created: " + error.message());
+}
+
 std::string ReadWholeFile(const std::filesystem::path& path) {
   CheckRegularFile(path);
   std::error_code error;

@@ -10,6 +10,9 @@ namespace pathfit::renderer {
 /// Fails: IoError when `path` is missing or not a regular file (a folder, a pipe).
 void CheckRegularFile(const std::filesystem::path& path);
 
+/// Makes the folder and those it lies in, if they are not there. Fails: IoError.
+void CreateFolders(const std::filesystem::path& path);
+
 /// All bytes of a regular file. Fails: IoError when it is missing, unreadable or not a regular
 /// file.
 std::string ReadWholeFile(const std::filesystem::path& path);

@@ -132,8 +132,7 @@ void CheckImageSize(std::int64_t width, std::int64_t height, const std::string& 
 }
 
 std::string FirstNonFinite(const Image& image) {
-  const auto place =
-      std::find_if(image.data.begin(), image.data.end(), [](float v) { return !std::isfinite(v); });
+  const auto place = std::ranges::find_if(image.data, [](float v) { return !std::isfinite(v); });
   if (place == image.data.end()) return "";
   const std::ptrdiff_t pixel = (place - image.data.begin()) / image.channels;
   return "pixel (" + std::to_string(pixel % image.width) + ", " +
@@ -144,8 +143,7 @@ void CheckWritable(const Image& image,
                    std::initializer_list<int> allowed_channels,
                    const std::filesystem::path& path) {
   const bool is_allowed =
-      std::find(allowed_channels.begin(), allowed_channels.end(), image.channels) !=
-      allowed_channels.end();
+      std::ranges::find(allowed_channels, image.channels) != allowed_channels.end();
   if (image.Empty() || !is_allowed) {
     throw IoError(path.string() + ": an image of " + std::to_string(image.width) + " x " +
                   std::to_string(image.height) + " with " + std::to_string(image.channels) +

@@ -162,7 +162,7 @@ Image ApplyOrientation(const Image& image, int exif_orientation) {
   // As the standard lists them: stored rows and columns are reversed, then change roles.
   const int type = CV_32FC(image.channels);
   cv::Mat pixels(image.height, image.width, type);
-  std::copy(image.data.begin(), image.data.end(), pixels.ptr<float>());
+  std::ranges::copy(image.data, pixels.ptr<float>());
   if (is_one_of("2378")) cv::flip(pixels, pixels, 1);
   if (is_one_of("3467")) cv::flip(pixels, pixels, 0);
   if (is_one_of("5678")) cv::transpose(pixels, pixels);

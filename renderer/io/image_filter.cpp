@@ -70,7 +70,7 @@ Image ResizeArea(const Image& image, int width, int height) {
   Image result(width, height, image.channels);
   std::vector<double> row(row_size);
   for (std::size_t y = 0; y < rows.size(); ++y) {
-    std::fill(row.begin(), row.end(), 0.0);
+    std::ranges::fill(row, 0.0);
     for (const Overlap& source : rows[y]) {
       const float* pixels = image.data.data() + source.index * row_size;
       for (std::size_t i = 0; i < row_size; ++i) {
@@ -95,11 +95,11 @@ Image SignedDistanceToMask(const Image& mask) {
   CheckMask(mask);
   const auto is_inside = [](float value) { return value > 0.5F; };
   Image result(mask.width, mask.height, 1);
-  const bool all_inside = std::all_of(mask.data.begin(), mask.data.end(), is_inside);
-  const bool none_inside = std::none_of(mask.data.begin(), mask.data.end(), is_inside);
+  const bool all_inside = std::ranges::all_of(mask.data, is_inside);
+  const bool none_inside = std::ranges::none_of(mask.data, is_inside);
   if (all_inside || none_inside) {
     const float far = static_cast<float>(mask.width) + static_cast<float>(mask.height);
-    std::fill(result.data.begin(), result.data.end(), all_inside ? far : -far);
+    std::ranges::fill(result.data, all_inside ? far : -far);
     return result;
   }
   const cv::Mat to_outside = DistanceFromOthers(mask, true);
@@ -119,7 +119,7 @@ Image Erode(const Image& mask, int px) {
   if (px < 0) throw IoError("erosion must be by 0 pixels or more");
   Image result = SignedDistanceToMask(mask);
   const bool has_outside =
-      std::any_of(mask.data.begin(), mask.data.end(), [](float value) { return !(value > 0.5F); });
+      std::ranges::any_of(mask.data, [](float value) { return !(value > 0.5F); });
   // Distances between centres are square roots of integers: half of the least gap keeps rounding
   // out.
   const float limit = static_cast<float>(px) - 0.5F + 1e-3F;

@@ -83,11 +83,11 @@ void WeldColors(Mesh& mesh) {
   for (std::size_t f = 0; f < mesh.color_triangles.size(); ++f) {
     for (std::size_t k = 0; k < 3; ++k) distinct.push_back(corner(f, k));
   }
-  std::sort(distinct.begin(), distinct.end());
+  std::ranges::sort(distinct);
   distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
   for (std::size_t f = 0; f < mesh.color_triangles.size(); ++f) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto place = std::lower_bound(distinct.begin(), distinct.end(), corner(f, k));
+      const auto place = std::ranges::lower_bound(distinct, corner(f, k));
       mesh.color_triangles[f][k] = static_cast<std::int32_t>(place - distinct.begin());
     }
   }
@@ -102,9 +102,8 @@ void CheckTriangles(const std::vector<Triangle>& triangles,
                     std::size_t num_triangles,
                     std::size_t num_values,
                     const char* kind) {
-  const bool in_range = std::all_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
-    return IsInRange(t, num_values);
-  });
+  const bool in_range =
+      std::ranges::all_of(triangles, [&](const Triangle& t) { return IsInRange(t, num_values); });
   if (triangles.size() != num_triangles || !in_range) {
     throw SceneError(std::string("a mesh to be written has wrong ") + kind + " indices");
   }
@@ -155,14 +154,13 @@ SplitMesh SplitVertices(const Mesh& mesh) {
   for (std::size_t f = 0; f < count; ++f) {
     for (std::size_t k = 0; k < 3; ++k) split.vertices.push_back(corner(f, k));
   }
-  std::sort(split.vertices.begin(), split.vertices.end());
+  std::ranges::sort(split.vertices);
   split.vertices.erase(std::unique(split.vertices.begin(), split.vertices.end()),
                        split.vertices.end());
   split.triangles.resize(count);
   for (std::size_t f = 0; f < count; ++f) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto place =
-          std::lower_bound(split.vertices.begin(), split.vertices.end(), corner(f, k));
+      const auto place = std::ranges::lower_bound(split.vertices, corner(f, k));
       split.triangles[f][k] = static_cast<std::int32_t>(place - split.vertices.begin());
     }
   }

@@ -35,12 +35,11 @@ std::string Extensions(bool with_groups) {
 
 const MeshFormat& FormatOf(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) {
     return static_cast<char>(std::tolower(c));
   });
-  const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const MeshFormat& f) {
-    return f.extension == extension;
-  });
+  const auto format =
+      std::ranges::find_if(kFormats, [&](const MeshFormat& f) { return f.extension == extension; });
   if (format == kFormats.end()) {
     throw IoError(path.string() + ": unknown kind of mesh file; allowed are " + Extensions(false));
   }

@@ -45,11 +45,11 @@ std::vector<T> TakeUsed(const SharedVector<T>& values, SharedVector<Triangle>& t
   std::vector<std::int32_t> used;
   used.reserve(triangles.size() * 3);
   for (const Triangle& t : triangles.Items()) used.insert(used.end(), t.begin(), t.end());
-  std::sort(used.begin(), used.end());
+  std::ranges::sort(used);
   used.erase(std::unique(used.begin(), used.end()), used.end());
   for (Triangle& t : triangles) {
     for (std::int32_t& i : t) {
-      i = static_cast<std::int32_t>(std::lower_bound(used.begin(), used.end(), i) - used.begin());
+      i = static_cast<std::int32_t>(std::ranges::lower_bound(used, i) - used.begin());
     }
   }
   std::vector<T> taken;
@@ -205,7 +205,7 @@ class ObjParser {
   std::vector<MeshGroup> Finish() {
     if (faces_.empty()) throw IoError(path_.string() + ": has no face");
     // Groups in the order of their first faces.
-    std::sort(groups_.begin(), groups_.end(), [](const Part& a, const Part& b) {
+    std::ranges::sort(groups_, [](const Part& a, const Part& b) {
       return !a.faces.empty() && (b.faces.empty() || a.faces.front() < b.faces.front());
     });
     std::vector<MeshGroup> result;
@@ -250,9 +250,8 @@ class ObjParser {
   }
 
   [[nodiscard]] bool AllHave(const std::vector<std::size_t>& faces, std::size_t kind) const {
-    return std::all_of(faces.begin(), faces.end(), [&](std::size_t face) {
-      return corners_[faces_[face].first][kind] != kAbsent;
-    });
+    return std::ranges::all_of(
+        faces, [&](std::size_t face) { return corners_[faces_[face].first][kind] != kAbsent; });
   }
 
   void CheckRange(const Corner& corner, std::int64_t line) const {

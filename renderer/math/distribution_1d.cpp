@@ -17,7 +17,7 @@ Distribution1D::Distribution1D(const std::vector<double>& weights) : cumulative_
 
 int Distribution1D::Sample(double u, double& remainder) const {
   const double target = u * total_;
-  const auto above = std::upper_bound(cumulative_.begin(), cumulative_.end(), target);
+  const auto above = std::ranges::upper_bound(cumulative_, target);
   auto index = static_cast<std::size_t>(std::distance(cumulative_.begin(), above)) - 1;
   index = std::min(index, probability_.size() - 1);
   const double width = cumulative_[index + 1] - cumulative_[index];

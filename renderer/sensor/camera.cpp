@@ -35,7 +35,7 @@ void ValidateCamera(const Camera& c) {
                                          c.distortion.k3,
                                          c.distortion.p1,
                                          c.distortion.p2};
-  Require(std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }),
+  Require(std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); }),
           c,
           "intrinsics must be finite");
   Require(c.fx > 0.0 && c.fy > 0.0, c, "focal lengths must be positive");

@@ -21,19 +21,6 @@ Image Constant(int width, int height, int channels, float value) {
 // Averages are sums of up to a few dozen floats.
 constexpr float kRounding = 1e-5F;
 
-TEST(ResizedImage, KeepsTheMean) {
-  Image image(7, 5, 1);
-  for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = static_cast<float>(i % 4);
-  double mean = 0.0;
-  for (const float v : image.data) mean += static_cast<double>(v) / 35.0;
-  for (const auto& [width, height] : {std::pair{3, 2}, {1, 1}, {7, 1}, {14, 10}}) {
-    const Image small = ResizedImage(image, width, height);
-    double resized_mean = 0.0;
-    for (const float v : small.data) resized_mean += static_cast<double>(v) / (width * height);
-    EXPECT_NEAR(resized_mean, mean, 1e-5) << width << "x" << height;
-  }
-}
-
 TEST(ReducedImage, OnlyShrinks) {
   EXPECT_EQ(ReducedImage(Image(100, 50, 3), 512).width, 100);
   const Image reduced = ReducedImage(Constant(1024, 100, 3, 0.25F), 512);
