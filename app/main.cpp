@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "app/command/command_line.h"
-#include "app/command/program_info.h"
 
 namespace pathfit::app {
 namespace {

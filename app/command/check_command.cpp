@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command/command_line.h"
-#include "app/command/program_info.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
 #include "app/output/fields.h"

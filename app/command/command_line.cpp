@@ -216,7 +216,7 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
     if (command->target != nullptr) sub->add_option(command->target, target, "")->type_name("");
     all.push_back(
         std::make_unique<Declared>(Declared{sub, OptionList(*sub, line), OptionList(*sub, line)}));
-    command->declare(all.back()->own, line);
+    if (command->declare != nullptr) command->declare(all.back()->own, line);
     globals.Declare(*sub, all.back()->global, line);
   }
   root.add_subcommand("help", "Prints help, also of one command")

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -8,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "app/command/exit_status.h"
 #include "app/config/config_error.h"
 #include "app/output/log.h"
+#include "app/output/run_record.h"
 #include "app/output/terminal.h"
 
 namespace CLI {
@@ -20,6 +21,20 @@ class App;
 namespace pathfit::app {
 
 struct Command;
+
+/// What the process returns; README.md lists the same table.
+enum class ExitStatus {
+  kFinished = 0,       ///< also --help
+  kInternalError = 1,  ///< a bug; the message asks for log.txt
+  kUsage = 2,          ///< command line wrong
+  kConfig = 3,         ///< config wrong, all problems listed
+  kInput = 4,          ///< input data missing, unreadable or inconsistent
+  kNumerical = 5,      ///< NaN, no usable step; the last accepted state is saved
+  kCheckFailed = 7,    ///< gradcheck outside its limits
+  kMemory = 8,         ///< would exceed the memory limit, or allocation failed
+  kStopped = 75,       ///< by --time-limit or SIGTERM, with a checkpoint: `pathfit resume`
+  kInterrupted = 130,  ///< Ctrl-C, with a checkpoint
+};
 
 /// What the user asked for: values only, checked one by one; nothing has been opened.
 struct CommandLine {
@@ -122,7 +137,7 @@ struct Command {
   const char* name;
   const char* doc;
   const char* target;  ///< what its argument is called in messages; null: it takes none
-  void (*declare)(OptionList& options, CommandLine& line);
+  void (*declare)(OptionList& options, CommandLine& line);  ///< null: it has no options of its own
   ExitStatus (*run)(CommandContext& context);
 };
 
@@ -134,5 +149,20 @@ const std::vector<const Command*>& AllCommands();
 /// PATHFIT_LOG_LEVEL.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const Environment& environment);
+
+// What commands share.
+
+/// Version, build and library versions.
+void FillProgramInfo(RunRecord& record);
+
+/// --threads, then the config, then the environment, then what the machine gives.
+/// `in_config` is 0 for auto.
+int NumThreads(const CommandLine& line, int in_config);
+
+/// Prints on standard error what -q must not hide, if the log does not show it.
+void ShowThoughQuiet(CommandContext& context, const std::string& text);
+
+/// The status a command ends with when this exception reaches main.
+ExitStatus StatusOfException(const std::exception& error);
 
 }  // namespace pathfit::app

@@ -1,6 +1,22 @@
+#include <new>
+
 #include "app/command/command_line.h"
+#include "app/config/config_error.h"
+#include "optim/problem/problem_size.h"
+#include "optim/solver/trust_region_solver.h"
+#include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
+#include "renderer/geometry/ray_caster.h"
 
 namespace pathfit::app {
+namespace {
+
+template <class... Kinds>
+bool IsOneOf(const std::exception& error) {
+  return ((dynamic_cast<const Kinds*>(&error) != nullptr) || ...);
+}
+
+}  // namespace
 
 extern const Command kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand, kGradcheckCommand,
     kInfoCommand, kVersionCommand;
@@ -14,6 +30,32 @@ const std::vector<const Command*>& AllCommands() {
                                                        &kInfoCommand,
                                                        &kVersionCommand};
   return commands;
+}
+
+void FillProgramInfo(RunRecord& record) {
+  record.program_version = PATHFIT_VERSION;
+  record.build = std::string("GCC ") + __VERSION__ + " " + PATHFIT_BUILD_TYPE;
+  record.libraries = {{"Embree", renderer::EmbreeVersion()}, {"Ceres", optim::CeresVersion()}};
+}
+
+int NumThreads(const CommandLine& line, int in_config) {
+  if (line.threads) return *line.threads;
+  if (in_config > 0) return in_config;
+  return line.default_threads ? *line.default_threads : renderer::DefaultNumThreads();
+}
+
+void ShowThoughQuiet(CommandContext& context, const std::string& text) {
+  if (context.line.log_level > LogLevel::kWarn) context.terminal.PrintLine("warning: " + text);
+}
+
+ExitStatus StatusOfException(const std::exception& error) {
+  if (IsOneOf<UsageError>(error)) return ExitStatus::kUsage;
+  if (IsOneOf<ConfigError>(error)) return ExitStatus::kConfig;
+  if (IsOneOf<renderer::IoError, renderer::SceneError>(error)) return ExitStatus::kInput;
+  if (IsOneOf<renderer::NumericalError>(error)) return ExitStatus::kNumerical;
+  if (IsOneOf<optim::MemoryError, std::bad_alloc>(error)) return ExitStatus::kMemory;
+  if (IsOneOf<renderer::Cancelled>(error)) return ExitStatus::kStopped;
+  return ExitStatus::kInternalError;
 }
 
 }  // namespace pathfit::app

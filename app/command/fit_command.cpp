@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
-#include "app/command/program_info.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"

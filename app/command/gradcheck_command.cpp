@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command/command_line.h"
-#include "app/command/program_info.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/direction.h"

@@ -1,5 +1,4 @@
 #include <cstdint>
-#include <fstream>
 #include <string>
 
 #include <OpenEXR/OpenEXRConfig.h>
@@ -11,21 +10,10 @@
 #include <unistd.h>
 
 #include "app/command/command_line.h"
-#include "app/command/program_info.h"
 #include "app/output/fields.h"
 
 namespace pathfit::app {
 namespace {
-
-// Value of the first line of /proc/cpuinfo that starts with `key`.
-std::string CpuInfo(const std::string& key) {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t value = line.find(": ");
-    if (line.starts_with(key) && value != std::string::npos) return line.substr(value + 2);
-  }
-  return "unknown";
-}
 
 const char* InstructionSet() {
   if (__builtin_cpu_supports("avx512f") != 0) return "AVX-512";
@@ -39,17 +27,16 @@ std::int64_t MemoryBytes() {
 }
 
 Json Describe(const CommandLine& line) {
-  RunRecord record;
+  RunRecord record = MakeRunRecord(line.arguments);
   FillProgramInfo(record);
   Json json = {{"version", record.program_version},
                {"build", record.build},
                {"checks", PATHFIT_CHECKS != 0},
-               {"libraries", Json::object()},
-               {"cpu", CpuInfo("model name")},
+               {"libraries", record.libraries},
+               {"cpu", record.host.cpu},
                {"instruction_set", InstructionSet()},
                {"threads", NumThreads(line, 0)},
                {"memory_bytes", MemoryBytes()}};
-  for (const auto& [name, version] : record.libraries) json["libraries"][name] = version;
   json["libraries"]["OpenCV"] = CV_VERSION;
   json["libraries"]["OpenEXR"] = OPENEXR_VERSION_STRING;
   json["libraries"]["oneTBB"] = fmt::format("{}.{}", TBB_VERSION_MAJOR, TBB_VERSION_MINOR);
@@ -58,9 +45,7 @@ Json Describe(const CommandLine& line) {
   return json;
 }
 
-void Declare(OptionList& /*options*/, CommandLine& /*line*/) {}
-
-ExitStatus Run(CommandContext& context) {
+ExitStatus Info(CommandContext& context) {
   const Json info = Describe(context.line);
   if (context.line.json) {
     fmt::print("{}\n", JsonText(info));
@@ -82,9 +67,26 @@ ExitStatus Run(CommandContext& context) {
   return ExitStatus::kFinished;
 }
 
+ExitStatus Version(CommandContext& context) {
+  RunRecord record;
+  FillProgramInfo(record);
+  if (context.line.json) {
+    const Json json = {{"version", record.program_version},
+                       {"build", record.build},
+                       {"libraries", record.libraries}};
+    fmt::print("{}\n", JsonText(json));
+    return ExitStatus::kFinished;
+  }
+  fmt::print("pathfit {} ({})\n", record.program_version, record.build);
+  for (const auto& [name, version] : record.libraries) fmt::print("  {} {}\n", name, version);
+  return ExitStatus::kFinished;
+}
+
 }  // namespace
 
 extern const Command kInfoCommand = {
-    "info", "Prints versions, processor, threads and memory", nullptr, Declare, Run};
+    "info", "Prints versions, processor, threads and memory", nullptr, nullptr, Info};
+
+extern const Command kVersionCommand = {"version", "Prints the version", nullptr, nullptr, Version};
 
 }  // namespace pathfit::app

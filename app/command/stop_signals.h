@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "app/command/exit_status.h"
+#include "app/command/command_line.h"
 #include "renderer/core/parallel.h"
 
 namespace pathfit::app {
