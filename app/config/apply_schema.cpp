@@ -1,5 +1,3 @@
-#include "app/config/apply_schema.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -10,6 +8,7 @@
 
 #include "app/config/nearest_name.h"
 #include "app/config/scalar.h"
+#include "app/config/schema.h"
 #include "app/config/yaml_document.h"
 
 namespace pathfit::app {

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "app/config/apply_schema.h"
-#include "app/config/overrides.h"
 #include "app/config/read_config.h"
 #include "app/config/schema.h"
 #include "app/config/yaml_document.h"

@@ -1,5 +1,3 @@
-#include "app/config/overrides.h"
-
 #include <algorithm>
 #include <charconv>
 #include <string_view>
@@ -8,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/config/nearest_name.h"
+#include "app/config/schema.h"
 #include "app/config/yaml_document.h"
 
 namespace pathfit::app {

@@ -13,32 +13,28 @@ namespace {
 
 SchemaNode RootSchema() {
   return Map("",
-             {Version("schema", 1, "Version of this format; must be 1."),
-              Name("name", "Used for the run directory.", &ExperimentConfig::name)
-                  .DefaultIs("name of the file"),
-              Key("seed",
-                  "All random numbers are derived from it.",
-                  &ExperimentConfig::render,
-                  &renderer::RenderOptions::seed)
-                  .From(0, 9007199254740992.0),
+             {Version("schema", 1) | Doc("Version of this format; must be 1."),
+              Name("name", &ExperimentConfig::name) | Doc("Used for the run directory.") |
+                  DefaultIs("name of the file"),
+              Key("seed", &ExperimentConfig::render, &renderer::RenderOptions::seed) |
+                  Doc("All random numbers are derived from it.") | From(0, 9007199254740992.0),
               InputSchema(),
               Map("scene",
                   {GeometrySchema(),
                    MaterialsSchema(),
                    TexturesSchema(),
                    LightsSchema(),
-                   SensorsSchema()},
-                  "The model that the fit starts from. Right-handed, y up, metres.")
-                  .Required(),
+                   SensorsSchema()}) |
+                  Doc("The model that the fit starts from. Right-handed, y up, metres.") |
+                  Required(),
               RenderSchema(),
               UnknownsSchema(),
               LossSchema(),
               StagesSchema(),
               SolverSchema(),
               OutputSchema(),
-              GradcheckSchema()},
-             "")
-      .Refuse({{"extends", "; write the values into this file"}});
+              GradcheckSchema()}) |
+         Refuse({{"extends", "; write the values into this file"}});
 }
 
 // "a number from 0 to 1" of a scalar node.

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
-#include <type_traits>
 #include <typeinfo>
 #include <utility>
 #include <vector>
@@ -106,63 +106,23 @@ struct SchemaNode {
   [[nodiscard]] const SchemaNode* Child(const std::string& name) const;
   /// The advice of what is refused by this name; null if nothing is.
   [[nodiscard]] const std::string* AdviceFor(const std::string& name) const;
-
-  // To build the tree in reading order.
-  SchemaNode& Default(std::string yaml) {
-    default_yaml = std::move(yaml);
-    return Always();
-  }
-  SchemaNode& DefaultIs(std::string text) { return Set(default_doc, std::move(text)).Optional(); }
-  SchemaNode& Required() { return Set(Optional().presence, Presence::kRequired); }
-  /// Required for these values of the sibling named by When; for others it has `yaml` as default,
-  /// if that is not empty.
-  SchemaNode& RequiredFor(std::vector<std::string> values, std::string yaml = "") {
-    required_values = std::move(values);
-    return Required().Set(default_yaml, std::move(yaml));
-  }
-  SchemaNode& Always() { return Set(presence, Presence::kDefaulted); }
-  SchemaNode& Unit(std::string text) { return Set(unit, std::move(text)); }
-  SchemaNode& From(double lower, double upper);
-  SchemaNode& AtLeast(double lower);
-  SchemaNode& Above(double lower);
-  SchemaNode& Between(double lower, double upper);  ///< ends excluded
-  SchemaNode& OrInfinite();
-  SchemaNode& Words(std::vector<std::string> list) { return Set(words, std::move(list)); }
-  SchemaNode& Refuse(std::vector<Unsupported> list) { return Set(unsupported, std::move(list)); }
-  SchemaNode& Items(int min_count, int max_count) {
-    return Set(min_items, min_count).Set(max_items, max_count);
-  }
-  SchemaNode& OneOf(std::string group) { return Set(one_of, std::move(group)).Optional(); }
-  /// One of the group at most; exactly one for these values of the sibling named by When.
-  SchemaNode& OneOfFor(std::string group, std::vector<std::string> values) {
-    return Set(one_of_values, std::move(values)).OneOf(std::move(group));
-  }
-  SchemaNode& Needs(std::string sibling) { return Set(needs, std::move(sibling)); }
-  SchemaNode& When(std::string sibling, std::vector<std::string> values) {
-    return Set(when_key, std::move(sibling)).Set(when_values, std::move(values));
-  }
-  SchemaNode& FreeNames() { return Set(free_names, true); }
-  /// Absent = the member keeps its own value.
-  SchemaNode& Optional() { return Set(default_yaml, {}).Set(presence, Presence::kOptional); }
-  /// The word stands for the member's own value.
-  SchemaNode& OrWord(const std::string& word) { return Words({word}).Default(word); }
-  SchemaNode& Distinct() { return Set(distinct, true); }
-  SchemaNode& OrOne();  ///< of a list of numbers: one number stands for all
-  template <class T>
-  SchemaNode& Check(void (*function)(T&, const CheckedMap&)) {
-    check = [function](void* values, const CheckedMap& map) {
-      function(*static_cast<T*>(values), map);
-    };
-    return Set(check_type, &typeid(T));
-  }
-
- private:
-  template <class T>
-  SchemaNode& Set(T& member, std::type_identity_t<T> value) {
-    member = std::move(value);
-    return *this;
-  }
 };
+
+/// Puts `path.to.key=VALUE` (and `path.to.list+=VALUE`, which appends) into the tree, in order, as
+/// if the file had said so. Items of lists are named by index, `stages[2]`, or by their name,
+/// `stages.light`. What cannot be placed is reported and left out; values are not checked here.
+void ApplyOverrides(const SchemaNode& schema,
+                    const std::vector<ConfigOverride>& overrides,
+                    YamlNode& root,
+                    std::vector<Problem>& problems);
+
+/// Checks `root` and brings it into the form that readers take for granted: everything wrong is
+/// reported and removed (a named item or list item that is wrong stays as null, so that its name is
+/// still known), defaults are filled in with places of kind kDefault, paths are absolute.
+void ApplySchema(const SchemaNode& schema,
+                 const std::filesystem::path& folder,
+                 YamlNode& root,
+                 std::vector<Problem>& problems);
 
 /// Stores the values of a tree that ApplySchema accepted in `values`, the struct of the schema's
 /// outermost map, and runs the checks. What is absent or null leaves its member as it is.

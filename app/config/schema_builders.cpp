@@ -17,40 +17,39 @@ SchemaNode& Innermost(SchemaNode& node) {
 
 }  // namespace
 
-SchemaNode& SchemaNode::From(double lower, double upper) {
-  SchemaNode& number = Innermost(*this);
-  number.has_range = true;
-  number.range = {lower, upper, false, false, number.range.allow_infinite};
-  return *this;
+Trait From(double lower, double upper) {
+  return [lower, upper](SchemaNode& node) {
+    SchemaNode& number = Innermost(node);
+    number.has_range = true;
+    number.range = {lower, upper, false, false, number.range.allow_infinite};
+  };
 }
-SchemaNode& SchemaNode::AtLeast(double lower) { return From(lower, kInfinity); }
-SchemaNode& SchemaNode::Above(double lower) {
-  From(lower, kInfinity);
-  Innermost(*this).range.lower_open = true;
-  return *this;
+Trait AtLeast(double lower) { return From(lower, kInfinity); }
+Trait Above(double lower) {
+  return binding::Both(AtLeast(lower),
+                       [](SchemaNode& node) { Innermost(node).range.lower_open = true; });
 }
-SchemaNode& SchemaNode::Between(double lower, double upper) {
-  From(lower, upper);
-  Innermost(*this).range.lower_open = true;
-  Innermost(*this).range.upper_open = true;
-  return *this;
+Trait Between(double lower, double upper) {
+  return binding::Both(From(lower, upper), [](SchemaNode& node) {
+    Innermost(node).range.lower_open = true;
+    Innermost(node).range.upper_open = true;
+  });
 }
-SchemaNode& SchemaNode::OrInfinite() {
-  Innermost(*this).range.allow_infinite = true;
-  return *this;
+Trait OrInfinite() {
+  return [](SchemaNode& node) { Innermost(node).range.allow_infinite = true; };
 }
-SchemaNode& SchemaNode::OrOne() {
-  SchemaNode one = children.front();
-  SchemaNode list = *this;
-  list.store = nullptr;
-  list.key.clear();
-  type = Type::kEither;
-  children = {std::move(one), std::move(list)};
-  if (!default_yaml.empty()) {  // all alike: one number is enough
-    const std::string first = default_yaml.substr(1, default_yaml.find(',') - 1);
-    Default(first);
-  }
-  return *this;
+Trait OrOne() {
+  return [](SchemaNode& node) {
+    SchemaNode one = node.children.front();
+    SchemaNode list = node;
+    list.store = nullptr;
+    list.key.clear();
+    node.type = Type::kEither;
+    node.children = {std::move(one), std::move(list)};
+    if (!node.default_yaml.empty()) {  // all alike: one number is enough
+      Default(node.default_yaml.substr(1, node.default_yaml.find(',') - 1))(node);
+    }
+  };
 }
 
 const SchemaNode* SchemaNode::Child(const std::string& name) const {
@@ -69,11 +68,10 @@ const std::string* SchemaNode::AdviceFor(const std::string& name) const {
 
 namespace binding {
 
-SchemaNode Make(Type type, std::string key, std::string doc) {
+SchemaNode Make(Type type, std::string key) {
   SchemaNode node;
   node.type = type;
   node.key = std::move(key);
-  node.doc = std::move(doc);
   return node;
 }
 
@@ -83,21 +81,19 @@ std::string WriteNumber(double value) {
 
 }  // namespace binding
 
-SchemaNode Map(std::string key, std::vector<SchemaNode> children, std::string doc) {
-  SchemaNode node = binding::Make(Type::kMap, std::move(key), std::move(doc));
+SchemaNode Map(std::string key, std::vector<SchemaNode> children) {
+  SchemaNode node = binding::Make(Type::kMap, std::move(key));
   node.children = std::move(children);
   return node;
 }
-SchemaNode ListNode(std::string key, SchemaNode item, std::string doc) {
-  SchemaNode node = binding::Make(Type::kList, std::move(key), std::move(doc));
+SchemaNode ListNode(std::string key, SchemaNode item) {
+  SchemaNode node = binding::Make(Type::kList, std::move(key));
   node.children.push_back(std::move(item));
   return node;
 }
-SchemaNode TextNode(std::string key, std::string doc) {
-  return binding::Make(Type::kText, std::move(key), std::move(doc));
-}
-SchemaNode Either(std::string key, std::vector<SchemaNode> forms, std::string doc) {
-  SchemaNode node = binding::Make(Type::kEither, std::move(key), std::move(doc));
+SchemaNode TextNode(std::string key) { return binding::Make(Type::kText, std::move(key)); }
+SchemaNode Either(std::string key, std::vector<SchemaNode> forms) {
+  SchemaNode node = binding::Make(Type::kEither, std::move(key));
   node.children = std::move(forms);
   return node;
 }
@@ -106,12 +102,11 @@ SchemaNode ByCheck(SchemaNode node) {
   return node;
 }
 SchemaNode Word(std::string word) {
-  return ByCheck(binding::Make(Type::kChoice, "", "").Words({std::move(word)}));
+  return ByCheck(binding::Make(Type::kChoice, "") | Words({std::move(word)}));
 }
-SchemaNode Version(std::string key, int version, std::string doc) {
-  return ByCheck(binding::Make(Type::kInteger, std::move(key), std::move(doc)))
-      .From(version, version)
-      .Required();
+SchemaNode Version(std::string key, int version) {
+  return ByCheck(binding::Make(Type::kInteger, std::move(key))) | From(version, version) |
+         Required();
 }
 
 void SetDefault(YamlNode& map, const std::string& key, const std::string& yaml) {

@@ -22,6 +22,98 @@ namespace pathfit::app {
 // holds its value, given as pointers to members (&Outer::inner, &Inner::value) or as a function
 // `Value& (Owner&)`. Type and default are the member's own.
 
+/// What a line says besides its key and its member: `Key(...) | AtLeast(0.0) | Unit("metres")`.
+using Trait = std::function<void(SchemaNode&)>;
+inline SchemaNode operator|(SchemaNode node, const Trait& trait) {
+  trait(node);
+  return node;
+}
+
+namespace binding {
+template <class T>
+Trait Set(T SchemaNode::*member, std::type_identity_t<T> value) {
+  return [member, value = std::move(value)](SchemaNode& node) { node.*member = value; };
+}
+inline Trait Both(Trait first, Trait second) {
+  return [first = std::move(first), second = std::move(second)](SchemaNode& node) {
+    first(node);
+    second(node);
+  };
+}
+}  // namespace binding
+
+inline Trait Doc(std::string text) { return binding::Set(&SchemaNode::doc, std::move(text)); }
+inline Trait Unit(std::string text) { return binding::Set(&SchemaNode::unit, std::move(text)); }
+inline Trait Always() {
+  return binding::Set(&SchemaNode::presence, SchemaNode::Presence::kDefaulted);
+}
+inline Trait Default(std::string yaml) {
+  return binding::Both(binding::Set(&SchemaNode::default_yaml, std::move(yaml)), Always());
+}
+/// Absent = the member keeps its own value.
+inline Trait Optional() {
+  return binding::Both(Default(""),
+                       binding::Set(&SchemaNode::presence, SchemaNode::Presence::kOptional));
+}
+inline Trait DefaultIs(std::string text) {
+  return binding::Both(Optional(), binding::Set(&SchemaNode::default_doc, std::move(text)));
+}
+/// Required for these values of the sibling named by When (empty: for all); for others it has
+/// `yaml` as default, if that is not empty.
+inline Trait RequiredFor(std::vector<std::string> values, std::string yaml = "") {
+  return [values = std::move(values), yaml = std::move(yaml)](SchemaNode& node) {
+    node.presence = SchemaNode::Presence::kRequired;
+    node.required_values = values;
+    node.default_yaml = yaml;
+  };
+}
+inline Trait Required() { return RequiredFor({}); }
+Trait From(double lower, double upper);
+Trait AtLeast(double lower);
+Trait Above(double lower);
+Trait Between(double lower, double upper);  ///< ends excluded
+Trait OrInfinite();
+inline Trait Words(std::vector<std::string> list) {
+  return binding::Set(&SchemaNode::words, std::move(list));
+}
+/// The word stands for the member's own value.
+inline Trait OrWord(const std::string& word) { return binding::Both(Words({word}), Default(word)); }
+inline Trait Refuse(std::vector<Unsupported> list) {
+  return binding::Set(&SchemaNode::unsupported, std::move(list));
+}
+inline Trait Items(int min_count, int max_count) {
+  return binding::Both(binding::Set(&SchemaNode::min_items, min_count),
+                       binding::Set(&SchemaNode::max_items, max_count));
+}
+/// Exactly one of the group.
+inline Trait OneOf(std::string group) {
+  return binding::Both(Optional(), binding::Set(&SchemaNode::one_of, std::move(group)));
+}
+/// One of the group at most; exactly one for these values of the sibling named by When.
+inline Trait OneOfFor(std::string group, std::vector<std::string> values) {
+  return binding::Both(OneOf(std::move(group)),
+                       binding::Set(&SchemaNode::one_of_values, std::move(values)));
+}
+inline Trait Needs(std::string sibling) {
+  return binding::Set(&SchemaNode::needs, std::move(sibling));
+}
+inline Trait When(std::string sibling, std::vector<std::string> values) {
+  return binding::Both(binding::Set(&SchemaNode::when_key, std::move(sibling)),
+                       binding::Set(&SchemaNode::when_values, std::move(values)));
+}
+inline Trait FreeNames() { return binding::Set(&SchemaNode::free_names, true); }
+inline Trait Distinct() { return binding::Set(&SchemaNode::distinct, true); }
+Trait OrOne();  ///< of a list of numbers: one number stands for all
+template <class T>
+Trait Check(void (*function)(T&, const CheckedMap&)) {
+  return [function](SchemaNode& node) {
+    node.check_type = &typeid(T);
+    node.check = [function](void* values, const CheckedMap& map) {
+      function(*static_cast<T*>(values), map);
+    };
+  };
+}
+
 /// How a value is reached from the struct of its map. Optional members on the way are filled.
 template <class O, class V>
 struct Access {
@@ -130,7 +222,7 @@ void Read(const YamlNode& node, std::vector<T>& value) {
   for (const YamlNode& item : node.items) Read(item, value.emplace_back());
 }
 
-SchemaNode Make(SchemaNode::Type type, std::string key, std::string doc);
+SchemaNode Make(SchemaNode::Type type, std::string key);
 
 /// What the file holds for a value of type T.
 template <class T>
@@ -140,12 +232,12 @@ struct Described {
                                 : std::is_same_v<T, double>      ? SchemaNode::Type::kNumber
                                 : std::is_same_v<T, std::string> ? SchemaNode::Type::kText
                                                                  : SchemaNode::Type::kPath;
-  static SchemaNode Node() { return Make(kType, "", ""); }
+  static SchemaNode Node() { return Make(kType, ""); }
 };
 template <class T>
 struct Described<std::vector<T>> {
   static SchemaNode Node() {
-    SchemaNode node = Make(SchemaNode::Type::kList, "", "");
+    SchemaNode node = Make(SchemaNode::Type::kList, "");
     node.children = {Described<T>::Node()};
     return node;
   }
@@ -153,7 +245,7 @@ struct Described<std::vector<T>> {
 template <class T, std::size_t N>
 struct Described<std::array<T, N>> {
   static SchemaNode Node() {
-    return Described<std::vector<T>>::Node().Items(static_cast<int>(N), static_cast<int>(N));
+    return Described<std::vector<T>>::Node() | Items(static_cast<int>(N), static_cast<int>(N));
   }
 };
 template <class T>
@@ -186,17 +278,16 @@ SchemaNode Bound(SchemaNode node, Members... members) {
       access, node, [](const YamlNode& from, auto& value) { binding::Read(from, value); });
   using Value = typename decltype(access)::Value;
   if constexpr (!binding::IsOptional<Value>::value) {
-    node.Default(binding::Write(binding::InitialOf(access)));
+    Default(binding::Write(binding::InitialOf(access)))(node);
   }
   return node;
 }
 
 template <class... Members>
-SchemaNode Key(std::string key, std::string doc, Members... members) {
+SchemaNode Key(std::string key, Members... members) {
   using Value = typename decltype(binding::To(members...))::Value;
   SchemaNode node = binding::Described<Value>::Node();
   node.key = std::move(key);
-  node.doc = std::move(doc);
   return Bound(std::move(node), members...);
 }
 
@@ -207,13 +298,12 @@ using WordsOf = std::vector<std::pair<std::string, V>>;
 template <class... Members>
 SchemaNode Choice(std::string key,
                   WordsOf<typename decltype(binding::To(std::declval<Members>()...))::Value> words,
-                  std::string doc,
                   Members... members) {
   const auto access = binding::To(members...);
-  SchemaNode node = binding::Make(SchemaNode::Type::kChoice, std::move(key), std::move(doc));
+  SchemaNode node = binding::Make(SchemaNode::Type::kChoice, std::move(key));
   for (const auto& [word, value] : words) {
     node.words.push_back(word);
-    if (binding::InitialOf(access) == value) node.Default(word);
+    if (binding::InitialOf(access) == value) Default(word)(node);
   }
   binding::StoreIn(access, node, [words](const YamlNode& from, auto& member) {
     for (const auto& [word, value] : words) {
@@ -227,11 +317,10 @@ SchemaNode Choice(std::string key,
 template <class T, class... Members>
 SchemaNode Flags(std::string key,
                  std::vector<std::pair<std::string, bool T::*>> flags,
-                 std::string doc,
                  Members... members) {
   const auto access = binding::To(members...);
-  SchemaNode node = binding::Make(SchemaNode::Type::kList, std::move(key), std::move(doc));
-  SchemaNode word = binding::Make(SchemaNode::Type::kChoice, "", "");
+  SchemaNode node = binding::Make(SchemaNode::Type::kList, std::move(key));
+  SchemaNode word = binding::Make(SchemaNode::Type::kChoice, "");
   std::vector<std::string> on;
   for (const auto& [name, flag] : flags) {
     word.words.push_back(name);
@@ -244,24 +333,25 @@ SchemaNode Flags(std::string key,
           std::ranges::any_of(from.items, [&](const YamlNode& item) { return item.text == name; });
     }
   });
-  return node.Items(1, static_cast<int>(flags.size())).Distinct().Default(binding::Write(on));
+  return std::move(node) | Items(1, static_cast<int>(flags.size())) | Distinct() |
+         Default(binding::Write(on));
 }
 
 /// Degrees in the file, radians in the member.
 template <class... Members>
-SchemaNode Degrees(std::string key, std::string doc, Members... members) {
-  SchemaNode node = Key(std::move(key), std::move(doc), members...).Unit("degrees");
+SchemaNode Degrees(std::string key, Members... members) {
+  SchemaNode node = Key(std::move(key), members...) | Unit("degrees");
   binding::StoreIn(binding::To(members...), node, [](const YamlNode& from, double& angle) {
     binding::Read(from, angle);
     angle = angle * std::numbers::pi / 180.0;
   });
-  return node.Optional();
+  return std::move(node) | Optional();
 }
 
 /// "16 GiB" in the file, bytes in the member.
 template <class... Members>
-SchemaNode Bytes(std::string key, std::string doc, Members... members) {
-  SchemaNode node = Key(std::move(key), std::move(doc), members...);
+SchemaNode Bytes(std::string key, Members... members) {
+  SchemaNode node = Key(std::move(key), members...);
   node.type = SchemaNode::Type::kBytes;
   binding::StoreIn(binding::To(members...), node, [](const YamlNode& from, double& bytes) {
     bytes = ParseBytes(from).value.value_or(bytes);
@@ -271,24 +361,21 @@ SchemaNode Bytes(std::string key, std::string doc, Members... members) {
 
 /// Letters, digits, _ and -.
 template <class... Members>
-SchemaNode Name(std::string key, std::string doc, Members... members) {
-  SchemaNode node = Key(std::move(key), std::move(doc), members...);
+SchemaNode Name(std::string key, Members... members) {
+  SchemaNode node = Key(std::move(key), members...);
   node.type = SchemaNode::Type::kName;
-  return node.Optional();
+  return std::move(node) | Optional();
 }
 
 /// Keys of the same struct as those beside the map.
-SchemaNode Map(std::string key, std::vector<SchemaNode> children, std::string doc);
+SchemaNode Map(std::string key, std::vector<SchemaNode> children);
 
 /// Keys of a struct that is a member (or optional, or an alternative: a function that makes it).
 template <class... Members>
-SchemaNode MapOf(std::string key,
-                 std::vector<SchemaNode> children,
-                 std::string doc,
-                 Members... members) {
+SchemaNode MapOf(std::string key, std::vector<SchemaNode> children, Members... members) {
   const auto access = binding::To(members...);
   using Owner = typename decltype(access)::Owner;
-  SchemaNode node = Map(std::move(key), std::move(children), std::move(doc));
+  SchemaNode node = Map(std::move(key), std::move(children));
   node.owner = &typeid(Owner);
   node.target = [access](void* values, const std::string&) -> void* {
     return &binding::Filled(access.get(*static_cast<Owner*>(values)));
@@ -319,9 +406,8 @@ SchemaNode Appending(SchemaNode node, const A& access) {
 
 /// Maps with names given by the user: items of a vector of structs with a `name`.
 template <class... Members>
-SchemaNode NamedMap(
-    std::string key, std::string name, SchemaNode item, std::string doc, Members... members) {
-  SchemaNode node = binding::Make(SchemaNode::Type::kNamedMap, std::move(key), std::move(doc));
+SchemaNode NamedMap(std::string key, std::string name, SchemaNode item, Members... members) {
+  SchemaNode node = binding::Make(SchemaNode::Type::kNamedMap, std::move(key));
   item.key = std::move(name);
   node.children.push_back(std::move(item));
   return binding::Appending(std::move(node), binding::To(members...));
@@ -329,39 +415,37 @@ SchemaNode NamedMap(
 
 /// A list of maps: items of a vector of structs.
 template <class... Members>
-SchemaNode ListOf(std::string key, SchemaNode item, std::string doc, Members... members) {
-  SchemaNode node = binding::Make(SchemaNode::Type::kList, std::move(key), std::move(doc));
+SchemaNode ListOf(std::string key, SchemaNode item, Members... members) {
+  SchemaNode node = binding::Make(SchemaNode::Type::kList, std::move(key));
   node.children.push_back(std::move(item));
   return binding::Appending(std::move(node), binding::To(members...));
 }
 
 /// Alternatives, told apart by scalar, list or map.
-SchemaNode Either(std::string key, std::vector<SchemaNode> forms, std::string doc);
+SchemaNode Either(std::string key, std::vector<SchemaNode> forms);
 /// An alternative that says something by being there.
 SchemaNode Word(std::string word);
 /// Values that the check of the enclosing map reads from the node: names to look up, a small
 /// language. `node` has no members.
 SchemaNode ByCheck(SchemaNode node);
-SchemaNode TextNode(std::string key, std::string doc);
+SchemaNode TextNode(std::string key);
 /// Maps in it have keys of the same struct as those beside the list.
-SchemaNode ListNode(std::string key, SchemaNode item, std::string doc);
+SchemaNode ListNode(std::string key, SchemaNode item);
 
 /// Number that must be `version`.
-SchemaNode Version(std::string key, int version, std::string doc);
+SchemaNode Version(std::string key, int version);
 
 /// Three numbers of at least 0, linear Rec.709.
 template <class... Members>
-SchemaNode Colour(std::string key, std::string doc, Members... members) {
-  return Key(std::move(key), std::move(doc), members...).AtLeast(0.0).Unit("linear Rec.709");
+SchemaNode Colour(std::string key, Members... members) {
+  return Key(std::move(key), members...) | AtLeast(0.0) | Unit("linear Rec.709");
 }
 /// Width and height.
 template <class... Members>
-SchemaNode Size(std::string key, std::string doc, Members... members) {
+SchemaNode Size(std::string key, Members... members) {
   constexpr double kMaxSize = 32768;
-  return Key(std::move(key), std::move(doc), members...)
-      .From(1, kMaxSize)
-      .Unit("pixels: width, height")
-      .Optional();
+  return Key(std::move(key), members...) | From(1, kMaxSize) | Unit("pixels: width, height") |
+         Optional();
 }
 
 // The parts of the tree.

@@ -20,43 +20,35 @@ using renderer::SampleBudget;
 constexpr auto kRender = &ExperimentConfig::render;
 
 SchemaNode Weight(double UnknownSpec::*weight) {
-  return Key("weight", "Strength; 0 = off.", weight).AtLeast(0.0).Required();
+  return Key("weight", weight) | Doc("Strength; 0 = off.") | AtLeast(0.0) | Required();
 }
 
 SchemaNode PriorSchema() {
-  const auto weighted = [](const char* key, double UnknownSpec::*weight, const char* doc) {
-    return Map(key, {Weight(weight)}, doc).OneOf("prior");
-  };
   const SchemaNode number = binding::Described<double>::Node();
   return Map("",
-             {weighted("laplacian",
-                       &UnknownSpec::laplacian_weight,
-                       "Vertices: each near the middle of its neighbours."),
-              weighted("smooth",
-                       &UnknownSpec::smooth_weight,
-                       "Texels and vertex colours: neighbours alike."),
-              weighted("total_variation",
-                       &UnknownSpec::total_variation_weight,
-                       "Texels: neighbours alike except at edges, which stay sharp."),
-              weighted("neutral", &UnknownSpec::neutral_weight, "Texels: light near grey."),
+             {Map("laplacian", {Weight(&UnknownSpec::laplacian_weight)}) |
+                  Doc("Vertices: each near the middle of its neighbours.") | OneOf("prior"),
+              Map("smooth", {Weight(&UnknownSpec::smooth_weight)}) |
+                  Doc("Texels and vertex colours: neighbours alike.") | OneOf("prior"),
+              Map("total_variation", {Weight(&UnknownSpec::total_variation_weight)}) |
+                  Doc("Texels: neighbours alike except at edges, which stay sharp.") |
+                  OneOf("prior"),
+              Map("neutral", {Weight(&UnknownSpec::neutral_weight)}) |
+                  Doc("Texels: light near grey.") | OneOf("prior"),
               MapOf("gaussian",
                     {Bound(Either("mean",
-                                  {SchemaNode(number).Words({"start"}),
-                                   ListNode("", number, "").Items(2, 3)},
-                                  "Expected value, or one for each component; `start`: what the "
-                                  "fit begins with."),
-                           &optim::GaussianPriorSpec::mean)
-                         .Required(),
-                     Key("sigma",
-                         "How far from it the value is believed to be.",
-                         &optim::GaussianPriorSpec::sigma)
-                         .Above(0.0)
-                         .Required()},
-                    "Near a known value.",
-                    &UnknownSpec::gaussian)
-                  .OneOf("prior")},
-             "")
-      .Refuse({{"normal_consistency", "; write laplacian"}, {"binary", ""}});
+                                  {SchemaNode(number) | Words({"start"}),
+                                   ListNode("", number) | Items(2, 3)}) |
+                               Doc("Expected value, or one for each component; `start`: what the "
+                                   "fit begins with."),
+                           &optim::GaussianPriorSpec::mean) |
+                         Required(),
+                     Key("sigma", &optim::GaussianPriorSpec::sigma) |
+                         Doc("How far from it the value is believed to be.") | Above(0.0) |
+                         Required()},
+                    &UnknownSpec::gaussian) |
+                  Doc("Near a known value.") | OneOf("prior")}) |
+         Refuse({{"normal_consistency", "; write laplacian"}, {"binary", ""}});
 }
 
 void CheckStage(StageSpec& stage, const CheckedMap& map) {
@@ -73,110 +65,92 @@ void CheckStage(StageSpec& stage, const CheckedMap& map) {
 
 SchemaNode RenderSchema() {
   constexpr double kMost = 1 << 20;
-  const auto samples = [&](const char* key, const char* doc, double SampleBudget::*budget) {
-    return Key(key, doc, kRender, budget).From(0.0, kMost);
-  };
   return Map("render",
-             {Key("spp", "Samples per pixel of `pathfit render`.", kRender, &SampleBudget::spp)
-                  .From(1, kMost),
-              samples("sppe",
-                      "Samples of primary boundaries in derivatives, per pixel of their length: "
-                      "silhouettes, borders and creases as the camera sees them.",
-                      &SampleBudget::sppe),
-              samples("spp_direct",
-                      "Samples per pixel of direct boundaries: edges between a light and a surface "
-                      "(shadows).",
-                      &SampleBudget::spp_direct),
-              samples("spp_indirect",
-                      "Samples per pixel of indirect boundaries: edges between two surfaces "
-                      "(interreflections).",
-                      &SampleBudget::spp_indirect),
-              samples(
-                  "spp_pixel",
-                  "Samples per pixel of pixel boundaries: surfaces that move over the border of a "
-                  "box filter; only with `form: material`.",
-                  &SampleBudget::spp_pixel),
-              Key("max_bounces",
-                  "1 = direct light only, 0 = only what shines or is seen behind the objects.",
-                  kRender,
-                  &RenderOptions::max_bounces)
-                  .From(0, 64),
-              Key("rr_depth",
-                  "Bounces after which Russian roulette may end a path.",
-                  kRender,
-                  &RenderOptions::rr_depth)
-                  .From(1, 64),
+             {Key("spp", kRender, &SampleBudget::spp) |
+                  Doc("Samples per pixel of `pathfit render`.") | From(1, kMost),
+              Key("sppe", kRender, &SampleBudget::sppe) |
+                  Doc("Samples of primary boundaries in derivatives, per pixel of their length: "
+                      "silhouettes, borders and creases as the camera sees them.") |
+                  From(0.0, kMost),
+              Key("spp_direct", kRender, &SampleBudget::spp_direct) |
+                  Doc("Samples per pixel of direct boundaries: edges between a light and a surface "
+                      "(shadows).") |
+                  From(0.0, kMost),
+              Key("spp_indirect", kRender, &SampleBudget::spp_indirect) |
+                  Doc("Samples per pixel of indirect boundaries: edges between two surfaces "
+                      "(interreflections).") |
+                  From(0.0, kMost),
+              Key("spp_pixel", kRender, &SampleBudget::spp_pixel) |
+                  Doc("Samples per pixel of pixel boundaries: surfaces that move over the border "
+                      "of a box filter; only with `form: material`.") |
+                  From(0.0, kMost),
+              Key("max_bounces", kRender, &RenderOptions::max_bounces) |
+                  Doc("1 = direct light only, 0 = only what shines or is seen behind the "
+                      "objects.") |
+                  From(0, 64),
+              Key("rr_depth", kRender, &RenderOptions::rr_depth) |
+                  Doc("Bounces after which Russian roulette may end a path.") | From(1, 64),
               Flags<DerivativeTerms>("terms",
                                      {{"interior", &DerivativeTerms::interior},
                                       {"primary", &DerivativeTerms::primary},
                                       {"direct", &DerivativeTerms::direct},
                                       {"indirect", &DerivativeTerms::indirect},
                                       {"pixel", &DerivativeTerms::pixel}},
-                                     "Parts of the derivative that are computed. Without one of "
-                                     "them it is right only where that part is zero.",
                                      kRender,
-                                     &RenderOptions::terms),
+                                     &RenderOptions::terms) |
+                  Doc("Parts of the derivative that are computed. Without one of them it is right "
+                      "only where that part is zero."),
               Choice("form",
                      {{"image", DerivativeForm::kImage}, {"material", DerivativeForm::kMaterial}},
-                     "Where the derivative is taken of the part of a path next to the camera: "
-                     "`image`: at fixed pixels; `material`: at fixed points of the surfaces. Both "
-                     "give the same. `material` is less noisy where detailed surfaces move, much "
-                     "less with `max_bounces` above 1; `image` where cameras or plain surfaces do.",
                      kRender,
-                     &RenderOptions::form),
+                     &RenderOptions::form) |
+                  Doc("Where the derivative is taken of the part of a path next to the camera: "
+                      "`image`: at fixed pixels; `material`: at fixed points of the surfaces. Both "
+                      "give the same. `material` is less noisy where detailed surfaces move, much "
+                      "less with `max_bounces` above 1; `image` where cameras or plain surfaces "
+                      "do."),
               Choice("guiding",
                      {{"none", GuideKind::kNone},
                       {"grid", GuideKind::kGrid},
                       {"adaptive", GuideKind::kAdaptive}},
-                     "How boundary samples find what contributes: not at all, by a regular grid, "
-                     "or by one that is refined where it matters. All give the same mean.",
                      kRender,
-                     &RenderOptions::guide),
-              Key("guide_share",
-                  "Share of the boundary samples spent on building the guide.",
-                  kRender,
-                  &RenderOptions::guide_share)
-                  .Between(0.0, 1.0),
-              Key("antithetic",
-                  "Draws paths in pairs with mirrored reflections: derivatives of glossy surfaces "
-                  "by shape lose most of their noise, pictures gain nothing.",
-                  kRender,
-                  &RenderOptions::antithetic)},
-             "How pictures and derivatives are computed.")
-      .Always()
-      .Refuse({{"pixel_filter", "; photos are means over pixels, write filter in scene.sensors"},
-               {"sppse", "; write spp_direct and spp_indirect"},
-               {"sppse0", "; write spp_direct"},
-               {"sppse1", "; write spp_indirect"},
-               {"sppe0", "; write spp_pixel"},
-               {"sppp", "; write sppe"},
-               {"sppi", "; write spp_direct and spp_indirect"},
-               {"sppc", "; write spp"},
-               {"reseed", "; every round has its own samples"}});
+                     &RenderOptions::guide) |
+                  Doc("How boundary samples find what contributes: not at all, by a regular grid, "
+                      "or by one that is refined where it matters. All give the same mean."),
+              Key("guide_share", kRender, &RenderOptions::guide_share) |
+                  Doc("Share of the boundary samples spent on building the guide.") |
+                  Between(0.0, 1.0),
+              Key("antithetic", kRender, &RenderOptions::antithetic) |
+                  Doc("Draws paths in pairs with mirrored reflections: derivatives of glossy "
+                      "surfaces by shape lose most of their noise, pictures gain nothing.")}) |
+         Doc("How pictures and derivatives are computed.") | Always() |
+         Refuse({{"pixel_filter", "; photos are means over pixels, write filter in scene.sensors"},
+                 {"sppse", "; write spp_direct and spp_indirect"},
+                 {"sppse0", "; write spp_direct"},
+                 {"sppse1", "; write spp_indirect"},
+                 {"sppe0", "; write spp_pixel"},
+                 {"sppp", "; write sppe"},
+                 {"sppi", "; write spp_direct and spp_indirect"},
+                 {"sppc", "; write spp"},
+                 {"reseed", "; every round has its own samples"}});
 }
 
 SchemaNode LossSchema() {
-  return MapOf(
-             "loss",
-             {Choice("residual",
-                     {{"linear", ResidualKind::kLinear}, {"relative", ResidualKind::kRelative}},
-                     "Model minus photo, or that divided by photo + relative_floor.",
-                     &LossSpec::residual)
-                  .Refuse({{"log", ""}, {"srgb", ""}}),
-              Key("relative_floor",
-                  "Brightness below which `relative` acts like `linear`.",
-                  &LossSpec::relative_floor)
-                  .Above(0.0),
-              Map("silhouette",
-                  {Key("weight", "Of the masks against the colours.", &LossSpec::silhouette_weight)
-                       .AtLeast(0.0)},
-                  "Coverage of the model against the masks.")
-                  .Always()},
-             "What is made small.",
-             &ExperimentConfig::fit,
-             &FitSpec::loss)
-      .Always()
-      .Refuse({{"robust", ""}});
+  return MapOf("loss",
+               {Choice("residual",
+                       {{"linear", ResidualKind::kLinear}, {"relative", ResidualKind::kRelative}},
+                       &LossSpec::residual) |
+                    Doc("Model minus photo, or that divided by photo + relative_floor.") |
+                    Refuse({{"log", ""}, {"srgb", ""}}),
+                Key("relative_floor", &LossSpec::relative_floor) |
+                    Doc("Brightness below which `relative` acts like `linear`.") | Above(0.0),
+                Map("silhouette",
+                    {Key("weight", &LossSpec::silhouette_weight) |
+                     Doc("Of the masks against the colours.") | AtLeast(0.0)}) |
+                    Doc("Coverage of the model against the masks.") | Always()},
+               &ExperimentConfig::fit,
+               &FitSpec::loss) |
+         Doc("What is made small.") | Always() | Refuse({{"robust", ""}});
 }
 
 SchemaNode SolverSchema() {
@@ -186,76 +160,57 @@ SchemaNode SolverSchema() {
                       {"gram", LinearSolverChoice::kGram},
                       {"cholesky", LinearSolverChoice::kCholesky},
                       {"cgnr", LinearSolverChoice::kCgnr}},
-                     "`auto` picks by size and coupling; the log says which.",
                      &ExperimentConfig::fit,
-                     &FitSpec::linear_solver)
-                  .Refuse({{"dense_qr", "; write gram"},
-                           {"sparse_normal_cholesky", "; write cholesky"},
-                           {"iterative", "; write cgnr"}}),
-              Bytes("max_memory",
-                    "Refuse to start above this, as `16 GiB`; `none` = no limit.",
-                    &ExperimentConfig::fit,
-                    &FitSpec::max_memory_bytes)
-                  .OrWord("none"),
-              Key("threads", "`auto`: those the machine or job gives.", &ExperimentConfig::threads)
-                  .From(1, 1024)
-                  .OrWord("auto")},
-             "How the unknowns are found.")
-      .Always()
-      .Refuse({{"method", "; it is Ceres' Levenberg-Marquardt"}, {"uncertainty", ""}});
+                     &FitSpec::linear_solver) |
+                  Doc("`auto` picks by size and coupling; the log says which.") |
+                  Refuse({{"dense_qr", "; write gram"},
+                          {"sparse_normal_cholesky", "; write cholesky"},
+                          {"iterative", "; write cgnr"}}),
+              Bytes("max_memory", &ExperimentConfig::fit, &FitSpec::max_memory_bytes) |
+                  Doc("Refuse to start above this, as `16 GiB`; `none` = no limit.") |
+                  OrWord("none"),
+              Key("threads", &ExperimentConfig::threads) |
+                  Doc("`auto`: those the machine or job gives.") | From(1, 1024) |
+                  OrWord("auto")}) |
+         Doc("How the unknowns are found.") | Always() |
+         Refuse({{"method", "; it is Ceres' Levenberg-Marquardt"}, {"uncertainty", ""}});
 }
 
 SchemaNode OutputSchema() {
   return MapOf("output",
-               {Key("directory",
-                    "Made for each run; `{name}` and `{timestamp}` are replaced. Relative to this "
-                    "file, like all paths.",
-                    &OutputConfig::directory),
+               {Key("directory", &OutputConfig::directory) |
+                    Doc("Made for each run; `{name}` and `{timestamp}` are replaced. Relative to "
+                        "this file, like all paths."),
                 Map("images",
-                    {Key("every_stage",
-                         "Large pictures of held-out views after every stage, not only after the "
-                         "last one.",
-                         &OutputConfig::images_every_stage)},
-                    "Pictures of the run.")
-                    .Always()
-                    .Refuse({{"every", "; write every_stage"}, {"views", ""}, {"kinds", ""}}),
-                Key("report", "Write report.html.", &OutputConfig::report)},
-               "What a run leaves behind.",
-               &ExperimentConfig::output)
-      .Always()
-      .Refuse({{"mesh", "; glb and ply are always written"},
-               {"environment", "; exr and hdr are always written"},
-               {"checkpoint", "; one is written after every round"},
-               {"metrics", "; metrics.csv is always written"}});
+                    {Key("every_stage", &OutputConfig::images_every_stage) |
+                     Doc("Large pictures of held-out views after every stage, not only after the "
+                         "last one.")}) |
+                    Doc("Pictures of the run.") | Always() |
+                    Refuse({{"every", "; write every_stage"}, {"views", ""}, {"kinds", ""}}),
+                Key("report", &OutputConfig::report) | Doc("Write report.html.")},
+               &ExperimentConfig::output) |
+         Doc("What a run leaves behind.") | Always() |
+         Refuse({{"mesh", "; glb and ply are always written"},
+                 {"environment", "; exr and hdr are always written"},
+                 {"checkpoint", "; one is written after every round"},
+                 {"metrics", "; metrics.csv is always written"}});
 }
 
 SchemaNode GradcheckSchema() {
   constexpr auto kCheck = &GradcheckConfig::check;
   return MapOf("gradcheck",
-               {Key("params",
-                    "Names or patterns (`*`, `?`) of unknowns; empty = all.",
-                    &GradcheckConfig::params),
-                Key("step",
-                    "Of the finite difference, in units of the parameter.",
-                    kCheck,
-                    &optim::GradientCheckOptions::step)
-                    .Above(0.0),
-                Key("spp",
-                    "Samples per pixel of each replicate.",
-                    kCheck,
-                    &optim::GradientCheckOptions::render,
-                    &SampleBudget::spp)
-                    .From(1, 1 << 20),
-                Key("replicates",
-                    "Independent renderings, for the error bars.",
-                    kCheck,
-                    &optim::GradientCheckOptions::replicates)
-                    .From(2, 100000),
-                Key("sigma", "Differences beyond so many error bars fail.", &GradcheckConfig::sigma)
-                    .Above(0.0)},
-               "Settings of `pathfit gradcheck`.",
-               &ExperimentConfig::gradcheck)
-      .Always();
+               {Key("params", &GradcheckConfig::params) |
+                    Doc("Names or patterns (`*`, `?`) of unknowns; empty = all."),
+                Key("step", kCheck, &optim::GradientCheckOptions::step) |
+                    Doc("Of the finite difference, in units of the parameter.") | Above(0.0),
+                Key("spp", kCheck, &optim::GradientCheckOptions::render, &SampleBudget::spp) |
+                    Doc("Samples per pixel of each replicate.") | From(1, 1 << 20),
+                Key("replicates", kCheck, &optim::GradientCheckOptions::replicates) |
+                    Doc("Independent renderings, for the error bars.") | From(2, 100000),
+                Key("sigma", &GradcheckConfig::sigma) |
+                    Doc("Differences beyond so many error bars fail.") | Above(0.0)},
+               &ExperimentConfig::gradcheck) |
+         Doc("Settings of `pathfit gradcheck`.") | Always();
 }
 
 SchemaNode UnknownsSchema() {
@@ -263,112 +218,97 @@ SchemaNode UnknownsSchema() {
       {"displacement", ""}, {"rigid", "; free MESH.translation and MESH.rotation"}};
   const SchemaNode parametrisation =
       Either("parametrisation",
-             {Word("vertices").Refuse(elsewhere),
+             {Word("vertices") | Refuse(elsewhere),
               Map("",
                   {Map("large_steps",
-                       {Key("lambda", "Strength; 0 = off.", &UnknownSpec::large_steps_lambda)
-                            .AtLeast(0.0)
-                            .Default("19")},
-                       "Steps in the metric I + lambda L of the mesh: smooth changes come first.")
-                       .Required()},
-                  "")
-                  .Refuse(elsewhere)},
-             "Vertices: how they move.")
-          .DefaultIs("`vertices`: each alone");
-  return NamedMap(
-             "unknowns",
-             "OBJECT.PROPERTY",
-             Map("",
-                 {ByCheck(ListNode("bounds",
-                                   binding::Described<double>::Node(),
-                                   "Lower and upper limit of each number."))
-                      .OrInfinite()
-                      .Items(2, 2)
-                      .DefaultIs("by kind, see below"),
-                  Choice("transform",
-                         {{"identity", optim::Parameterization::kIdentity},
-                          {"log", optim::Parameterization::kLog}},
-                         "`log`: the logarithm is what the solver moves (never negative).",
-                         &UnknownSpec::parameterization)
-                      .DefaultIs("by kind, see below"),
-                  Key("hold", "Known to the program, never freed.", &UnknownSpec::hold),
-                  parametrisation,
-                  Choice(
-                      "mesh",
-                      {{"keep", optim::MeshDetail::kKeep}, {"levels", optim::MeshDetail::kLevels}},
-                      "Vertices. `levels`: every stage that frees them begins with a mesh of "
-                      "the same surface whose edges are some pixels long, coarser or finer than "
-                      "the one before. Meshes with borders or with textures on them stay as "
-                      "they are; the log says which.",
-                      &UnknownSpec::mesh_detail)
-                      .DefaultIs("`levels`, but `keep` for files with UVs"),
-                  ListNode("priors", PriorSchema(), "What is believed beforehand.").Default("[]")},
-                 "What may change."),
-             "What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "
-             "below.",
-             &ExperimentConfig::fit,
-             &FitSpec::unknowns)
-      .FreeNames();
+                       {Key("lambda", &UnknownSpec::large_steps_lambda) |
+                        Doc("Strength; 0 = off.") | AtLeast(0.0) | Default("19")}) |
+                   Doc("Steps in the metric I + lambda L of the mesh: smooth changes come first.") |
+                   Required()}) |
+                  Refuse(elsewhere)}) |
+      Doc("Vertices: how they move.") | DefaultIs("`vertices`: each alone");
+  return NamedMap("unknowns",
+                  "OBJECT.PROPERTY",
+                  Map("",
+                      {ByCheck(ListNode("bounds", binding::Described<double>::Node()) |
+                               Doc("Lower and upper limit of each number.")) |
+                           OrInfinite() | Items(2, 2) | DefaultIs("by kind, see below"),
+                       Choice("transform",
+                              {{"identity", optim::Parameterization::kIdentity},
+                               {"log", optim::Parameterization::kLog}},
+                              &UnknownSpec::parameterization) |
+                           Doc("`log`: the logarithm is what the solver moves (never negative).") |
+                           DefaultIs("by kind, see below"),
+                       Key("hold", &UnknownSpec::hold) | Doc("Known to the program, never freed."),
+                       parametrisation,
+                       Choice("mesh",
+                              {{"keep", optim::MeshDetail::kKeep},
+                               {"levels", optim::MeshDetail::kLevels}},
+                              &UnknownSpec::mesh_detail) |
+                           Doc("Vertices. `levels`: every stage that frees them begins with a mesh "
+                               "of the same surface whose edges are some pixels long, coarser or "
+                               "finer than the one before. Meshes with borders or with textures on "
+                               "them stay as they are; the log says which.") |
+                           DefaultIs("`levels`, but `keep` for files with UVs"),
+                       ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
+                           Default("[]")}),
+                  &ExperimentConfig::fit,
+                  &FitSpec::unknowns) |
+         Doc("What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "
+             "below.") |
+         FreeNames();
 }
 
 SchemaNode StagesSchema() {
   constexpr double kMost = 65536;
   constexpr auto kSamples = &StageSpec::samples;
-  const auto samples = [&](const char* key, const char* doc, double SampleBudget::*budget) {
-    return Key(key, doc, kSamples, budget).From(0.0, kMost);
-  };
   return ListOf(
-      "stages",
-      Map("",
-          {Name("name", "Different for every stage.", &StageSpec::name).Required(),
-           ByCheck(Either("free",
-                          {Word("all"), ListNode("", TextNode("", ""), "").Items(1, 0)},
-                          "Names of the unknowns that move; `all`: those without `hold: true`."))
-               .Required(),
-           Key("image_scale", "Size of the photos in this stage.", &StageSpec::image_scale)
-               .From(0.01, 1.0),
-           Key("max_rounds", "Solves, each with new samples.", &StageSpec::max_rounds)
-               .From(1, 10000),
-           Key("spp",
-               "Samples per pixel in the first round, of both halves together.",
-               kSamples,
-               &SampleBudget::spp)
-               .From(2, kMost),
-           Key("max_spp", "Samples per pixel that no round passes.", &StageSpec::max_spp)
-               .From(2, kMost),
-           Key("spp_growth", "Factor of spp from round to round.", &StageSpec::spp_growth)
-               .From(1.0, 10.0),
-           samples("sppe",
-                   "Samples of silhouettes, borders and creases, per pixel of their length, in the "
-                   "first round; grows as spp does, and so do the three below.",
-                   &SampleBudget::sppe),
-           samples("spp_direct",
-                   "Samples per pixel of edges that throw shadows.",
-                   &SampleBudget::spp_direct),
-           samples("spp_indirect",
-                   "Samples per pixel of edges between two surfaces.",
-                   &SampleBudget::spp_indirect),
-           samples("spp_pixel",
-                   "Samples per pixel of pixel borders; only with `form: material` in `render`.",
-                   &SampleBudget::spp_pixel),
-           Map("stop",
-               {Key("relative_cost",
-                    "End when a round lowers the averaged cost by less than this share; 0 = never.",
-                    &StageSpec::stop_relative_cost)
-                    .From(0.0, 1.0)},
-               "When to end before max_rounds.")
-               .Always()
-               .Refuse({{"gradient", ""}, {"patience", ""}})},
-          "")
-          .Refuse({{"max_iterations", "; write max_rounds"},
-                   {"views_per_step", "; every round sees all photos"},
-                   {"remesh", ""},
-                   {"schedule", ""},
-                   {"promote", ""}})
-          .Check(CheckStage),
-      "Steps of the fit, in this order; each starts from the result before it.",
-      &ExperimentConfig::fit,
-      &FitSpec::stages);
+             "stages",
+             Map("",
+                 {Name("name", &StageSpec::name) | Doc("Different for every stage.") | Required(),
+                  ByCheck(
+                      Either("free", {Word("all"), ListNode("", TextNode("")) | Items(1, 0)}) |
+                      Doc("Names of the unknowns that move; `all`: those without `hold: true`.")) |
+                      Required(),
+                  Key("image_scale", &StageSpec::image_scale) |
+                      Doc("Size of the photos in this stage.") | From(0.01, 1.0),
+                  Key("max_rounds", &StageSpec::max_rounds) |
+                      Doc("Solves, each with new samples.") | From(1, 10000),
+                  Key("spp", kSamples, &SampleBudget::spp) |
+                      Doc("Samples per pixel in the first round, of both halves together.") |
+                      From(2, kMost),
+                  Key("max_spp", &StageSpec::max_spp) |
+                      Doc("Samples per pixel that no round passes.") | From(2, kMost),
+                  Key("spp_growth", &StageSpec::spp_growth) |
+                      Doc("Factor of spp from round to round.") | From(1.0, 10.0),
+                  Key("sppe", kSamples, &SampleBudget::sppe) |
+                      Doc("Samples of silhouettes, borders and creases, per pixel of their length, "
+                          "in the first round; grows as spp does, and so do the three below.") |
+                      From(0.0, kMost),
+                  Key("spp_direct", kSamples, &SampleBudget::spp_direct) |
+                      Doc("Samples per pixel of edges that throw shadows.") | From(0.0, kMost),
+                  Key("spp_indirect", kSamples, &SampleBudget::spp_indirect) |
+                      Doc("Samples per pixel of edges between two surfaces.") | From(0.0, kMost),
+                  Key("spp_pixel", kSamples, &SampleBudget::spp_pixel) |
+                      Doc("Samples per pixel of pixel borders; only with `form: material` in "
+                          "`render`.") |
+                      From(0.0, kMost),
+                  Map("stop",
+                      {Key("relative_cost", &StageSpec::stop_relative_cost) |
+                       Doc("End when a round lowers the averaged cost by less than this share; 0 = "
+                           "never.") |
+                       From(0.0, 1.0)}) |
+                      Doc("When to end before max_rounds.") | Always() |
+                      Refuse({{"gradient", ""}, {"patience", ""}})}) |
+                 Refuse({{"max_iterations", "; write max_rounds"},
+                         {"views_per_step", "; every round sees all photos"},
+                         {"remesh", ""},
+                         {"schedule", ""},
+                         {"promote", ""}}) |
+                 Check(CheckStage),
+             &ExperimentConfig::fit,
+             &FitSpec::stages) |
+         Doc("Steps of the fit, in this order; each starts from the result before it.");
 }
 
 }  // namespace pathfit::app

@@ -16,30 +16,22 @@ Shape& Become(GeometryConfig& geometry) {
 SchemaNode PrimitiveSchema() {
   return Map("primitive",
              {MapOf("sphere",
-                    {Key("radius_m", "Radius.", &SphereGeometry::radius)
-                         .Between(0.0, kMaxLength)
-                         .Unit("metres"),
-                     Key("subdivisions",
-                         "Each adds a factor 4 of triangles to an icosahedron.",
-                         &SphereGeometry::subdivisions)
-                         .From(0, 8)},
-                    "Sphere of triangles around the origin.",
-                    Become<SphereGeometry>)
-                  .OneOf("primitive"),
-              MapOf("rectangle",
-                    {},
-                    "[-1, 1]² in the plane z = 0, seen from +z.",
-                    Become<RectangleGeometry>)
-                  .OneOf("primitive"),
-              MapOf("cube", {}, "[-1, 1]³.", Become<CubeGeometry>).OneOf("primitive"),
+                    {Key("radius_m", &SphereGeometry::radius) | Doc("Radius.") |
+                         Between(0.0, kMaxLength) | Unit("metres"),
+                     Key("subdivisions", &SphereGeometry::subdivisions) |
+                         Doc("Each adds a factor 4 of triangles to an icosahedron.") | From(0, 8)},
+                    Become<SphereGeometry>) |
+                  Doc("Sphere of triangles around the origin.") | OneOf("primitive"),
+              MapOf("rectangle", {}, Become<RectangleGeometry>) |
+                  Doc("[-1, 1]² in the plane z = 0, seen from +z.") | OneOf("primitive"),
+              MapOf("cube", {}, Become<CubeGeometry>) | Doc("[-1, 1]³.") | OneOf("primitive"),
               MapOf("disk",
-                    {Key("segments", "Corners on the circle.", &DiskGeometry::segments)
-                         .From(3, 65536)},
-                    "Radius 1 around the origin in the plane z = 0, seen from +z.",
-                    Become<DiskGeometry>)
-                  .OneOf("primitive")},
-             "A simple shape with UVs; size and place come from `transform`.")
-      .OneOf("shape");
+                    {Key("segments", &DiskGeometry::segments) | Doc("Corners on the circle.") |
+                     From(3, 65536)},
+                    Become<DiskGeometry>) |
+                  Doc("Radius 1 around the origin in the plane z = 0, seen from +z.") |
+                  OneOf("primitive")}) |
+         Doc("A simple shape with UVs; size and place come from `transform`.") | OneOf("shape");
 }
 
 void CheckInlineMesh(InlineGeometry& mesh, const CheckedMap& map) {
@@ -70,42 +62,33 @@ void CheckInlineMesh(InlineGeometry& mesh, const CheckedMap& map) {
 }
 
 SchemaNode InlineMeshSchema() {
-  return MapOf("mesh",
-               {Point("vertices", "Positions.", &InlineGeometry::vertices).Items(3, 0).Required(),
-                Key("triangles",
-                    "Three vertex numbers each, counted from 0, counter-clockwise from outside.",
-                    &InlineGeometry::triangles)
-                    .From(0, 2147483647)
-                    .Items(1, 0)
-                    .Required(),
-                Key("colors", "One per vertex.", &InlineGeometry::colors)
-                    .AtLeast(0.0)
-                    .Unit("linear Rec.709")
-                    .Optional(),
-                Key("normals",
-                    "One per vertex; their length does not matter.",
-                    &InlineGeometry::normals)
-                    .Optional(),
-                Key("uvs",
-                    "One per vertex; 0, 0 is the bottom-left corner of a texture.",
-                    &InlineGeometry::uvs)
-                    .Optional()},
-               "A mesh written here.",
-               Become<InlineGeometry>)
-      .OneOf("shape")
-      .Check(CheckInlineMesh);
+  return MapOf(
+             "mesh",
+             {Point("vertices", &InlineGeometry::vertices) | Doc("Positions.") | Items(3, 0) |
+                  Required(),
+              Key("triangles", &InlineGeometry::triangles) |
+                  Doc("Three vertex numbers each, counted from 0, counter-clockwise from "
+                      "outside.") |
+                  From(0, 2147483647) | Items(1, 0) | Required(),
+              Key("colors", &InlineGeometry::colors) | Doc("One per vertex.") | AtLeast(0.0) |
+                  Unit("linear Rec.709") | Optional(),
+              Key("normals", &InlineGeometry::normals) |
+                  Doc("One per vertex; their length does not matter.") | Optional(),
+              Key("uvs", &InlineGeometry::uvs) |
+                  Doc("One per vertex; 0, 0 is the bottom-left corner of a texture.") | Optional()},
+             Become<InlineGeometry>) |
+         Doc("A mesh written here.") | OneOf("shape") | Check(CheckInlineMesh);
 }
 
 SchemaNode TransformSchema() {
-  return MapOf(
-      "transform",
-      {Key("scale", "Factor, or one for each axis; applied first.", &TransformConfig::scale)
-           .Between(0.0, kMaxLength)
-           .OrOne(),
-       Rotation<TransformConfig>("Applied second."),
-       Point("translate_m", "Applied last.", &TransformConfig::translate)},
-      "From the mesh's own frame to the world.",
-      &GeometryConfig::transform);
+  return MapOf("transform",
+               {Key("scale", &TransformConfig::scale) |
+                    Doc("Factor, or one for each axis; applied first.") | Between(0.0, kMaxLength) |
+                    OrOne(),
+                Rotation<TransformConfig>("Applied second."),
+                Point("translate_m", &TransformConfig::translate) | Doc("Applied last.")},
+               &GeometryConfig::transform) |
+         Doc("From the mesh's own frame to the world.");
 }
 
 /// Unless they are to be repaired.
@@ -142,63 +125,54 @@ void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
 
 SchemaNode GeometrySchema() {
   using Normals = GeometryConfig::Normals;
-  SchemaNode group = binding::Make(SchemaNode::Type::kName, "USEMTL", "One of `scene.materials`.");
-  SchemaNode groups = ByCheck(binding::Make(
-      SchemaNode::Type::kNamedMap,
-      "materials",
-      "Materials of an OBJ file by the names of its `usemtl` lines; what is not named here has "
-      "`material`. Each becomes a mesh of its own, called `MESH-USEMTL`; they should meet at "
-      "creases, not on smooth surfaces."));
+  SchemaNode group =
+      binding::Make(SchemaNode::Type::kName, "USEMTL") | Doc("One of `scene.materials`.");
+  SchemaNode groups =
+      ByCheck(binding::Make(SchemaNode::Type::kNamedMap, "materials") |
+              Doc("Materials of an OBJ file by the names of its `usemtl` lines; what is not named "
+                  "here has `material`. Each becomes a mesh of its own, called `MESH-USEMTL`; they "
+                  "should meet at creases, not on smooth surfaces."));
   groups.children = {group};
-  return NamedMap(
-             "geometry",
-             "MESH",
-             Map("",
-                 {Key("file",
-                      renderer::MeshFormatNames() + ".",
-                      [](GeometryConfig& g) -> std::filesystem::path& {
-                        return Become<FileGeometry>(g).path;
-                      })
-                      .OneOf("shape"),
-                  PrimitiveSchema(),
-                  InlineMeshSchema(),
-                  MapOf("visual_hull",
-                        {Key("resolution",
-                             "Cells along the longest side of the box.",
-                             &VisualHullGeometry::resolution)
-                             .From(8, 1024)},
-                        "Carved from the masks.",
-                        Become<VisualHullGeometry>)
-                      .OneOf("shape"),
-                  Name("material", "One of `scene.materials`.", &GeometryConfig::material)
-                      .Required(),
-                  groups.FreeNames().Needs("file"),
-                  Choice("normals",
-                         {{"file", Normals::kFile},
-                          {"flat", Normals::kFlat},
-                          {"smooth", Normals::kSmooth}},
-                         "How triangles are shaded: by the normals of the file (or of `mesh`) if "
-                         "there are any, else flat; `flat`: each by its own; `smooth`: by "
-                         "interpolated normals of the vertices.",
-                         &GeometryConfig::normals)
-                      .DefaultIs("`file`; `flat` where `MESH.vertices` is unknown"),
-                  Key("repair",
-                      "Mend what else is refused (not manifold, degenerate, inconsistently wound) "
-                      "and say what was mended.",
-                      &GeometryConfig::repair),
-                  TransformSchema(),
-                  Point("pivot_m",
-                        "What `MESH.rotation` and `MESH.scale` turn and grow about, in the world.",
-                        &GeometryConfig::pivot)
-                      .DefaultIs("middle of the bounding box")},
-                 "A mesh.")
-                 .Check(CheckGeometry)
-                 .Refuse({{"uv", "; UVs come from the file or from `mesh.uvs`"},
-                          {"from_points", "; write visual_hull, or give a file"}}),
-             "What is in the scene.",
-             &ExperimentConfig::geometry)
-      .Required()
-      .Items(1, 0);
+  return NamedMap("geometry",
+                  "MESH",
+                  Map("",
+                      {Key("file",
+                           [](GeometryConfig& g) -> std::filesystem::path& {
+                             return Become<FileGeometry>(g).path;
+                           }) |
+                           Doc(renderer::MeshFormatNames() + ".") | OneOf("shape"),
+                       PrimitiveSchema(),
+                       InlineMeshSchema(),
+                       MapOf("visual_hull",
+                             {Key("resolution", &VisualHullGeometry::resolution) |
+                              Doc("Cells along the longest side of the box.") | From(8, 1024)},
+                             Become<VisualHullGeometry>) |
+                           Doc("Carved from the masks.") | OneOf("shape"),
+                       Name("material", &GeometryConfig::material) |
+                           Doc("One of `scene.materials`.") | Required(),
+                       groups | FreeNames() | Needs("file"),
+                       Choice("normals",
+                              {{"file", Normals::kFile},
+                               {"flat", Normals::kFlat},
+                               {"smooth", Normals::kSmooth}},
+                              &GeometryConfig::normals) |
+                           Doc("How triangles are shaded: by the normals of the file (or of "
+                               "`mesh`) if there are any, else flat; `flat`: each by its own; "
+                               "`smooth`: by interpolated normals of the vertices.") |
+                           DefaultIs("`file`; `flat` where `MESH.vertices` is unknown"),
+                       Key("repair", &GeometryConfig::repair) |
+                           Doc("Mend what else is refused (not manifold, degenerate, "
+                               "inconsistently wound) and say what was mended."),
+                       TransformSchema(),
+                       Point("pivot_m", &GeometryConfig::pivot) |
+                           Doc("What `MESH.rotation` and `MESH.scale` turn and grow about, in the "
+                               "world.") |
+                           DefaultIs("middle of the bounding box")}) |
+                      Check(CheckGeometry) |
+                      Refuse({{"uv", "; UVs come from the file or from `mesh.uvs`"},
+                              {"from_points", "; write visual_hull, or give a file"}}),
+                  &ExperimentConfig::geometry) |
+         Doc("What is in the scene.") | Required() | Items(1, 0);
 }
 
 }  // namespace pathfit::app

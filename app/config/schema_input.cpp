@@ -24,127 +24,93 @@ WordsOf<std::string> CameraFormats() {
 }
 
 SchemaNode CamerasSchema() {
-  return MapOf(
-             "cameras",
-             {Key("path",
-                  "`transforms.json`, or the folder of a COLMAP text model.",
-                  &ObservationOptions::cameras)
-                  .Required(),
-              Choice("format",
-                     CameraFormats(),
-                     "Kind of the camera file.",
-                     &ObservationOptions::camera_format)
-                  .Refuse({{"bundler", ""}, {"opencv", ""}, {"list", ""}}),
-              Choice(
-                  "distortion",
-                  {{"model", DistortionPolicy::kModel}, {"refuse", DistortionPolicy::kRefuse}},
-                  "`model`: rays are bent as the lens does; `refuse`: a camera with distortion is "
-                  "an error.",
-                  &ObservationOptions::distortion)
-                  .Refuse({{"undistort", "; write model, which needs no resampled photos"}}),
-              Choice("orientation",
-                     {{"sensor", false}, {"exif", true}},
-                     "`sensor`: pixels as stored, which is what camera programs work on; `exif`: "
-                     "turned as the EXIF tag says.",
-                     &ObservationOptions::apply_exif_orientation)},
-             "Where the photos were taken from, and through what lens.",
-             kPhotos)
-      .Required()
-      .Refuse({{"refine", "; free camera.position and camera.rotation in unknowns"},
-               {"scale", "; scale the camera file instead"},
-               {"up", ""}});
+  return MapOf("cameras",
+               {Key("path", &ObservationOptions::cameras) |
+                    Doc("`transforms.json`, or the folder of a COLMAP text model.") | Required(),
+                Choice("format", CameraFormats(), &ObservationOptions::camera_format) |
+                    Doc("Kind of the camera file.") |
+                    Refuse({{"bundler", ""}, {"opencv", ""}, {"list", ""}}),
+                Choice("distortion",
+                       {{"model", DistortionPolicy::kModel}, {"refuse", DistortionPolicy::kRefuse}},
+                       &ObservationOptions::distortion) |
+                    Doc("`model`: rays are bent as the lens does; `refuse`: a camera with "
+                        "distortion is an error.") |
+                    Refuse({{"undistort", "; write model, which needs no resampled photos"}}),
+                Choice("orientation",
+                       {{"sensor", false}, {"exif", true}},
+                       &ObservationOptions::apply_exif_orientation) |
+                    Doc("`sensor`: pixels as stored, which is what camera programs work on; "
+                        "`exif`: turned as the EXIF tag says.")},
+               kPhotos) |
+         Doc("Where the photos were taken from, and through what lens.") | Required() |
+         Refuse({{"refine", "; free camera.position and camera.rotation in unknowns"},
+                 {"scale", "; scale the camera file instead"},
+                 {"up", ""}});
 }
 
 // Not of MaskOptions alone: what is the default is that of InputConfig.
 SchemaNode MasksSchema() {
   constexpr auto kMasks = &ObservationOptions::masks;
-  return Map(
-      "masks",
-      {Key("path",
-           "Folder with `a.jpg.png`, `a.png` or `a.mask.png` for the photo `a.jpg`, or `alpha`: "
-           "the photos' own alpha channel.",
-           kPhotos,
-           kMasks,
-           &MaskOptions::folder)
-           .Words({"alpha"})
-           .DefaultIs("as the camera file names them, else alpha"),
-       Choice(
-           "meaning",
-           {{"silhouette", MaskMeaning::kSilhouette}, {"ignore", MaskMeaning::kIgnore}},
-           "Black means: the object is not there (`silhouette`), or nothing is known (`ignore`).",
-           kPhotos,
-           kMasks,
-           &MaskOptions::meaning),
-       Key("invert",
-           "The files have white where black is meant.",
-           kPhotos,
-           kMasks,
-           &MaskOptions::invert),
-       Key("erode_px",
-           "Width of the rim around the mask's edge that is not used.",
-           kPhotos,
-           kMasks,
-           &MaskOptions::erode_px)
-           .From(0, 100)
-           .Unit("pixels"),
-       Choice("require",
-              {{"all", MaskRequirement::kAll},
-               {"some", MaskRequirement::kSome},
-               {"none", MaskRequirement::kNone}},
-              "Which photos must have a mask.",
-              kPhotos,
-              kMasks,
-              &MaskOptions::require)},
-      "Where the object is in each photo. Absent: the photos are used whole.");
+  return Map("masks",
+             {Key("path", kPhotos, kMasks, &MaskOptions::folder) |
+                  Doc("Folder with `a.jpg.png`, `a.png` or `a.mask.png` for the photo `a.jpg`, or "
+                      "`alpha`: the photos' own alpha channel.") |
+                  Words({"alpha"}) | DefaultIs("as the camera file names them, else alpha"),
+              Choice("meaning",
+                     {{"silhouette", MaskMeaning::kSilhouette}, {"ignore", MaskMeaning::kIgnore}},
+                     kPhotos,
+                     kMasks,
+                     &MaskOptions::meaning) |
+                  Doc("Black means: the object is not there (`silhouette`), or nothing is known "
+                      "(`ignore`)."),
+              Key("invert", kPhotos, kMasks, &MaskOptions::invert) |
+                  Doc("The files have white where black is meant."),
+              Key("erode_px", kPhotos, kMasks, &MaskOptions::erode_px) |
+                  Doc("Width of the rim around the mask's edge that is not used.") | From(0, 100) |
+                  Unit("pixels"),
+              Choice("require",
+                     {{"all", MaskRequirement::kAll},
+                      {"some", MaskRequirement::kSome},
+                      {"none", MaskRequirement::kNone}},
+                     kPhotos,
+                     kMasks,
+                     &MaskOptions::require) |
+                  Doc("Which photos must have a mask.")}) |
+         Doc("Where the object is in each photo. Absent: the photos are used whole.");
 }
 
 SchemaNode ColourSchema() {
-  return MapOf(
-             "colour",
-             {Choice(
-                  "transfer",
-                  {{"auto", Transfer::kAuto},
-                   {"srgb", Transfer::kSrgb},
-                   {"linear", Transfer::kLinear}},
-                  "What the numbers in the files mean; `auto`: 8 and 16 bit are sRGB, EXR and HDR "
-                  "linear.",
-                  &ObservationOptions::transfer)
-                  .Refuse({{"rec709", ""}, {"gamma", ""}}),
-              Key("clip_above",
-                  "Brighter pixels (share of the file's range) count as clipped: they may pull the "
-                  "model up, never down. 1 = none.",
-                  &ObservationOptions::clip_above)
-                  .From(0.5, 1.0)},
-             "From file values to light.",
-             kPhotos)
-      .Always()
-      .Refuse({{"working", "; it is linear Rec.709"}, {"white_balance", ""}, {"grey_card", ""}});
+  return MapOf("colour",
+               {Choice("transfer",
+                       {{"auto", Transfer::kAuto},
+                        {"srgb", Transfer::kSrgb},
+                        {"linear", Transfer::kLinear}},
+                       &ObservationOptions::transfer) |
+                    Doc("What the numbers in the files mean; `auto`: 8 and 16 bit are sRGB, EXR "
+                        "and HDR linear.") |
+                    Refuse({{"rec709", ""}, {"gamma", ""}}),
+                Key("clip_above", &ObservationOptions::clip_above) |
+                    Doc("Brighter pixels (share of the file's range) count as clipped: they may "
+                        "pull the model up, never down. 1 = none.") |
+                    From(0.5, 1.0)},
+               kPhotos) |
+         Doc("From file values to light.") | Always() |
+         Refuse({{"working", "; it is linear Rec.709"}, {"white_balance", ""}, {"grey_card", ""}});
 }
 
 SchemaNode ExposureSchema() {
   return Map("exposure",
-             {Choice("model",
-                     {{"none", false}, {"gain", true}},
-                     "`gain`: each photo has its own brightness factor.",
-                     &InputConfig::exposure_gain)
-                  .Refuse({{"gain_rgb", "; write gain"}, {"gain_rgb_vignette", "; write gain"}}),
-              Key("prior_sigma_ev",
-                  "How far from 0 an exposure is believed to be.",
-                  &InputConfig::exposure,
-                  &optim::ExposurePrior::sigma_ev)
-                  .Above(0.0)
-                  .Unit("EV"),
-              Key("max_ev",
-                  "Largest magnitude.",
-                  &InputConfig::exposure,
-                  &optim::ExposurePrior::max_ev)
-                  .Above(0.0)
-                  .Unit("EV")},
-             "Differences of exposure between the photos; their mean is kept.")
-      .Always()
-      .Refuse({{"init", "; all start at 0 EV"},
-               {"gauge", "; the mean is kept at 0 EV"},
-               {"bounds_ev", "; write max_ev"}});
+             {Choice("model", {{"none", false}, {"gain", true}}, &InputConfig::exposure_gain) |
+                  Doc("`gain`: each photo has its own brightness factor.") |
+                  Refuse({{"gain_rgb", "; write gain"}, {"gain_rgb_vignette", "; write gain"}}),
+              Key("prior_sigma_ev", &InputConfig::exposure, &optim::ExposurePrior::sigma_ev) |
+                  Doc("How far from 0 an exposure is believed to be.") | Above(0.0) | Unit("EV"),
+              Key("max_ev", &InputConfig::exposure, &optim::ExposurePrior::max_ev) |
+                  Doc("Largest magnitude.") | Above(0.0) | Unit("EV")}) |
+         Doc("Differences of exposure between the photos; their mean is kept.") | Always() |
+         Refuse({{"init", "; all start at 0 EV"},
+                 {"gauge", "; the mean is kept at 0 EV"},
+                 {"bounds_ev", "; write max_ev"}});
 }
 
 // The number of "every 8".
@@ -190,31 +156,25 @@ void CheckInput(InputConfig& input, const CheckedMap& map) {
 
 SchemaNode InputSchema() {
   return MapOf("input",
-               {Key("images", "Folder of the photos.", kPhotos, &ObservationOptions::images_dir)
-                    .DefaultIs("as the camera file says"),
+               {Key("images", kPhotos, &ObservationOptions::images_dir) |
+                    Doc("Folder of the photos.") | DefaultIs("as the camera file says"),
                 CamerasSchema(),
                 MasksSchema(),
                 ColourSchema(),
                 ExposureSchema(),
                 Map("split",
-                    {ByCheck(
-                         Either("validation",
-                                {TextNode("", ""), ListNode("", TextNode("", ""), "").Items(1, 0)},
-                                "Photos that are never fitted and always reported: `every N` (by "
-                                "name, the first included), a list of file names, or `none`."))
-                         .Default(fmt::format("every {}", ObservationOptions{}.validation_every))},
-                    "Which photos are held out.")
-                    .Always(),
-                Key("max_size_px",
-                    "Longest side of the photos after area averaging; `none` = as they are.",
-                    kPhotos,
-                    &ObservationOptions::max_size_px)
-                    .From(16, 65536)
-                    .Unit("pixels")
-                    .OrWord("none")},
-               "The photos. Absent for a scene that is described completely here.",
-               &ExperimentConfig::input)
-      .Check(CheckInput);
+                    {ByCheck(Either("validation",
+                                    {TextNode(""), ListNode("", TextNode("")) | Items(1, 0)}) |
+                             Doc("Photos that are never fitted and always reported: `every N` (by "
+                                 "name, the first included), a list of file names, or `none`.")) |
+                     Default(fmt::format("every {}", ObservationOptions{}.validation_every))}) |
+                    Doc("Which photos are held out.") | Always(),
+                Key("max_size_px", kPhotos, &ObservationOptions::max_size_px) |
+                    Doc("Longest side of the photos after area averaging; `none` = as they are.") |
+                    From(16, 65536) | Unit("pixels") | OrWord("none")},
+               &ExperimentConfig::input) |
+         Doc("The photos. Absent for a scene that is described completely here.") |
+         Check(CheckInput);
 }
 
 }  // namespace pathfit::app

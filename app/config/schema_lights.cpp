@@ -56,125 +56,94 @@ void CheckLight(LightConfig& light, const CheckedMap& map) {
 
 SchemaNode LightsSchema() {
   return NamedMap(
-      "lights",
-      "LIGHT",
-      Map("",
-          {Choice(
-               "type",
-               {{"envmap", Type::kEnvironment},
-                {"constant", Type::kConstant},
-                {"point", Type::kPoint},
-                {"directional", Type::kDirectional},
-                {"spot", Type::kSpot},
-                {"projector", Type::kProjector},
-                {"area", Type::kArea},
-                {"rectangle", Type::kArea}},
-               "`envmap`: picture of all directions; `constant`: the same from everywhere; "
-               "`spot`: point light with a cone; `projector`: casts a texture like a slide; "
-               "`area`: a mesh that shines; `rectangle`: a black sheet that shines, with a place "
-               "of its own, a mesh and a material of the light's name: derivatives by its place "
-               "and shape are those of LIGHT.translation, LIGHT.rotation, LIGHT.scale and "
-               "LIGHT.vertices.",
-               &LightConfig::type)
-               .Required(),
-           Key("file", "Latitude-longitude picture, EXR or HDR.", &LightConfig::file)
-               .OneOf("source")
-               .When("type", {"envmap"}),
-           Size("size_px", "Size of an environment without file.", &LightConfig::size_px)
-               .OneOf("source")
-               .When("type", {"envmap"}),
-           Map("init",
-               {Colour("constant", "Every texel.", &LightConfig::init).From(0.0, kMaxRadiance)},
-               "What the environment starts from.")
-               .Always()
-               .Needs("size_px")
-               .When("type", {"envmap"}),
-           Name("mesh",
-                "One of `scene.geometry`; it shines where its normals point to.",
-                &LightConfig::mesh)
-               .Required()
-               .When("type", {"area"}),
-           Light("radiance", "W/(sr m²), relative", "Radiance.", &LightConfig::intensity)
-               .When("type", {"constant", "area", "rectangle"}),
-           Name("texture",
-                "One of `scene.textures`: the projected picture, or a factor on the radiance of "
-                "the mesh by its UVs, which run once over a rectangle.",
-                &LightConfig::texture)
-               .RequiredFor({"projector"})
-               .When("type", {"projector", "area", "rectangle"}),
-           Key("two_sided", "The mesh shines from both sides.", &LightConfig::two_sided)
-               .When("type", {"area", "rectangle"}),
-           Key("visible",
-               "Seen behind the objects (else black there, without coverage).",
-               &LightConfig::visible)
-               .When("type", {"envmap", "constant"}),
-           Point("position_m",
-                 "Place of the light; the middle of a rectangle.",
-                 &LightConfig::position)
-               .Required()
-               .When("type", {"point", "spot", "projector", "rectangle"}),
-           Key("width_m", "Along x, before `rotate`.", &LightConfig::width_m)
-               .Between(0.0, 1e9)
-               .Unit("metres")
-               .Required()
-               .When("type", {"rectangle"}),
-           Key("height_m", "Along y, before `rotate`.", &LightConfig::height_m)
-               .Between(0.0, 1e9)
-               .Unit("metres")
-               .Required()
-               .When("type", {"rectangle"}),
-           Point("target_m", "What is in the middle of the cone or picture.", &LightConfig::target)
-               .OneOf("aim")
-               .When("type", {"spot", "projector"}),
-           Key("direction",
-               "Where the light goes; its length does not matter.",
-               &LightConfig::direction)
-               .OneOf("aim")
-               .When("type", {"directional", "spot", "projector"}),
-           Key("up", "What is up in the projected picture.", &LightConfig::up)
-               .When("type", {"projector"}),
-           Rotation<LightConfig>(
-               "Turns the light, after `direction` or `target_m`; a rectangle shines along +z "
-               "without it.")
-               .When("type", {"envmap", "directional", "spot", "projector", "rectangle"}),
-           Degrees("outer_deg",
-                   "Angle from the axis beyond which a spot gives no light.",
-                   &LightConfig::outer_angle)
-               .Between(0.0, 90.0)
-               .Required()
-               .When("type", {"spot"}),
-           Degrees("inner_deg",
-                   "Angle from the axis up to which it gives its full intensity.",
-                   &LightConfig::inner_angle)
-               .From(0.0, 90.0)
-               .DefaultIs("3/4 of `outer_deg`")
-               .When("type", {"spot"}),
-           Degrees("fov_deg", "Angle of the projected picture.", &LightConfig::fov)
-               .Between(0.0, 180.0)
-               .Required()
-               .When("type", {"projector"}),
-           Choice("fov_axis",
-                  FovAxes(),
-                  "Along which side of the picture `fov_deg` is measured.",
-                  &LightConfig::fov_axis)
-               .When("type", {"projector"}),
-           Light("intensity",
-                 "1, or W/sr",
-                 "Factor of an environment or of a projected picture; radiant intensity of a "
-                 "point light or spot.",
-                 &LightConfig::intensity)
-               .When("type", {"envmap", "point", "spot", "projector"}),
-           Light("irradiance", "W/m²", "On a surface facing the light.", &LightConfig::intensity)
-               .When("type", {"directional"}),
-           Choice("frame",
-                  {{"world", false}, {"camera", true}},
-                  "`camera`: the light goes with the camera, as for an object on a turntable.",
-                  &LightConfig::camera_frame)
-               .When("type", {"envmap", "constant", "point", "directional", "spot", "projector"})},
-          "A light.")
-          .Check(CheckLight),
-      "What shines. At most one `envmap` or `constant`.",
-      &ExperimentConfig::lights);
+             "lights",
+             "LIGHT",
+             Map("",
+                 {Choice("type",
+                         {{"envmap", Type::kEnvironment},
+                          {"constant", Type::kConstant},
+                          {"point", Type::kPoint},
+                          {"directional", Type::kDirectional},
+                          {"spot", Type::kSpot},
+                          {"projector", Type::kProjector},
+                          {"area", Type::kArea},
+                          {"rectangle", Type::kArea}},
+                         &LightConfig::type) |
+                      Doc("`envmap`: picture of all directions; `constant`: the same from "
+                          "everywhere; `spot`: point light with a cone; `projector`: casts a "
+                          "texture like a slide; `area`: a mesh that shines; `rectangle`: a black "
+                          "sheet that shines, with a place of its own, a mesh and a material of "
+                          "the light's name: derivatives by its place and shape are those of "
+                          "LIGHT.translation, LIGHT.rotation, LIGHT.scale and LIGHT.vertices.") |
+                      Required(),
+                  Key("file", &LightConfig::file) | Doc("Latitude-longitude picture, EXR or HDR.") |
+                      OneOf("source") | When("type", {"envmap"}),
+                  Size("size_px", &LightConfig::size_px) |
+                      Doc("Size of an environment without file.") | OneOf("source") |
+                      When("type", {"envmap"}),
+                  Map("init",
+                      {Colour("constant", &LightConfig::init) | Doc("Every texel.") |
+                       From(0.0, kMaxRadiance)}) |
+                      Doc("What the environment starts from.") | Always() | Needs("size_px") |
+                      When("type", {"envmap"}),
+                  Name("mesh", &LightConfig::mesh) |
+                      Doc("One of `scene.geometry`; it shines where its normals point to.") |
+                      Required() | When("type", {"area"}),
+                  Light("radiance", "W/(sr m²), relative", &LightConfig::intensity) |
+                      Doc("Radiance.") | When("type", {"constant", "area", "rectangle"}),
+                  Name("texture", &LightConfig::texture) |
+                      Doc("One of `scene.textures`: the projected picture, or a factor on the "
+                          "radiance of the mesh by its UVs, which run once over a rectangle.") |
+                      RequiredFor({"projector"}) | When("type", {"projector", "area", "rectangle"}),
+                  Key("two_sided", &LightConfig::two_sided) |
+                      Doc("The mesh shines from both sides.") | When("type", {"area", "rectangle"}),
+                  Key("visible", &LightConfig::visible) |
+                      Doc("Seen behind the objects (else black there, without coverage).") |
+                      When("type", {"envmap", "constant"}),
+                  Point("position_m", &LightConfig::position) |
+                      Doc("Place of the light; the middle of a rectangle.") | Required() |
+                      When("type", {"point", "spot", "projector", "rectangle"}),
+                  Key("width_m", &LightConfig::width_m) | Doc("Along x, before `rotate`.") |
+                      Between(0.0, 1e9) | Unit("metres") | Required() | When("type", {"rectangle"}),
+                  Key("height_m", &LightConfig::height_m) | Doc("Along y, before `rotate`.") |
+                      Between(0.0, 1e9) | Unit("metres") | Required() | When("type", {"rectangle"}),
+                  Point("target_m", &LightConfig::target) |
+                      Doc("What is in the middle of the cone or picture.") | OneOf("aim") |
+                      When("type", {"spot", "projector"}),
+                  Key("direction", &LightConfig::direction) |
+                      Doc("Where the light goes; its length does not matter.") | OneOf("aim") |
+                      When("type", {"directional", "spot", "projector"}),
+                  Key("up", &LightConfig::up) | Doc("What is up in the projected picture.") |
+                      When("type", {"projector"}),
+                  Rotation<LightConfig>("Turns the light, after `direction` or `target_m`; a "
+                                        "rectangle shines along +z without it.") |
+                      When("type", {"envmap", "directional", "spot", "projector", "rectangle"}),
+                  Degrees("outer_deg", &LightConfig::outer_angle) |
+                      Doc("Angle from the axis beyond which a spot gives no light.") |
+                      Between(0.0, 90.0) | Required() | When("type", {"spot"}),
+                  Degrees("inner_deg", &LightConfig::inner_angle) |
+                      Doc("Angle from the axis up to which it gives its full intensity.") |
+                      From(0.0, 90.0) | DefaultIs("3/4 of `outer_deg`") | When("type", {"spot"}),
+                  Degrees("fov_deg", &LightConfig::fov) | Doc("Angle of the projected picture.") |
+                      Between(0.0, 180.0) | Required() | When("type", {"projector"}),
+                  Choice("fov_axis", FovAxes(), &LightConfig::fov_axis) |
+                      Doc("Along which side of the picture `fov_deg` is measured.") |
+                      When("type", {"projector"}),
+                  Light("intensity", "1, or W/sr", &LightConfig::intensity) |
+                      Doc("Factor of an environment or of a projected picture; radiant intensity "
+                          "of a point light or spot.") |
+                      When("type", {"envmap", "point", "spot", "projector"}),
+                  Light("irradiance", "W/m²", &LightConfig::intensity) |
+                      Doc("On a surface facing the light.") | When("type", {"directional"}),
+                  Choice(
+                      "frame", {{"world", false}, {"camera", true}}, &LightConfig::camera_frame) |
+                      Doc("`camera`: the light goes with the camera, as for an object on a "
+                          "turntable.") |
+                      When("type",
+                           {"envmap", "constant", "point", "directional", "spot", "projector"})}) |
+                 Check(CheckLight),
+             &ExperimentConfig::lights) |
+         Doc("What shines. At most one `envmap` or `constant`.");
 }
 
 }  // namespace pathfit::app

@@ -22,8 +22,8 @@ SchemaNode GltfConstant(ParameterKind kind,
                         double MetallicRoughnessBsdf::*member,
                         const char* doc) {
   const renderer::ParameterTraits& traits = renderer::TraitsOf(kind);
-  return Key(traits.property, doc, &MaterialConfig::gltf, member)
-      .From(traits.smallest, traits.largest);
+  return Key(traits.property, &MaterialConfig::gltf, member) | Doc(doc) |
+         From(traits.smallest, traits.largest);
 }
 
 /// The same, or a texture.
@@ -31,44 +31,33 @@ SchemaNode GltfInput(ParameterKind kind,
                      double MetallicRoughnessBsdf::*member,
                      std::string MaterialConfig::*texture,
                      const char* doc) {
-  SchemaNode constant = GltfConstant(kind, member, "The same everywhere.").OneOf("source");
+  SchemaNode constant = GltfConstant(kind, member, "The same everywhere.") | OneOf("source");
   const std::string key = std::exchange(constant.key, "constant");
   return Map(key,
              {constant,
-              Name("texture", "One of `scene.textures`, by the mesh's UVs.", texture)
-                  .OneOf("source")},
-             doc)
-      .Default(fmt::format("{{constant: {}}}", MetallicRoughnessBsdf{}.*member));
+              Name("texture", texture) | Doc("One of `scene.textures`, by the mesh's UVs.") |
+                  OneOf("source")}) |
+         Doc(doc) | Default(fmt::format("{{constant: {}}}", MetallicRoughnessBsdf{}.*member));
 }
 
 SchemaNode BaseColorSchema() {
   return Map("base_color",
-             {Key("constant", "One colour everywhere.", &MaterialConfig::base_color)
-                  .From(0.0, 1.0)
-                  .Unit("linear Rec.709")
-                  .OneOf("source"),
+             {Key("constant", &MaterialConfig::base_color) | Doc("One colour everywhere.") |
+                  From(0.0, 1.0) | Unit("linear Rec.709") | OneOf("source"),
               Either("vertex",
-                     {Word("mesh"), Key("", "", &MaterialConfig::base_color).From(0.0, 1.0)},
-                     "One colour per vertex: the start value of all, or `mesh` for those of the "
-                     "file.")
-                  .Unit("linear Rec.709")
-                  .OneOf("source"),
-              Name("texture",
-                   "One of `scene.textures`, by the mesh's UVs.",
-                   &MaterialConfig::base_color_texture)
-                  .OneOf("source")},
-             "Colour of the surface; a factor on what metals and glass reflect and let through.")
-      .RequiredFor({"diffuse", "metallic_roughness"}, "{constant: [1, 1, 1]}");
+                     {Word("mesh"), Key("", &MaterialConfig::base_color) | From(0.0, 1.0)}) |
+                  Doc("One colour per vertex: the start value of all, or `mesh` for those of the "
+                      "file.") |
+                  Unit("linear Rec.709") | OneOf("source"),
+              Name("texture", &MaterialConfig::base_color_texture) |
+                  Doc("One of `scene.textures`, by the mesh's UVs.") | OneOf("source")}) |
+         Doc("Colour of the surface; a factor on what metals and glass reflect and let through.") |
+         RequiredFor({"diffuse", "metallic_roughness"}, "{constant: [1, 1, 1]}");
 }
 
-SchemaNode SpectralIndex(
-    const char* key, double lower, const char* other, const char* doc, Triple MaterialConfig::*k) {
-  return Key(key, doc, k)
-      .From(lower, 100.0)
-      .Unit("red, green, blue")
-      .Optional()
-      .Needs(other)
-      .When("model", {"conductor", "mirror"});
+SchemaNode SpectralIndex(const char* key, const char* other, Triple MaterialConfig::*index) {
+  return Key(key, index) | From(0.0, 100.0) | Unit("red, green, blue") | Optional() | Needs(other) |
+         When("model", {"conductor", "mirror"});
 }
 
 void CheckMaterial(MaterialConfig& material, const CheckedMap& map) {
@@ -102,88 +91,70 @@ SchemaNode MaterialsSchema() {
              "materials",
              "MATERIAL",
              Map("",
-                 {Choice("model",
-                         models,
-                         "`diffuse`: Lambert; `metallic_roughness`: glTF's (GGX); `conductor`: GGX "
-                         "metal; `dielectric`: rough glass (GGX); `mirror` and `glass`: perfectly "
-                         "smooth.",
-                         &MaterialConfig::model)
-                      .Required(),
-                  BaseColorSchema().When("model", all),
+                 {Choice("model", models, &MaterialConfig::model) |
+                      Doc("`diffuse`: Lambert; `metallic_roughness`: glTF's (GGX); `conductor`: "
+                          "GGX metal; `dielectric`: rough glass (GGX); `mirror` and `glass`: "
+                          "perfectly smooth.") |
+                      Required(),
+                  BaseColorSchema() | When("model", all),
                   GltfInput(ParameterKind::kRoughness,
                             &MetallicRoughnessBsdf::roughness,
                             &MaterialConfig::roughness_texture,
-                            "Perceptual roughness, alpha = roughness².")
-                      .When("model", {"metallic_roughness", "conductor", "dielectric"}),
+                            "Perceptual roughness, alpha = roughness².") |
+                      When("model", {"metallic_roughness", "conductor", "dielectric"}),
                   GltfInput(ParameterKind::kMetallic,
                             &MetallicRoughnessBsdf::metallic,
                             &MaterialConfig::metallic_texture,
-                            "0 = plastic, 1 = metal.")
-                      .When("model", {"metallic_roughness"}),
+                            "0 = plastic, 1 = metal.") |
+                      When("model", {"metallic_roughness"}),
                   GltfConstant(ParameterKind::kSpecular,
                                &MetallicRoughnessBsdf::specular,
                                "Factor of what is reflected without taking the base colour on, 4 % "
-                               "head-on at 1; glTF's specularFactor.")
-                      .When("model", {"metallic_roughness"}),
-                  Choice("metal",
-                         Metals(),
-                         "Measured eta and k. A mirror without metal reflects everything.",
-                         &MaterialConfig::metal)
-                      .OneOfFor("metal", {"conductor"})
-                      .When("model", {"conductor", "mirror"}),
-                  SpectralIndex(
-                      "eta", 0.0, "k", "Index of refraction of a metal.", &MaterialConfig::eta)
-                      .OneOfFor("metal", {"conductor"}),
-                  SpectralIndex(
-                      "k", 0.0, "eta", "Extinction coefficient of a metal.", &MaterialConfig::k),
-                  Key("ior",
-                      "Index of refraction of the inside, where the normals point away from, over "
-                      "the outside; not 1.",
-                      &MaterialConfig::ior)
-                      .From(0.1, 10.0)
-                      .When("model", {"dielectric", "glass"}),
-                  Key("two_sided",
-                      "Seen from behind too (else black there).",
-                      &MaterialConfig::two_sided)
-                      .When("model", {"diffuse", "metallic_roughness", "conductor", "mirror"})},
-                 "A material.")
-                 .Check(CheckMaterial)
-                 .Refuse({{"preset", "; write metal"}}),
-             "What the meshes are made of.",
-             &ExperimentConfig::materials)
-      .Required()
-      .Items(1, 0);
+                               "head-on at 1; glTF's specularFactor.") |
+                      When("model", {"metallic_roughness"}),
+                  Choice("metal", Metals(), &MaterialConfig::metal) |
+                      Doc("Measured eta and k. A mirror without metal reflects everything.") |
+                      OneOfFor("metal", {"conductor"}) | When("model", {"conductor", "mirror"}),
+                  SpectralIndex("eta", "k", &MaterialConfig::eta) |
+                      Doc("Index of refraction of a metal.") | OneOfFor("metal", {"conductor"}),
+                  SpectralIndex("k", "eta", &MaterialConfig::k) |
+                      Doc("Extinction coefficient of a metal."),
+                  Key("ior", &MaterialConfig::ior) |
+                      Doc("Index of refraction of the inside, where the normals point away from, "
+                          "over the outside; not 1.") |
+                      From(0.1, 10.0) | When("model", {"dielectric", "glass"}),
+                  Key("two_sided", &MaterialConfig::two_sided) |
+                      Doc("Seen from behind too (else black there).") |
+                      When("model", {"diffuse", "metallic_roughness", "conductor", "mirror"})}) |
+                 Check(CheckMaterial) | Refuse({{"preset", "; write metal"}}),
+             &ExperimentConfig::materials) |
+         Doc("What the meshes are made of.") | Required() | Items(1, 0);
 }
 
 SchemaNode TexturesSchema() {
   return NamedMap(
-      "textures",
-      "TEXTURE",
-      Map("",
-          {Key("file",
-               "PNG, JPEG, TIFF, EXR or HDR. As a colour or light, 8 and 16 bit are sRGB, EXR and "
-               "HDR linear; as roughness or metallic the first channel is taken as it is.",
-               &TextureConfig::file)
-               .OneOf("source"),
-           Size("size_px", "Size of a texture without file.", &TextureConfig::size_px)
-               .OneOf("source"),
-           Map("init",
-               {Key("constant", "Every texel: a number, or red, green, blue.", &TextureConfig::init)
-                    .AtLeast(0.0)
-                    .OrOne()},
-               "What the texels start from.")
-               .Always()
-               .Needs("size_px"),
-           Choice("wrap",
-                  {{"repeat", true}, {"clamp", false}},
-                  "Beside the picture: `repeat` it, or go on with its border.",
-                  &TextureConfig::repeat)},
-          "A texture.")
-          .Refuse({{"role", "; what uses the texture decides"},
-                   {"transfer", "; what uses the texture decides"}}),
-      "Pictures on surfaces and in lights, looked up by UVs (bilinear; 0, 0 is the bottom-left "
-      "corner). Several materials and lights may use one.",
-      &ExperimentConfig::textures);
+             "textures",
+             "TEXTURE",
+             Map("",
+                 {Key("file", &TextureConfig::file) |
+                      Doc("PNG, JPEG, TIFF, EXR or HDR. As a colour or light, 8 and 16 bit are "
+                          "sRGB, EXR and HDR linear; as roughness or metallic the first channel is "
+                          "taken as it is.") |
+                      OneOf("source"),
+                  Size("size_px", &TextureConfig::size_px) |
+                      Doc("Size of a texture without file.") | OneOf("source"),
+                  Map("init",
+                      {Key("constant", &TextureConfig::init) |
+                       Doc("Every texel: a number, or red, green, blue.") | AtLeast(0.0) |
+                       OrOne()}) |
+                      Doc("What the texels start from.") | Always() | Needs("size_px"),
+                  Choice("wrap", {{"repeat", true}, {"clamp", false}}, &TextureConfig::repeat) |
+                      Doc("Beside the picture: `repeat` it, or go on with its border.")}) |
+                 Refuse({{"role", "; what uses the texture decides"},
+                         {"transfer", "; what uses the texture decides"}}),
+             &ExperimentConfig::textures) |
+         Doc("Pictures on surfaces and in lights, looked up by UVs (bilinear; 0, 0 is the "
+             "bottom-left corner). Several materials and lights may use one.");
 }
 
 }  // namespace pathfit::app

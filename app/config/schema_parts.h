@@ -31,18 +31,14 @@ inline bool AreParallel(const Triple& a, const Triple& b) {
 
 /// Coordinates.
 template <class... Members>
-SchemaNode Point(std::string key, std::string doc, Members... members) {
-  return Key(std::move(key), std::move(doc), members...)
-      .From(-kMaxLength, kMaxLength)
-      .Unit("metres");
+SchemaNode Point(std::string key, Members... members) {
+  return Key(std::move(key), members...) | From(-kMaxLength, kMaxLength) | Unit("metres");
 }
 
 /// A colour that shines.
 template <class... Members>
-SchemaNode Light(std::string key, std::string unit, std::string doc, Members... members) {
-  return Colour(std::move(key), std::move(doc), members...)
-      .From(0.0, kMaxRadiance)
-      .Unit(std::move(unit));
+SchemaNode Light(std::string key, std::string unit, Members... members) {
+  return Colour(std::move(key), members...) | From(0.0, kMaxRadiance) | Unit(std::move(unit));
 }
 
 inline WordsOf<FovAxis> FovAxes() {
@@ -57,13 +53,14 @@ inline WordsOf<FovAxis> FovAxes() {
 template <class T>
 SchemaNode Rotation(std::string doc) {
   return Map("rotate",
-             {Key("axis", "Axis of the rotation; its length does not matter.", &T::axis).Required(),
-              Degrees("angle_deg", "Angle, right-handed about the axis.", &T::angle).Required()},
-             std::move(doc))
-      .Check(+[](T& values, const CheckedMap& map) {
-        if (map.Find("axis") == nullptr || !IsZero(values.axis)) return;
-        map.Report("axis", "the axis must not be [0, 0, 0]");
-      });
+             {Key("axis", &T::axis) | Doc("Axis of the rotation; its length does not matter.") |
+                  Required(),
+              Degrees("angle_deg", &T::angle) | Doc("Angle, right-handed about the axis.") |
+                  Required()}) |
+         Doc(std::move(doc)) | Check(+[](T& values, const CheckedMap& map) {
+           if (map.Find("axis") == nullptr || !IsZero(values.axis)) return;
+           map.Report("axis", "the axis must not be [0, 0, 0]");
+         });
 }
 
 }  // namespace pathfit::app

@@ -48,65 +48,52 @@ void CheckPose(SensorConfig& sensor, const CheckedMap& map) {
 SchemaNode PoseSchema() {
   return Map("pose",
              {Map("look_at",
-                  {Point("origin_m", "Place of the camera.", &SensorConfig::origin).Required(),
-                   Point("target_m", "What is in the middle of the picture.", &SensorConfig::target)
-                       .Required(),
-                   Key("up", "What is up in the picture.", &SensorConfig::up)},
-                  "Pose by what is looked at.")
-                  .OneOf("pose")
-                  .Check(CheckLookAt),
-              Key("world_from_camera",
-                  "4 rows of a rigid transform; camera: x right, y up, looking along -z.",
-                  &SensorConfig::world_from_camera)
-                  .From(-kMaxLength, kMaxLength)
-                  .OneOf("pose")},
-             "Where the camera is.")
-      .Required()
-      .Check(CheckPose);
+                  {Point("origin_m", &SensorConfig::origin) | Doc("Place of the camera.") |
+                       Required(),
+                   Point("target_m", &SensorConfig::target) |
+                       Doc("What is in the middle of the picture.") | Required(),
+                   Key("up", &SensorConfig::up) | Doc("What is up in the picture.")}) |
+                  Doc("Pose by what is looked at.") | OneOf("pose") | Check(CheckLookAt),
+              Key("world_from_camera", &SensorConfig::world_from_camera) |
+                  Doc("4 rows of a rigid transform; camera: x right, y up, looking along -z.") |
+                  From(-kMaxLength, kMaxLength) | OneOf("pose")}) |
+         Doc("Where the camera is.") | Required() | Check(CheckPose);
 }
 
 SchemaNode FilterSchema() {
   constexpr double kMaxRadius = 16.0;
-  const auto shapes = [](const char* key, const char* doc) {
+  const auto shapes = [](const char* key) {
     return Choice(key,
                   {{"box", Filter::kBox}, {"tent", Filter::kTent}, {"gaussian", Filter::kGaussian}},
-                  doc,
                   &SensorConfig::filter);
   };
   return Either("filter",
-                {shapes("", ""),
+                {shapes(""),
                  Map("",
-                     {shapes("type", "Shape.").Required(),
-                      Key("radius_px", "Half its width.", &SensorConfig::filter_radius_px)
-                          .From(0.5, kMaxRadius)
-                          .Unit("pixels")
-                          .DefaultIs("1 for a tent, 2 for a Gaussian")
-                          .When("type", {"tent", "gaussian"}),
-                      Key("sigma_px",
-                          "Standard deviation; it is cut at the radius.",
-                          &SensorConfig::filter_sigma_px)
-                          .From(0.1, kMaxRadius)
-                          .Unit("pixels")
-                          .When("type", {"gaussian"})},
-                     "")},
-                "How samples become pixels: `box` is the mean over the pixel, `tent` and "
-                "`gaussian` reach into its neighbours. A name, or a map of the following.")
-      .Default("box");
+                     {shapes("type") | Doc("Shape.") | Required(),
+                      Key("radius_px", &SensorConfig::filter_radius_px) | Doc("Half its width.") |
+                          From(0.5, kMaxRadius) | Unit("pixels") |
+                          DefaultIs("1 for a tent, 2 for a Gaussian") |
+                          When("type", {"tent", "gaussian"}),
+                      Key("sigma_px", &SensorConfig::filter_sigma_px) |
+                          Doc("Standard deviation; it is cut at the radius.") |
+                          From(0.1, kMaxRadius) | Unit("pixels") | When("type", {"gaussian"})})}) |
+         Doc("How samples become pixels: `box` is the mean over the pixel, `tent` and `gaussian` "
+             "reach into its neighbours. A name, or a map of the following.") |
+         Default("box");
 }
 
 SchemaNode DistortionSchema() {
   const auto coefficient = [](const char* key, double SensorConfig::*value) {
-    return Key(key, "Coefficient of OpenCV's model.", value);
+    return Key(key, value) | Doc("Coefficient of OpenCV's model.");
   };
   return Map("distortion",
              {coefficient("k1", &SensorConfig::k1),
               coefficient("k2", &SensorConfig::k2),
               coefficient("k3", &SensorConfig::k3),
               coefficient("p1", &SensorConfig::p1),
-              coefficient("p2", &SensorConfig::p2)},
-             "Brown's lens distortion.")
-      .Always()
-      .When("type", {"perspective"});
+              coefficient("p2", &SensorConfig::p2)}) |
+         Doc("Brown's lens distortion.") | Always() | When("type", {"perspective"});
 }
 
 void CompleteIntrinsics(SensorConfig& sensor, const CheckedMap& map) {
@@ -138,11 +125,12 @@ void CheckCrop(const SensorConfig& sensor, const CheckedMap& map) {
   const bool empty = c[2] < 1 || c[3] < 1;
   const bool outside = c[0] + c[2] > sensor.size_px[0] || c[1] + c[3] > sensor.size_px[1];
   if (!empty && (map.Find("size_px") == nullptr || !outside)) return;
-  map.Report("crop_px",
-             fmt::format("the part [x, y, width, height] must not be empty and must lie inside the "
-                         "{}x{} picture",
-                         sensor.size_px[0],
-                         sensor.size_px[1]));
+  map.Report(
+      "crop_px",
+      fmt::format(
+          "the part [x, y, width, height] must not be empty and must lie inside the {}x{} picture",
+          sensor.size_px[0],
+          sensor.size_px[1]));
 }
 
 void CheckSensor(SensorConfig& sensor, const CheckedMap& map) {
@@ -155,54 +143,41 @@ void CheckSensor(SensorConfig& sensor, const CheckedMap& map) {
 
 SchemaNode SensorsSchema() {
   return NamedMap(
-      "sensors",
-      "SENSOR",
-      Map("",
-          {Choice("type",
-                  {{"perspective", false}, {"orthographic", true}},
-                  "`orthographic`: parallel rays from the plane of the camera.",
-                  &SensorConfig::orthographic),
-           Size("size_px", "Size of the whole picture.", &SensorConfig::size_px).Required(),
-           Key("focal_px", "Focal length, or one for x and one for y.", &SensorConfig::focal_px)
-               .Above(0.0)
-               .OrOne()
-               .Unit("pixels")
-               .OneOf("focal")
-               .When("type", {"perspective"}),
-           Degrees("fov_deg", "Angle of view.", &SensorConfig::fov)
-               .Between(0.0, 180.0)
-               .OneOf("focal")
-               .When("type", {"perspective"}),
-           Choice("fov_axis",
-                  FovAxes(),
-                  "Along which side of the picture `fov_deg` is measured.",
-                  &SensorConfig::fov_axis)
-               .Needs("fov_deg")
-               .When("type", {"perspective"}),
-           Key("height_m", "Height of what is seen; pixels are square.", &SensorConfig::height_m)
-               .Above(0.0)
-               .Unit("metres")
-               .Required()
-               .When("type", {"orthographic"}),
-           Key("principal_point_px",
-               "From the top-left corner of the picture; the first pixel's centre is 0.5, 0.5.",
-               &SensorConfig::principal_point_px)
-               .Unit("pixels")
-               .DefaultIs("middle of the picture"),
-           DistortionSchema(),
-           PoseSchema(),
-           Key("crop_px", "Part to render: x, y, width, height.", &SensorConfig::crop_px)
-               .From(0, 32768)
-               .Unit("pixels")
-               .DefaultIs("the whole picture"),
-           FilterSchema(),
-           Key("exposure_ev", "Brightness factor as a power of two.", &SensorConfig::exposure_ev)
-               .From(-20, 20)
-               .Unit("EV")},
-          "A camera.")
-          .Check(CheckSensor),
-      "Cameras of a scene without photos.",
-      &ExperimentConfig::sensors);
+             "sensors",
+             "SENSOR",
+             Map("",
+                 {Choice("type",
+                         {{"perspective", false}, {"orthographic", true}},
+                         &SensorConfig::orthographic) |
+                      Doc("`orthographic`: parallel rays from the plane of the camera."),
+                  Size("size_px", &SensorConfig::size_px) | Doc("Size of the whole picture.") |
+                      Required(),
+                  Key("focal_px", &SensorConfig::focal_px) |
+                      Doc("Focal length, or one for x and one for y.") | Above(0.0) | OrOne() |
+                      Unit("pixels") | OneOf("focal") | When("type", {"perspective"}),
+                  Degrees("fov_deg", &SensorConfig::fov) | Doc("Angle of view.") |
+                      Between(0.0, 180.0) | OneOf("focal") | When("type", {"perspective"}),
+                  Choice("fov_axis", FovAxes(), &SensorConfig::fov_axis) |
+                      Doc("Along which side of the picture `fov_deg` is measured.") |
+                      Needs("fov_deg") | When("type", {"perspective"}),
+                  Key("height_m", &SensorConfig::height_m) |
+                      Doc("Height of what is seen; pixels are square.") | Above(0.0) |
+                      Unit("metres") | Required() | When("type", {"orthographic"}),
+                  Key("principal_point_px", &SensorConfig::principal_point_px) |
+                      Doc("From the top-left corner of the picture; the first pixel's centre is "
+                          "0.5, 0.5.") |
+                      Unit("pixels") | DefaultIs("middle of the picture"),
+                  DistortionSchema(),
+                  PoseSchema(),
+                  Key("crop_px", &SensorConfig::crop_px) |
+                      Doc("Part to render: x, y, width, height.") | From(0, 32768) |
+                      Unit("pixels") | DefaultIs("the whole picture"),
+                  FilterSchema(),
+                  Key("exposure_ev", &SensorConfig::exposure_ev) |
+                      Doc("Brightness factor as a power of two.") | From(-20, 20) | Unit("EV")}) |
+                 Check(CheckSensor),
+             &ExperimentConfig::sensors) |
+         Doc("Cameras of a scene without photos.");
 }
 
 }  // namespace pathfit::app

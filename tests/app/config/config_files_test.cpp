@@ -70,10 +70,10 @@ TEST(ConfigFiles, TheTableOfKindsNamesEveryLightThatShines) {
 TEST(ConfigFiles, LinesAreBoundToTheStructOfTheirMap) {
   EXPECT_NO_THROW(CheckBindings(ConfigSchema(), typeid(ExperimentConfig)));
   EXPECT_THROW(CheckBindings(ConfigSchema(), typeid(OutputConfig)), std::logic_error);
-  const SchemaNode stray = Map("output", {Key("sigma", "", &GradcheckConfig::sigma)}, "").Always();
+  const SchemaNode stray = Map("output", {Key("sigma", &GradcheckConfig::sigma)}) | Always();
   EXPECT_THROW(CheckBindings(stray, typeid(OutputConfig)), std::logic_error);
   EXPECT_NO_THROW(CheckBindings(stray, typeid(GradcheckConfig)));
-  const SchemaNode unread = Map("output", {TextNode("title", "")}, "");
+  const SchemaNode unread = Map("output", {TextNode("title")});
   EXPECT_THROW(CheckBindings(unread, typeid(OutputConfig)), std::logic_error);
 }
 

@@ -1,11 +1,10 @@
-#include "app/config/overrides.h"
-
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "app/config/schema.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
