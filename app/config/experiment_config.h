@@ -18,6 +18,7 @@
 #include "optim/round/fit_spec.h"
 #include "renderer/bsdf/bsdf.h"
 #include "renderer/render_options.h"
+#include "renderer/sensor/camera.h"
 
 namespace pathfit::app {
 
@@ -163,20 +164,18 @@ struct LightConfig {
 struct SensorConfig {
   std::string name;
   std::array<int, 2> size_px{0, 0};
-  bool orthographic = false;
+  renderer::ProjectionKind projection = renderer::ProjectionKind::kPerspective;
   double fov = 0.0;  ///< as it was written; the focal length holds for all
   FovAxis fov_axis = FovAxis::kSmaller;
   double height_m = 1.0;                     ///< orthographic
   std::array<double, 2> focal_px{0.0, 0.0};  ///< orthographic: pixels per metre
   std::array<double, 2> principal_point_px{0.0, 0.0};
-  double k1 = 0.0, k2 = 0.0, k3 = 0.0, p1 = 0.0, p2 = 0.0;
+  renderer::LensDistortion distortion;
   bool look_at = true;
   Triple origin{0.0, 0.0, 1.0}, target{0.0, 0.0, 0.0}, up{0.0, 1.0, 0.0};
   std::array<std::array<double, 4>, 4> world_from_camera{};  ///< rows, if not look_at
   std::optional<std::array<int, 4>> crop_px;                 ///< x y w h
-  enum class Filter { kBox, kTent, kGaussian } filter = Filter::kBox;
-  double filter_radius_px = 0.5;
-  double filter_sigma_px = 0.5;  ///< of a Gaussian
+  renderer::PixelFilter filter;
   double exposure_ev = 0.0;
 };
 

@@ -13,7 +13,7 @@ using renderer::ParameterKind;
 
 WordsOf<std::string> Metals() {
   WordsOf<std::string> words;
-  for (const auto& name : renderer::NamedMetals()) words.emplace_back(name, name);
+  for (const auto& metal : renderer::NamedMetals()) words.emplace_back(metal.name, metal.name);
   return words;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 // Rows of a pose may be rounded by whoever wrote them.
 constexpr double kRotationTolerance = 1e-4;
-using Filter = SensorConfig::Filter;
+using Shape = renderer::PixelFilter::Shape;
 
 void CheckLookAt(SensorConfig& sensor, const CheckedMap& map) {
   if (map.Find("origin_m") == nullptr || map.Find("target_m") == nullptr) return;
@@ -62,20 +62,22 @@ SchemaNode PoseSchema() {
 
 SchemaNode FilterSchema() {
   constexpr double kMaxRadius = 16.0;
+  constexpr auto kFilter = &SensorConfig::filter;
   const auto shapes = [](const char* key) {
     return Choice(key,
-                  {{"box", Filter::kBox}, {"tent", Filter::kTent}, {"gaussian", Filter::kGaussian}},
-                  &SensorConfig::filter);
+                  {{"box", Shape::kBox}, {"tent", Shape::kTent}, {"gaussian", Shape::kGaussian}},
+                  kFilter,
+                  &renderer::PixelFilter::shape);
   };
   return Either("filter",
                 {shapes(""),
                  Map("",
                      {shapes("type") | Doc("Shape.") | Required(),
-                      Key("radius_px", &SensorConfig::filter_radius_px) | Doc("Half its width.") |
-                          From(0.5, kMaxRadius) | Unit("pixels") |
+                      Key("radius_px", kFilter, &renderer::PixelFilter::radius) |
+                          Doc("Half its width.") | From(0.5, kMaxRadius) | Unit("pixels") |
                           DefaultIs("1 for a tent, 2 for a Gaussian") |
                           When("type", {"tent", "gaussian"}),
-                      Key("sigma_px", &SensorConfig::filter_sigma_px) |
+                      Key("sigma_px", kFilter, &renderer::PixelFilter::sigma) |
                           Doc("Standard deviation; it is cut at the radius.") |
                           From(0.1, kMaxRadius) | Unit("pixels") | When("type", {"gaussian"})})}) |
          Doc("How samples become pixels: `box` is the mean over the pixel, `tent` and `gaussian` "
@@ -84,15 +86,16 @@ SchemaNode FilterSchema() {
 }
 
 SchemaNode DistortionSchema() {
-  const auto coefficient = [](const char* key, double SensorConfig::*value) {
+  const auto coefficient = [](const char* key, double renderer::LensDistortion::*value) {
     return Key(key, value) | Doc("Coefficient of OpenCV's model.");
   };
-  return Map("distortion",
-             {coefficient("k1", &SensorConfig::k1),
-              coefficient("k2", &SensorConfig::k2),
-              coefficient("k3", &SensorConfig::k3),
-              coefficient("p1", &SensorConfig::p1),
-              coefficient("p2", &SensorConfig::p2)}) |
+  return MapOf("distortion",
+               {coefficient("k1", &renderer::LensDistortion::k1),
+                coefficient("k2", &renderer::LensDistortion::k2),
+                coefficient("k3", &renderer::LensDistortion::k3),
+                coefficient("p1", &renderer::LensDistortion::p1),
+                coefficient("p2", &renderer::LensDistortion::p2)},
+               &SensorConfig::distortion) |
          Doc("Brown's lens distortion.") | Always() | When("type", {"perspective"});
 }
 
@@ -113,10 +116,10 @@ void CompleteIntrinsics(SensorConfig& sensor, const CheckedMap& map) {
 
 void CompleteFilter(SensorConfig& sensor, const CheckedMap& map) {
   YamlNode* filter = map.Find("filter");
-  if (filter == nullptr || sensor.filter == Filter::kBox) return;
+  if (filter == nullptr || sensor.filter.shape == Shape::kBox) return;
   if (filter->IsMap() && filter->Find("radius_px") != nullptr) return;
-  sensor.filter_radius_px = sensor.filter == Filter::kTent ? 1.0 : 2.0;
-  if (filter->IsMap()) SetDefault(*filter, "radius_px", binding::Write(sensor.filter_radius_px));
+  sensor.filter.radius = sensor.filter.shape == Shape::kTent ? 1.0 : 2.0;
+  if (filter->IsMap()) SetDefault(*filter, "radius_px", binding::Write(sensor.filter.radius));
 }
 
 void CheckCrop(const SensorConfig& sensor, const CheckedMap& map) {
@@ -147,8 +150,9 @@ SchemaNode SensorsSchema() {
              "SENSOR",
              Map("",
                  {Choice("type",
-                         {{"perspective", false}, {"orthographic", true}},
-                         &SensorConfig::orthographic) |
+                         {{"perspective", renderer::ProjectionKind::kPerspective},
+                          {"orthographic", renderer::ProjectionKind::kOrthographic}},
+                         &SensorConfig::projection) |
                       Doc("`orthographic`: parallel rays from the plane of the camera."),
                   Size("size_px", &SensorConfig::size_px) | Doc("Size of the whole picture.") |
                       Required(),

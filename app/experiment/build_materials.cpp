@@ -19,8 +19,8 @@ int TextureIndex(const std::string& name, const ExperimentConfig& config) {
   return static_cast<int>(found - config.textures.begin());
 }
 
-renderer::ConductorConstants MetalOf(const MaterialConfig& config) {
-  if (config.metal.empty()) return {ToRgb(config.eta), ToRgb(config.k)};
+renderer::Metal MetalOf(const MaterialConfig& config) {
+  if (config.metal.empty()) return {"", ToRgb(config.eta), ToRgb(config.k)};
   const auto metal = renderer::NamedMetal(config.metal);
   PATHFIT_CHECK(metal.has_value());  // the config is validated
   return *metal;

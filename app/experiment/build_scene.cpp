@@ -8,29 +8,9 @@
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
-namespace {
 
 using renderer::SceneError;
 using renderer::Vec3;
-
-renderer::PixelFilter FilterOf(const SensorConfig& config) {
-  renderer::PixelFilter filter;
-  switch (config.filter) {
-    case SensorConfig::Filter::kBox:
-      return filter;
-    case SensorConfig::Filter::kTent:
-      filter.shape = renderer::PixelFilter::Shape::kTent;
-      break;
-    case SensorConfig::Filter::kGaussian:
-      filter.shape = renderer::PixelFilter::Shape::kGaussian;
-      filter.sigma = config.filter_sigma_px;
-      break;
-  }
-  filter.radius = config.filter_radius_px;
-  return filter;
-}
-
-}  // namespace
 
 renderer::Mat3 RotationOf(const Triple& axis, double angle) {
   return renderer::RotationAboutAxis(renderer::Normalized(ToVec3(axis)), angle);
@@ -45,10 +25,9 @@ renderer::Camera BuildSensor(const SensorConfig& config) {
   camera.fy = config.focal_px[1];
   camera.cx = config.principal_point_px[0];
   camera.cy = config.principal_point_px[1];
-  camera.distortion = {config.k1, config.k2, config.k3, config.p1, config.p2};
-  camera.projection = config.orthographic ? renderer::ProjectionKind::kOrthographic
-                                          : renderer::ProjectionKind::kPerspective;
-  camera.filter = FilterOf(config);
+  camera.distortion = config.distortion;
+  camera.projection = config.projection;
+  camera.filter = config.filter;
   camera.gain = std::exp2(config.exposure_ev);
   if (config.look_at) {
     try {

@@ -96,14 +96,14 @@ TEST(SceneConfig, ReadsLights) {
 TEST(SceneConfig, ReadsSensorsAndBudgets) {
   const ExperimentConfig config = LoadText(kRichConfig);
   const SensorConfig& front = Named(config.sensors, "front");
-  EXPECT_EQ(front.filter, SensorConfig::Filter::kGaussian);
-  EXPECT_DOUBLE_EQ(front.filter_radius_px, 2.0);
-  EXPECT_DOUBLE_EQ(front.filter_sigma_px, 0.6);
+  EXPECT_EQ(front.filter.shape, renderer::PixelFilter::Shape::kGaussian);
+  EXPECT_DOUBLE_EQ(front.filter.radius, 2.0);
+  EXPECT_DOUBLE_EQ(front.filter.sigma, 0.6);
   const SensorConfig& plan = Named(config.sensors, "plan");
-  EXPECT_TRUE(plan.orthographic);
+  EXPECT_EQ(plan.projection, renderer::ProjectionKind::kOrthographic);
   EXPECT_EQ(plan.focal_px, (std::array<double, 2>{4, 4})) << "20 px for 5 m";
-  EXPECT_EQ(plan.filter, SensorConfig::Filter::kTent);
-  EXPECT_DOUBLE_EQ(plan.filter_radius_px, 1.0);
+  EXPECT_EQ(plan.filter.shape, renderer::PixelFilter::Shape::kTent);
+  EXPECT_DOUBLE_EQ(plan.filter.radius, 1.0);
   const renderer::RenderOptions& render = config.render;
   EXPECT_DOUBLE_EQ(render.spp_direct, 2.0);
   EXPECT_DOUBLE_EQ(render.spp_indirect, 3.0);

@@ -17,7 +17,7 @@ const Vec3 kNormal = Normalized(Vec3{0.3, -0.5, 0.7});
 const Rgb kBase{0.9, 0.6, 0.2};
 
 MirrorBsdf GoldMirror() {
-  const ConductorConstants gold = NamedMetal("gold").value();
+  const Metal gold = NamedMetal("gold").value();
   return {gold.eta, gold.k};
 }
 

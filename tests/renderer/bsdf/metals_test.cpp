@@ -15,9 +15,8 @@ double Reflectance(std::string_view name, int channel) {
 }
 
 TEST(Metals, EveryListedNameIsKnownAndReflects) {
-  const auto names = NamedMetals();
-  EXPECT_TRUE(std::is_sorted(names.begin(), names.end()));
-  for (const std::string_view name : names) {
+  EXPECT_TRUE(std::ranges::is_sorted(NamedMetals(), {}, &Metal::name));
+  for (const auto& [name, eta, k] : NamedMetals()) {
     ASSERT_TRUE(NamedMetal(name)) << name;
     for (int c = 0; c < 3; ++c) {
       EXPECT_GT(Reflectance(name, c), 0.35) << name;
