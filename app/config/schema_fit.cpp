@@ -1,6 +1,7 @@
 // What is computed and how: render, unknowns, loss, stages, solver, output, gradcheck.
 #include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
+#include "optim/prior/prior_terms.h"
 
 namespace pathfit::app {
 namespace {
@@ -19,35 +20,28 @@ using renderer::SampleBudget;
 
 constexpr auto kRender = &ExperimentConfig::render;
 
-SchemaNode Weight(double UnknownSpec::*weight) {
-  return Key("weight", weight) | Doc("Strength; 0 = off.") | AtLeast(0.0) | Required();
-}
-
 SchemaNode PriorSchema() {
   const SchemaNode number = binding::Described<double>::Node();
-  return Map("",
-             {Map("laplacian", {Weight(&UnknownSpec::laplacian_weight)}) |
-                  Doc("Vertices: each near the middle of its neighbours.") | OneOf("prior"),
-              Map("smooth", {Weight(&UnknownSpec::smooth_weight)}) |
-                  Doc("Texels and vertex colours: neighbours alike.") | OneOf("prior"),
-              Map("total_variation", {Weight(&UnknownSpec::total_variation_weight)}) |
-                  Doc("Texels: neighbours alike except at edges, which stay sharp.") |
-                  OneOf("prior"),
-              Map("neutral", {Weight(&UnknownSpec::neutral_weight)}) |
-                  Doc("Texels: light near grey.") | OneOf("prior"),
-              MapOf("gaussian",
-                    {Bound(Either("mean",
-                                  {SchemaNode(number) | Words({"start"}),
-                                   ListNode("", number) | Items(2, 3)}) |
-                               Doc("Expected value, or one for each component; `start`: what the "
-                                   "fit begins with."),
-                           &optim::GaussianPriorSpec::mean) |
-                         Required(),
-                     Key("sigma", &optim::GaussianPriorSpec::sigma) |
-                         Doc("How far from it the value is believed to be.") | Above(0.0) |
-                         Required()},
-                    &UnknownSpec::gaussian) |
-                  Doc("Near a known value.") | OneOf("prior")}) |
+  std::vector<SchemaNode> priors;
+  for (const auto& [name, doc, weight] : optim::WeightedPriors()) {
+    const SchemaNode strength =
+        Key("weight", weight) | Doc("Strength; 0 = off.") | AtLeast(0.0) | Required();
+    priors.push_back(Map(name, {strength}) | Doc(doc) | OneOf("prior"));
+  }
+  priors.push_back(
+      MapOf("gaussian",
+            {Bound(Either("mean",
+                          {SchemaNode(number) | Words({"start"}),
+                           ListNode("", number) | Items(2, 3)}) |
+                       Doc("Expected value, or one for each component; `start`: what the fit "
+                           "begins with."),
+                   &optim::GaussianPriorSpec::mean) |
+                 Required(),
+             Key("sigma", &optim::GaussianPriorSpec::sigma) |
+                 Doc("How far from it the value is believed to be.") | Above(0.0) | Required()},
+            &UnknownSpec::gaussian) |
+      Doc("Near a known value.") | OneOf("prior"));
+  return Map("", std::move(priors)) |
          Refuse({{"normal_consistency", "; write laplacian"}, {"binary", ""}});
 }
 

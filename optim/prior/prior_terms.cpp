@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <numbers>
+#include <string_view>
 #include <variant>
 
 #include <ceres/cost_function.h>
@@ -104,7 +106,8 @@ TexelGrid GridOf(const Context& context, const ParameterGroup& group) {
   return {group.first_block, environment.width, environment.height, true, false, true};
 }
 
-void AddTexelSmoothness(const Context& context, const TexelGrid& grid, double weight) {
+void AddTexelSmoothness(const Context& context, const ParameterGroup& group, double weight) {
+  const TexelGrid grid = GridOf(context, group);
   std::vector<BlockPair> pairs;
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width && grid.HasRight(x); ++x) {
@@ -117,7 +120,8 @@ void AddTexelSmoothness(const Context& context, const TexelGrid& grid, double we
   AddDifferences(context, pairs, weight);
 }
 
-void AddTotalVariation(const Context& context, const TexelGrid& grid, double weight) {
+void AddTotalVariation(const Context& context, const ParameterGroup& group, double weight) {
+  const TexelGrid grid = GridOf(context, group);
   double total = 0.0;
   for (int y = 0; y < grid.height; ++y) total += grid.width * grid.Weight(y + 0.5);
   for (int y = 0; y < grid.height; ++y) {
@@ -159,6 +163,11 @@ void AddColorSmoothness(const Context& context, const ParameterGroup& group, dou
     pairs.push_back({group.first_block + edge[0], group.first_block + edge[1], 1.0});
   }
   AddDifferences(context, pairs, weight);
+}
+
+void AddSmoothness(const Context& context, const ParameterGroup& group, double weight) {
+  const bool is_texels = group.kind != ParameterKind::kVertexColors;
+  (is_texels ? AddTexelSmoothness : AddColorSmoothness)(context, group, weight);
 }
 
 void AddNeutral(const Context& context, const ParameterGroup& group, double weight) {
@@ -213,6 +222,31 @@ void AddExposure(const Context& context,
   context.terms.push_back(std::move(term));
 }
 
+struct PriorRow : WeightedPrior {
+  void (*add)(const Context& context, const ParameterGroup& group, double weight);
+};
+constexpr PriorRow kPriors[] = {
+    {{"laplacian",
+      "Vertices: each near the middle of its neighbours.",
+      &UnknownSpec::laplacian_weight},
+     AddLaplacian},
+    {{"smooth", "Texels and vertex colours: neighbours alike.", &UnknownSpec::smooth_weight},
+     AddSmoothness},
+    {{"total_variation",
+      "Texels: neighbours alike except at edges, which stay sharp.",
+      &UnknownSpec::total_variation_weight},
+     AddTotalVariation},
+    {{"neutral", "Texels: light near grey.", &UnknownSpec::neutral_weight}, AddNeutral}};
+
+/// Only priors that suit the kind count.
+void AddWeighted(const Context& context, const ParameterGroup& group, const UnknownSpec& unknown) {
+  for (const std::string_view name : renderer::TraitsOf(group.kind).priors) {
+    const auto* prior = std::ranges::find(kPriors, name, &WeightedPrior::name);
+    if (prior == std::end(kPriors) || !(unknown.*prior->weight > 0.0)) continue;
+    prior->add(context, group, unknown.*prior->weight);
+  }
+}
+
 class PriorCostFunction : public ceres::CostFunction {
  public:
   PriorCostFunction(const PriorTerm& term, const ParameterSet& set) : term_(term), set_(set) {
@@ -252,6 +286,8 @@ class EdgeLoss : public ceres::LossFunction {
 
 }  // namespace
 
+std::vector<WeightedPrior> WeightedPriors() { return {std::begin(kPriors), std::end(kPriors)}; }
+
 std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
                                        const renderer::Scene& scene,
                                        const std::vector<UnknownSpec>& unknowns,
@@ -264,23 +300,7 @@ std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const ParameterGroup& group = groups[g];
     const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(set.UnknownOfGroup(g))];
-    if (group.kind == ParameterKind::kVertexPositions && unknown.laplacian_weight > 0.0) {
-      AddLaplacian(context, group, unknown.laplacian_weight);
-    }
-    const bool is_texels = group.kind == ParameterKind::kEnvironmentTexels ||
-                           group.kind == ParameterKind::kTextureTexels;
-    if (is_texels && unknown.smooth_weight > 0.0) {
-      AddTexelSmoothness(context, GridOf(context, group), unknown.smooth_weight);
-    }
-    if (is_texels && unknown.total_variation_weight > 0.0) {
-      AddTotalVariation(context, GridOf(context, group), unknown.total_variation_weight);
-    }
-    if (group.kind == ParameterKind::kVertexColors && unknown.smooth_weight > 0.0) {
-      AddColorSmoothness(context, group, unknown.smooth_weight);
-    }
-    if (group.kind == ParameterKind::kEnvironmentTexels && unknown.neutral_weight > 0.0) {
-      AddNeutral(context, group, unknown.neutral_weight);
-    }
+    AddWeighted(context, group, unknown);
     if (group.kind == ParameterKind::kExposure) {
       AddExposure(context, group, exposure);
     } else if (unknown.gaussian) {

@@ -33,6 +33,15 @@ struct PriorTerm {
   [[nodiscard]] std::size_t NumGroups() const { return weights.size() / blocks.size(); }
 };
 
+/// A prior of one weight. A new one is its row and formula in prior_terms.cpp, its member of
+/// UnknownSpec and the kinds that it suits (renderer/scene/parameter_kinds.cpp).
+struct WeightedPrior {
+  const char* name;  ///< in the config, and in ParameterTraits::priors
+  const char* doc;   ///< for the config's reference
+  double UnknownSpec::*weight;
+};
+std::vector<WeightedPrior> WeightedPriors();
+
 /// Prior terms of the active unknowns. `run_start` has the values of Gaussian priors around the
 /// start, `scene` everything else. `num_channels` is the solver's unit of cost
 /// (problem/fit_views.h): the photos cost the sum over valid pixel-channels of half the squared
