@@ -26,14 +26,13 @@ Trait From(double lower, double upper) {
 }
 Trait AtLeast(double lower) { return From(lower, kInfinity); }
 Trait Above(double lower) {
-  return binding::Both(AtLeast(lower),
-                       [](SchemaNode& node) { Innermost(node).range.lower_open = true; });
+  return AtLeast(lower) | [](SchemaNode& node) { Innermost(node).range.lower_open = true; };
 }
 Trait Between(double lower, double upper) {
-  return binding::Both(From(lower, upper), [](SchemaNode& node) {
-    Innermost(node).range.lower_open = true;
+  return Above(lower) | [upper](SchemaNode& node) {
+    Innermost(node).range.upper = upper;
     Innermost(node).range.upper_open = true;
-  });
+  };
 }
 Trait OrInfinite() {
   return [](SchemaNode& node) { Innermost(node).range.allow_infinite = true; };

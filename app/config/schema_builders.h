@@ -28,40 +28,40 @@ inline SchemaNode operator|(SchemaNode node, const Trait& trait) {
   trait(node);
   return node;
 }
-
-namespace binding {
-template <class T>
-Trait Set(T SchemaNode::*member, std::type_identity_t<T> value) {
-  return [member, value = std::move(value)](SchemaNode& node) { node.*member = value; };
-}
-inline Trait Both(Trait first, Trait second) {
-  return [first = std::move(first), second = std::move(second)](SchemaNode& node) {
+/// Both, in this order.
+inline Trait operator|(const Trait& first, const Trait& second) {
+  return [first, second](SchemaNode& node) {
     first(node);
     second(node);
   };
 }
+
+namespace binding {
+template <class T>
+Trait Set(T SchemaNode::*member, const std::type_identity_t<T>& value) {
+  return [member, value](SchemaNode& node) { node.*member = value; };
+}
 }  // namespace binding
 
-inline Trait Doc(std::string text) { return binding::Set(&SchemaNode::doc, std::move(text)); }
-inline Trait Unit(std::string text) { return binding::Set(&SchemaNode::unit, std::move(text)); }
+inline Trait Doc(const std::string& text) { return binding::Set(&SchemaNode::doc, text); }
+inline Trait Unit(const std::string& text) { return binding::Set(&SchemaNode::unit, text); }
 inline Trait Always() {
   return binding::Set(&SchemaNode::presence, SchemaNode::Presence::kDefaulted);
 }
-inline Trait Default(std::string yaml) {
-  return binding::Both(binding::Set(&SchemaNode::default_yaml, std::move(yaml)), Always());
+inline Trait Default(const std::string& yaml) {
+  return binding::Set(&SchemaNode::default_yaml, yaml) | Always();
 }
 /// Absent = the member keeps its own value.
 inline Trait Optional() {
-  return binding::Both(Default(""),
-                       binding::Set(&SchemaNode::presence, SchemaNode::Presence::kOptional));
+  return Default("") | binding::Set(&SchemaNode::presence, SchemaNode::Presence::kOptional);
 }
-inline Trait DefaultIs(std::string text) {
-  return binding::Both(Optional(), binding::Set(&SchemaNode::default_doc, std::move(text)));
+inline Trait DefaultIs(const std::string& text) {
+  return Optional() | binding::Set(&SchemaNode::default_doc, text);
 }
 /// Required for these values of the sibling named by When (empty: for all); for others it has
 /// `yaml` as default, if that is not empty.
-inline Trait RequiredFor(std::vector<std::string> values, std::string yaml = "") {
-  return [values = std::move(values), yaml = std::move(yaml)](SchemaNode& node) {
+inline Trait RequiredFor(const std::vector<std::string>& values, const std::string& yaml = "") {
+  return [values, yaml](SchemaNode& node) {
     node.presence = SchemaNode::Presence::kRequired;
     node.required_values = values;
     node.default_yaml = yaml;
@@ -73,33 +73,30 @@ Trait AtLeast(double lower);
 Trait Above(double lower);
 Trait Between(double lower, double upper);  ///< ends excluded
 Trait OrInfinite();
-inline Trait Words(std::vector<std::string> list) {
-  return binding::Set(&SchemaNode::words, std::move(list));
+inline Trait Words(const std::vector<std::string>& list) {
+  return binding::Set(&SchemaNode::words, list);
 }
 /// The word stands for the member's own value.
-inline Trait OrWord(const std::string& word) { return binding::Both(Words({word}), Default(word)); }
-inline Trait Refuse(std::vector<Unsupported> list) {
-  return binding::Set(&SchemaNode::unsupported, std::move(list));
+inline Trait OrWord(const std::string& word) { return Words({word}) | Default(word); }
+inline Trait Refuse(const std::vector<Unsupported>& list) {
+  return binding::Set(&SchemaNode::unsupported, list);
 }
 inline Trait Items(int min_count, int max_count) {
-  return binding::Both(binding::Set(&SchemaNode::min_items, min_count),
-                       binding::Set(&SchemaNode::max_items, max_count));
+  return binding::Set(&SchemaNode::min_items, min_count) |
+         binding::Set(&SchemaNode::max_items, max_count);
 }
 /// Exactly one of the group.
-inline Trait OneOf(std::string group) {
-  return binding::Both(Optional(), binding::Set(&SchemaNode::one_of, std::move(group)));
+inline Trait OneOf(const std::string& group) {
+  return Optional() | binding::Set(&SchemaNode::one_of, group);
 }
 /// One of the group at most; exactly one for these values of the sibling named by When.
-inline Trait OneOfFor(std::string group, std::vector<std::string> values) {
-  return binding::Both(OneOf(std::move(group)),
-                       binding::Set(&SchemaNode::one_of_values, std::move(values)));
+inline Trait OneOfFor(const std::string& group, const std::vector<std::string>& values) {
+  return OneOf(group) | binding::Set(&SchemaNode::one_of_values, values);
 }
-inline Trait Needs(std::string sibling) {
-  return binding::Set(&SchemaNode::needs, std::move(sibling));
-}
-inline Trait When(std::string sibling, std::vector<std::string> values) {
-  return binding::Both(binding::Set(&SchemaNode::when_key, std::move(sibling)),
-                       binding::Set(&SchemaNode::when_values, std::move(values)));
+inline Trait Needs(const std::string& sibling) { return binding::Set(&SchemaNode::needs, sibling); }
+inline Trait When(const std::string& sibling, const std::vector<std::string>& values) {
+  return binding::Set(&SchemaNode::when_key, sibling) |
+         binding::Set(&SchemaNode::when_values, values);
 }
 inline Trait FreeNames() { return binding::Set(&SchemaNode::free_names, true); }
 inline Trait Distinct() { return binding::Set(&SchemaNode::distinct, true); }

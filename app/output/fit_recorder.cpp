@@ -28,7 +28,7 @@ void WriteJpeg(const fs::path& path, const Image& encoded) {
 
 Image Subtracted(Image a, const Image& b) {
   PATHFIT_CHECK(a.data.size() == b.data.size());
-  std::ranges::transform(a.data, b.data.begin(), a.data.begin(), std::minus<>());
+  std::ranges::transform(a.data, b.data, a.data.begin(), std::minus<>());
   return a;
 }
 

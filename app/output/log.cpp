@@ -16,22 +16,12 @@ namespace pathfit::app {
 namespace {
 
 spdlog::level::level_enum SpdlogLevel(LogLevel level) {
-  switch (level) {
-    case LogLevel::kTrace:
-      return spdlog::level::trace;
-    case LogLevel::kDebug:
-      return spdlog::level::debug;
-    case LogLevel::kInfo:
-      return spdlog::level::info;
-    case LogLevel::kWarn:
-      return spdlog::level::warn;
-    case LogLevel::kError:
-      return spdlog::level::err;
-    case LogLevel::kOff:
-      break;
-  }
-  return spdlog::level::off;
+  // The library has one level more, `critical`, before `off`.
+  return level == LogLevel::kOff ? spdlog::level::off
+                                 : static_cast<spdlog::level::level_enum>(level);
 }
+static_assert(static_cast<int>(LogLevel::kTrace) == spdlog::level::trace &&
+              static_cast<int>(LogLevel::kError) == spdlog::level::err);
 
 std::string LevelName(spdlog::level::level_enum level) {
   if (level == spdlog::level::warn) return "warning";

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "app/output/report_images.h"
-#include "app/output/report_page.h"
 #include "app/output/sha256.h"
 #include "renderer/io/atomic_file.h"
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/output/fit_history.h"
@@ -58,5 +59,10 @@ std::vector<std::string> DerivedWarnings(const FitHistory& history);
 std::filesystem::path ThumbnailPath(const RunDirectory& run,
                                     const std::string& view_folder,
                                     const std::string& kind);
+
+/// Files of app/output/report/, put into the program when it is built.
+std::string_view ReportHtml();
+std::string_view ReportCss();
+std::string_view ReportJs();
 
 }  // namespace pathfit::app

@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "optim/observation/manifold_repair.h"
 #include "optim/observation/silhouette_field.h"
 #include "optim/observation/voxel_surface.h"
 #include "renderer/core/error.h"

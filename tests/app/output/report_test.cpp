@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "app/output/report_page.h"
 #include "app/output/sha256.h"
 #include "tests/app/output/html_check.h"
 #include "tests/app/output/synthetic_run.h"

@@ -1,4 +1,4 @@
-#include "optim/observation/manifold_repair.h"
+#include "optim/observation/voxel_surface.h"
 
 #include <initializer_list>
 #include <vector>
