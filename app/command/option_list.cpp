@@ -16,19 +16,17 @@
 namespace pathfit::app {
 namespace {
 
-bool IsWhole(const std::string& text, std::int64_t least) {
-  std::int64_t value = 0;
+template <class T>
+std::optional<T> NumberIn(const std::string& text) {
+  T value{};
   const char* last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, value);
-  return !text.empty() && error == std::errc() && end == last && value >= least;
+  return error == std::errc() && end == last ? std::optional(value) : std::nullopt;
 }
 
 bool IsPositive(const std::string& text) {
-  double value = 0.0;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, value);
-  return !text.empty() && error == std::errc() && end == last && std::isfinite(value) &&
-         value > 0.0;
+  const double value = NumberIn<double>(text).value_or(0.0);
+  return std::isfinite(value) && value > 0.0;
 }
 
 std::string SizeProblem(const std::string& text) {
@@ -132,7 +130,7 @@ void OptionList::Override(const char* names,
     const std::string start = LongName(names) + ": '" + text + "' is not ";
     switch (form) {
       case Form::kWhole:
-        if (!IsWhole(text, least))
+        if (NumberIn<std::int64_t>(text) < least)
           Fail(start + "a whole number of at least " + std::to_string(least));
         return set(text);
       case Form::kPositive:

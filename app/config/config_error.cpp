@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include <fmt/format.h>
+
 namespace pathfit::app {
 namespace {
 
@@ -13,10 +15,6 @@ bool IsContinuationByte(char c) {
   constexpr unsigned kMask = 0xC0U;
   constexpr unsigned kContinuation = 0x80U;
   return (static_cast<unsigned char>(c) & kMask) == kContinuation;
-}
-
-std::string LeftPadded(const std::string& text, std::size_t width) {
-  return std::string(text.size() < width ? width - text.size() : 0, ' ') + text;
 }
 
 // The source line with a caret below the place; long lines are shown around it.
@@ -31,9 +29,7 @@ std::string SourceExcerpt(const std::string& line, int line_number, int column) 
   if (last < line.size()) shown += "…";
   std::size_t indent = first > 0 ? 1 : 0;
   for (std::size_t i = first; i < at; ++i) indent += IsContinuationByte(line[i]) ? 0 : 1;
-  constexpr std::size_t kNumberWidth = 5;
-  return LeftPadded(std::to_string(line_number), kNumberWidth) + " | " + shown + "\n" +
-         std::string(kNumberWidth, ' ') + " | " + std::string(indent, ' ') + "^\n";
+  return fmt::format("{:>5} | {}\n      | {:{}}^\n", line_number, shown, "", indent);
 }
 
 // Names and values come from files and must not steer a terminal.

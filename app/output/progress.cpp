@@ -207,38 +207,25 @@ void Progress::OnRound(const optim::RoundReport& report) {
   const double interval = options.progress == ProgressMode::kBar ? kRedrawSeconds : kLineSeconds;
   if (!new_stage && now - last_output_s_ < interval) return;
   last_output_s_ = now;
-  switch (options.progress) {
-    case ProgressMode::kBar:
-      terminal_.SetStatus(
-          StatusLine(report, per_round, options.columns(), options.utf8, options.color));
-      break;
-    case ProgressMode::kPlain:
-    case ProgressMode::kAuto:
-      terminal_.PrintLine(PlainLine(report, per_round, UtcIsoNow()));
-      break;
-    case ProgressMode::kJson:
-      terminal_.PrintLine(JsonLine(report, per_round, UtcIsoNow()));
-      break;
-    case ProgressMode::kNone:
-      break;
+  if (options.progress == ProgressMode::kBar) {
+    terminal_.SetStatus(
+        StatusLine(report, per_round, options.columns(), options.utf8, options.color));
+  } else if (options.progress == ProgressMode::kJson) {
+    terminal_.PrintLine(JsonLine(report, per_round, UtcIsoNow()));
+  } else if (options.progress != ProgressMode::kNone) {
+    terminal_.PrintLine(PlainLine(report, per_round, UtcIsoNow()));
   }
 }
 
 void Progress::OnStage(const optim::StageReport& report) {
-  switch (terminal_.options().progress) {
-    case ProgressMode::kBar:
-      terminal_.ClearStatus();
-      terminal_.PrintLine(StageSentence(report));
-      break;
-    case ProgressMode::kPlain:
-    case ProgressMode::kAuto:
-      terminal_.PrintLine(StagePlainLine(report, UtcIsoNow()));
-      break;
-    case ProgressMode::kJson:
-      terminal_.PrintLine(StageJsonLine(report, UtcIsoNow()));
-      break;
-    case ProgressMode::kNone:
-      break;
+  const ProgressMode mode = terminal_.options().progress;
+  if (mode == ProgressMode::kBar) {
+    terminal_.ClearStatus();
+    terminal_.PrintLine(StageSentence(report));
+  } else if (mode == ProgressMode::kJson) {
+    terminal_.PrintLine(StageJsonLine(report, UtcIsoNow()));
+  } else if (mode != ProgressMode::kNone) {
+    terminal_.PrintLine(StagePlainLine(report, UtcIsoNow()));
   }
   last_output_s_ = clock_();
 }

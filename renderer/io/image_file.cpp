@@ -24,13 +24,7 @@ cv::Mat DecodeWithOpenCv(std::string& bytes, const std::filesystem::path& path) 
     throw IoError(path.string() + ": the file is too large");
   }
   const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
-  cv::Mat pixels;
-  try {
-    pixels = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
-  } catch (const std::exception& error) {
-    throw IoError(path.string() + ": cannot be decoded: " + error.what());
-  }
-  return pixels;
+  return cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
 }
 
 /// Channel c of the pixels as 0..1 (integers) or as it is (floats). T is the stored number.
@@ -63,19 +57,20 @@ void CopyChannel(const cv::Mat& pixels, int from, int to, Image& image) {
 /// Radiance HDR is decoded from files only.
 cv::Mat DecodeHdr(std::string_view bytes, const std::filesystem::path& path) {
   const double exposure = ReadHdrExposure(bytes, path.string());
-  cv::Mat pixels;
-  try {
-    pixels = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
-  } catch (const std::exception& error) {
-    throw IoError(path.string() + ": cannot be decoded: " + error.what());
-  }
+  const cv::Mat pixels = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
   return exposure == 1.0 || pixels.empty() ? pixels : cv::Mat(pixels / exposure);
 }
 
 DecodedImage Decode(std::string& bytes, ImageKind kind, const std::filesystem::path& path) {
   CheckContainer(bytes, kind, path.string());
-  const cv::Mat pixels =
-      kind == ImageKind::kHdr ? DecodeHdr(bytes, path) : DecodeWithOpenCv(bytes, path);
+  cv::Mat pixels;
+  try {
+    pixels = kind == ImageKind::kHdr ? DecodeHdr(bytes, path) : DecodeWithOpenCv(bytes, path);
+  } catch (const IoError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw IoError(path.string() + ": cannot be decoded: " + error.what());
+  }
   if (pixels.empty()) throw IoError(path.string() + ": the image is malformed or cut off");
   const int channels = pixels.channels();
   const int depth = pixels.depth();

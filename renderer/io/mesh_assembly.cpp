@@ -69,6 +69,27 @@ std::optional<std::size_t> FindApex(std::span<const Vec3> corners, const Ring& r
   return flat_apex;
 }
 
+/// The distinct corners (f, k) of `count` triangles, ascending, and the triangles as indices into
+/// them.
+template <class CornerOf>
+auto IndexedCorners(std::size_t count, const CornerOf& corner) {
+  std::vector<decltype(corner(0, 0))> distinct;
+  distinct.reserve(count * 3);
+  for (std::size_t f = 0; f < count; ++f) {
+    for (std::size_t k = 0; k < 3; ++k) distinct.push_back(corner(f, k));
+  }
+  std::ranges::sort(distinct);
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  std::vector<Triangle> triangles(count);
+  for (std::size_t f = 0; f < count; ++f) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto place = std::ranges::lower_bound(distinct, corner(f, k));
+      triangles[f][k] = static_cast<std::int32_t>(place - distinct.begin());
+    }
+  }
+  return std::pair(std::move(distinct), std::move(triangles));
+}
+
 /// Merges equal colours at the same welded position and drops unused ones, in the order of the
 /// positions.
 void WeldColors(Mesh& mesh) {
@@ -78,24 +99,12 @@ void WeldColors(Mesh& mesh) {
     const Rgb& color = mesh.colors[static_cast<std::size_t>(mesh.color_triangles[f][k])];
     return Corner(mesh.triangles[f][k], color.r, color.g, color.b);
   };
-  std::vector<Corner> distinct;
-  distinct.reserve(mesh.color_triangles.size() * 3);
-  for (std::size_t f = 0; f < mesh.color_triangles.size(); ++f) {
-    for (std::size_t k = 0; k < 3; ++k) distinct.push_back(corner(f, k));
-  }
-  std::ranges::sort(distinct);
-  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  for (std::size_t f = 0; f < mesh.color_triangles.size(); ++f) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto place = std::ranges::lower_bound(distinct, corner(f, k));
-      mesh.color_triangles[f][k] = static_cast<std::int32_t>(place - distinct.begin());
-    }
-  }
-  // The old colours were needed until here by corner().
+  auto [distinct, triangles] = IndexedCorners(mesh.color_triangles.size(), corner);
   std::vector<Rgb> colors;
   colors.reserve(distinct.size());
   for (const auto& [position, r, g, b] : distinct) colors.push_back({r, g, b});
   mesh.colors = std::move(colors);
+  mesh.color_triangles = std::move(triangles);
 }
 
 void CheckTriangles(const std::vector<Triangle>& triangles,
@@ -149,22 +158,8 @@ SplitMesh SplitVertices(const Mesh& mesh) {
                        uvs ? mesh.uv_triangles[f][k] : -1,
                        colors ? mesh.color_triangles[f][k] : -1};
   };
-  SplitMesh split;
-  split.vertices.reserve(count * 3);
-  for (std::size_t f = 0; f < count; ++f) {
-    for (std::size_t k = 0; k < 3; ++k) split.vertices.push_back(corner(f, k));
-  }
-  std::ranges::sort(split.vertices);
-  split.vertices.erase(std::unique(split.vertices.begin(), split.vertices.end()),
-                       split.vertices.end());
-  split.triangles.resize(count);
-  for (std::size_t f = 0; f < count; ++f) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto place = std::ranges::lower_bound(split.vertices, corner(f, k));
-      split.triangles[f][k] = static_cast<std::int32_t>(place - split.vertices.begin());
-    }
-  }
-  return split;
+  auto [vertices, triangles] = IndexedCorners(count, corner);
+  return {std::move(vertices), std::move(triangles)};
 }
 
 float StoredFloat(double value, const std::filesystem::path& path) {

@@ -143,7 +143,7 @@ scene:
   EXPECT_FALSE(sensor.look_at);
   EXPECT_DOUBLE_EQ(sensor.world_from_camera[2][3], 3.0);
   EXPECT_EQ(*sensor.crop_px, (std::array<int, 4>{0, 4, 8, 4}));
-  EXPECT_DOUBLE_EQ(sensor.p2, -0.2);
+  EXPECT_DOUBLE_EQ(sensor.distortion.p2, -0.2);
   EXPECT_DOUBLE_EQ(sensor.exposure_ev, -1.0);
 }
 
