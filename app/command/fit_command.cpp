@@ -140,11 +140,11 @@ ExitStatus RunInDirectory(CommandContext& context,
     const optim::FitResult result = optim::RunFit(
         experiment.scene, experiment.observations, experiment.fit, observer, controls);
     progress.Finish();
-    recorder.RecordScenes(experiment.fit, experiment.scene, result.scene);
+    recorder.RecordScenes(experiment.fit, experiment.scene, result.scene, result.standard_errors);
     ExportResult(run.Result(),
                  result.scene,
                  ExportedViews(experiment, config),
-                 SummarizeParameters(experiment.fit, experiment.scene, result.scene));
+                 recorder.history().parameters);
     const Ending ending = EndingOf(result.status, signals, observer.reached());
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
     context.log.Info(

@@ -265,9 +265,15 @@ SchemaNode StagesSchema() {
                       Doc("Names of the unknowns that move; `all`: those without `hold: true`.")) |
                       Required(),
                   Key("image_scale", &StageSpec::image_scale) |
-                      Doc("Size of the photos in this stage.") | From(0.01, 1.0),
+                      Doc("Size of the photos in this stage, at its end if `coarse_to_fine`.") |
+                      From(0.01, 1.0),
+                  Key("coarse_to_fine", &StageSpec::coarse_to_fine) |
+                      Doc("Whether a stage in which something moves begins with photos of some 16 "
+                          "to 32 pixels and doubles them up to `image_scale`, each size until its "
+                          "steps move nothing any more: what starts far off is then found, too."),
                   Key("max_rounds", &StageSpec::max_rounds) |
-                      Doc("Solves, each with new samples.") | From(1, 10000),
+                      Doc("Solves at most, each with new samples; a stage ends by itself.") |
+                      From(1, 10000),
                   Key("spp", kSamples, &SampleBudget::spp) |
                       Doc("Samples per pixel in the first round, of both halves together.") |
                       From(2, kMost),
@@ -289,8 +295,11 @@ SchemaNode StagesSchema() {
                       From(0.0, kMost),
                   Map("stop",
                       {Key("relative_cost", &StageSpec::stop_relative_cost) |
-                       Doc("End when a round lowers the averaged cost by less than this share; 0 = "
-                           "never.") |
+                       Doc("More than 500 unknowns: end when three rounds lower the mean cost by "
+                           "less "
+                           "than this share; 0 = never. Fewer end when their steps are within "
+                           "their "
+                           "error.") |
                        From(0.0, 1.0)}) |
                       Doc("When to end before max_rounds.") | Always() |
                       Refuse({{"gradient", ""}, {"patience", ""}})}) |

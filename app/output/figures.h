@@ -45,7 +45,14 @@ struct Fields<optim::RoundReport> {
     visit(Figure{.key = "gradient_max"}, r.gradient_max);
     visit(Figure{.key = "step_norm", .label = "step", .chart = kStep}, r.step_norm);
     visit(Figure{.key = "trust_radius", .label = "trust radius", .chart = kStep}, r.trust_radius);
+    visit(Figure{.key = "motion_px",
+                 .unit = "px",
+                 .label = "motion",
+                 .doc = "By how much the step moved the mesh that moved most, in the images.",
+                 .chart = "Motion in the images"},
+          r.motion);
     visit(Figure{.key = "accepted"}, r.accepted);
+    visit(Figure{.key = "image_scale", .doc = "Size of the photos in this round."}, r.image_scale);
     visit(Figure{.key = "spp",
                  .label = "Largest spp",
                  .doc = "Samples per pixel.",
@@ -67,6 +74,17 @@ struct Fields<optim::RoundReport> {
           r.psnr_linear_val);
     visit(Figure{.key = "iou_fit", .unit = "IoU", .label = "fitted", .chart = kIou}, r.iou_fit);
     visit(Figure{.key = "iou_val", .unit = "IoU", .label = "held out", .chart = kIou}, r.iou_val);
+    visit(Figure{.key = "folded_edges",
+                 .label = "Folded edges",
+                 .doc = "Edges of the moving meshes folded over 150 degrees, after the round.",
+                 .chart = "Folds"},
+          r.folded_edges);
+    visit(Figure{.key = "crossing_triangles",
+                 .label = "Crossing triangles",
+                 .doc = "Triangles of the moving meshes that pass through another one of their "
+                        "part, after the round.",
+                 .chart = "Folds"},
+          r.crossing_triangles);
     visit(Figure{.key = "render_s", .unit = "s", .label = "Images", .by_stage = "sum"}, r.render_s);
     visit(Figure{.key = "jacobian_s", .unit = "s", .label = "Jacobian", .by_stage = "sum"},
           r.jacobian_s);
@@ -137,6 +155,15 @@ struct Fields<optim::StageReport> {
                  .plain = " val_iou={:.4f}",
                  .status = ", IoU {:.4f}"},
           r.iou_val);
+    visit(Figure{.key = "folded_edges",
+                 .label = "Folded edges",
+                 .doc = "Edges of the moving meshes folded over 150 degrees, after the stage."},
+          r.folded_edges);
+    visit(Figure{.key = "crossing_triangles",
+                 .label = "Crossing triangles",
+                 .doc = "Triangles of the moving meshes that pass through another one of their "
+                        "part, after the stage."},
+          r.crossing_triangles);
     visit(Figure{.key = "kept",
                  .label = "Kept",
                  .doc = "Which parameters the stage ended with: averaged, last or start.",

@@ -16,6 +16,9 @@ struct ParameterSummary {
   std::int64_t num_scalars = 1;
   double initial = 0.0;  ///< value, or mean of the group (NaN for positions)
   double value = 0.0;    ///< the same at the end
+  /// Of the value, by what is left unexplained in the photos and by the renderings' noise; NaN
+  /// where it is not known.
+  double standard_error = 0.0;
   double minimum = 0.0;  ///< of the final values
   double maximum = 0.0;
   double rms_change = 0.0;   ///< root mean square of final - initial
@@ -33,6 +36,7 @@ struct Fields<ParameterSummary> {
     visit("num_scalars", p.num_scalars);
     visit("initial", p.initial);
     visit("value", p.value);
+    visit("standard_error", p.standard_error);
     visit("minimum", p.minimum);
     visit("maximum", p.maximum);
     visit("rms_change", p.rms_change);

@@ -137,8 +137,9 @@ void FitRecorder::OnWarning(const std::string& text) { log_.Warn(text); }
 
 void FitRecorder::RecordScenes(const optim::FitSpec& spec,
                                const renderer::Scene& start,
-                               const renderer::Scene& result) {
-  history_.parameters = SummarizeParameters(spec, start, result);
+                               const renderer::Scene& result,
+                               const StandardErrorsByName& errors) {
+  history_.parameters = SummarizeParameters(spec, start, result, errors);
   const renderer::EnvironmentEmitter* initial = FindEnvironment(start);
   const renderer::EnvironmentEmitter* final = FindEnvironment(result);
   if (initial != nullptr && final != nullptr) {

@@ -5,6 +5,7 @@
 
 #include "app/output/fit_history.h"
 #include "app/output/log.h"
+#include "app/output/parameter_table.h"
 #include "app/output/progress.h"
 #include "app/output/run_directory.h"
 #include "app/output/run_record.h"
@@ -47,7 +48,8 @@ class FitRecorder final : public optim::FitObserver {
   /// Parameter table and environment pictures, of the run's first scene and its present one.
   void RecordScenes(const optim::FitSpec& spec,
                     const renderer::Scene& start,
-                    const renderer::Scene& result);
+                    const renderer::Scene& result,
+                    const StandardErrorsByName& errors = {});
 
   /// Ends the run: run.json gets its final status, and the report is written.
   void Finish(RunStatus status, const std::string& reason, int exit_code);

@@ -79,7 +79,8 @@ ParameterSummary Summary(std::span<const double> initial,
 
 std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
                                                   const Scene& start,
-                                                  const Scene& result) {
+                                                  const Scene& result,
+                                                  const StandardErrorsByName& errors) {
   std::vector<ParameterSummary> summaries;
   for (const optim::UnknownSpec& unknown : spec.unknowns) {
     const std::vector<double> initial = ValuesOf(unknown, start);
@@ -107,6 +108,10 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
           renderer::TraitsOf(unknown.kind, result, std::max(0, unknown.object));
       summary.unit = traits.unit;
       summary.held = unknown.hold;
+      const auto known = errors.find(unknown.name);
+      const bool has_error = known != errors.end() && known->second.size() == final.size() &&
+                             (!whole || final.size() == 1);
+      summary.standard_error = has_error ? known->second[i] : std::nan("");
       if (whole && final.size() > 1 && traits.IsPlace()) {
         summary.initial = summary.value = std::nan("");
       }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -9,11 +10,15 @@
 
 namespace pathfit::app {
 
+/// One per scalar of a group of unknowns.
+using StandardErrorsByName = std::map<std::string, std::vector<double>>;
+
 /// One row per scalar of small unknowns (three components at most) and one per large group, in the
 /// order of the specification. The gains of all photos are one group. Throws SceneError for an
 /// unknown that `result` does not have.
 std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
                                                   const renderer::Scene& start,
-                                                  const renderer::Scene& result);
+                                                  const renderer::Scene& result,
+                                                  const StandardErrorsByName& errors = {});
 
 }  // namespace pathfit::app

@@ -38,7 +38,7 @@ using renderer::Scene;
 static_assert(std::endian::native == std::endian::little,
               "arrays are written as they are in memory");
 
-constexpr const char* kFormat = "pathfit state 2";
+constexpr const char* kFormat = "pathfit state 3";
 constexpr std::size_t kKeptStates = 2;
 constexpr std::string_view kPrefix = "state_";
 
@@ -219,6 +219,13 @@ class Codec {
                  {"step", state.step},
                  {"stage", state.stage},
                  {"round", state.round},
+                 {"level", state.level},
+                 {"level_start", state.level_start},
+                 {"accepted", state.accepted},
+                 {"within_error", state.within_error},
+                 {"still", state.still},
+                 {"precise", state.precise},
+                 {"standard_errors", Json::object()},
                  {"wall_s", state.wall_s},
                  {"radius_factor", state.radius_factor},
                  {"damping", state.damping},
@@ -230,13 +237,18 @@ class Codec {
                    {"product", arrays.Add(state.model.product)},
                    {"square", arrays.Add(state.model.square)},
                    {"covariance", arrays.Add(state.model.covariance)},
+                   {"scatter", arrays.Add(state.model.scatter)},
                    {"linear", arrays.Add(state.model.linear)}}},
                  {"unknowns", names_},
                  {"start", start_checksum_},
                  {"scene", ToJson(state.scene, arrays)},
                  {"stage_start", ToJson(state.stage_start, arrays)},
+                 {"level_scene", ToJson(state.level_scene, arrays)},
                  {"older", ToJson(state.average.older, arrays)},
                  {"newer", ToJson(state.average.newer, arrays)}};
+    for (const auto& [name, values] : state.standard_errors) {
+      json["standard_errors"][name] = arrays.Add(values);
+    }
     json["arrays"] = arrays.Take();
     return Json::to_cbor(json);
   }
@@ -255,6 +267,15 @@ class Codec {
     json.at("step").get_to(state.step);
     json.at("stage").get_to(state.stage);
     json.at("round").get_to(state.round);
+    json.at("level").get_to(state.level);
+    json.at("level_start").get_to(state.level_start);
+    json.at("accepted").get_to(state.accepted);
+    json.at("within_error").get_to(state.within_error);
+    json.at("still").get_to(state.still);
+    json.at("precise").get_to(state.precise);
+    for (const auto& [name, values] : json.at("standard_errors").items()) {
+      ReadArray(arrays, values, state.standard_errors[name]);
+    }
     json.at("wall_s").get_to(state.wall_s);
     json.at("radius_factor").get_to(state.radius_factor);
     json.at("damping").get_to(state.damping);
@@ -266,12 +287,14 @@ class Codec {
     ReadArray(arrays, model.at("product"), state.model.product);
     ReadArray(arrays, model.at("square"), state.model.square);
     ReadArray(arrays, model.at("covariance"), state.model.covariance);
+    ReadArray(arrays, model.at("scatter"), state.model.scatter);
     ReadArray(arrays, model.at("linear"), state.model.linear);
     state.scene = SceneFromJson(json.at("scene"), arrays);
     state.stage_start = SceneFromJson(json.at("stage_start"), arrays);
+    state.level_scene = SceneFromJson(json.at("level_scene"), arrays);
     state.average.older = WeightedFromJson(json.at("older"), arrays);
     state.average.newer = WeightedFromJson(json.at("newer"), arrays);
-    if (!HasWeightsOfRounds(state.average, state.round)) {
+    if (!HasWeightsOfRounds(state.average, state.RoundsOfLevel())) {
       throw renderer::IoError("it is damaged: no rounds have the weights of its averages");
     }
     return state;

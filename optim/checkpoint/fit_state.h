@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -37,16 +38,27 @@ struct FitState {
   int step = 0;             ///< finished rounds of all stages
   int stage = 0;            ///< the current stage; the number of stages when the fit is finished
   int round = 0;            ///< finished rounds of the current stage
+  int level = 0;            ///< of the stage's image scales (ScalesOfStage), coarsest first
+  int level_start = 0;      ///< rounds of the stage before this level
+  int accepted = 0;         ///< rounds of the stage with a step
   double wall_s = 0.0;
+  [[nodiscard]] int RoundsOfLevel() const { return round - level_start; }
 
   double radius_factor = 1.0;  ///< on the noise-derived trust radius, shrunk by rejections
   double damping = 0.0;        ///< kappa of the proximal metric (round/step_control.h)
   int rejected_in_row = 0;
-  std::vector<double> costs;  ///< of the stage's rounds, at their start
-  QuadraticModel model;  ///< of the stage's rounds, where normal equations are formed; else empty
+  std::vector<double> costs;  ///< of the level's rounds, at their start
+  QuadraticModel model;  ///< of the level's rounds, where normal equations are formed; else empty
+  int within_error = 0;  ///< rounds in a row whose step its own error explains, by the model
+  int still = 0;         ///< rounds in a row whose step moved nothing by more than kStillPixels
+  bool precise = false;  ///< whether more samples would hardly improve the result, by the model
+  /// By group of unknowns (name), one per scalar in its unit; of the last stage that fitted it with
+  /// a model.
+  std::map<std::string, std::vector<double>> standard_errors;
 
   renderer::Scene scene;  ///< after the last finished round
   renderer::Scene stage_start;
+  renderer::Scene level_scene;  ///< that the level began with: what units of priors are taken from
   AverageState average;
 };
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <iterator>
 #include <numbers>
+#include <numeric>
 #include <string_view>
 #include <variant>
 
@@ -390,6 +391,53 @@ std::unique_ptr<ceres::CostFunction> MakePriorCostFunction(const PriorTerm& term
 
 std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term) {
   return term.edge > 0.0 ? std::make_unique<EdgeLoss>(term.edge) : nullptr;
+}
+
+std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
+                                 const ParameterSet& set,
+                                 const std::vector<double>& theta) {
+  const std::size_t n = set.NumScalars();
+  std::vector<double> hessian(n * n);
+  for (const PriorTerm& term : terms) {
+    std::vector<const double*> blocks;
+    std::vector<std::vector<double>> jacobians;
+    std::vector<double*> targets;
+    for (const std::int32_t block : term.blocks) {
+      blocks.push_back(theta.data() + set.BlockOffset(block));
+      jacobians.emplace_back(kMaxPriorRows * static_cast<std::size_t>(set.BlockSize(block)));
+    }
+    for (std::vector<double>& jacobian : jacobians) {
+      targets.push_back(jacobian.data());
+    }
+    std::array<double, kMaxPriorRows> residual{};
+    EvalPrior(term, set, blocks.data(), residual.data(), targets.data());
+    double slope = 1.0;
+    if (term.edge > 0.0) {
+      double rho[3];
+      EdgeLoss(term.edge).Evaluate(
+          std::inner_product(residual.begin(), residual.end(), residual.begin(), 0.0), rho);
+      slope = rho[1];
+    }
+    const std::size_t rows =
+        term.NumGroups() * static_cast<std::size_t>(set.BlockSize(term.blocks.front()));
+    for (std::size_t a = 0; a < blocks.size(); ++a) {
+      for (std::size_t b = 0; b < blocks.size(); ++b) {
+        const auto size_a = static_cast<std::size_t>(set.BlockSize(term.blocks[a]));
+        const auto size_b = static_cast<std::size_t>(set.BlockSize(term.blocks[b]));
+        for (std::size_t i = 0; i < size_a * size_b; ++i) {
+          const std::size_t p = i / size_b;
+          const std::size_t q = i % size_b;
+          double sum = 0.0;
+          for (std::size_t row = 0; row < rows; ++row) {
+            sum += jacobians[a][row * size_a + p] * jacobians[b][row * size_b + q];
+          }
+          hessian[(set.BlockOffset(term.blocks[a]) + p) * n + set.BlockOffset(term.blocks[b]) +
+                  q] += slope * sum;
+        }
+      }
+    }
+  }
+  return hessian;
 }
 
 double PriorCost(const std::vector<PriorTerm>& terms,

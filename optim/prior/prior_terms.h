@@ -95,6 +95,11 @@ std::unique_ptr<ceres::CostFunction> MakePriorCostFunction(const PriorTerm& term
 /// rho of a term for the solver; null where it is the identity.
 std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term);
 
+/// Second derivatives of the terms' costs by theta (Gauss-Newton, NumScalars^2, row-major).
+std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
+                                 const ParameterSet& set,
+                                 const std::vector<double>& theta);
+
 /// Sum of the terms' costs.
 double PriorCost(const std::vector<PriorTerm>& terms,
                  const ParameterSet& set,

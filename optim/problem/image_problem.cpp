@@ -9,11 +9,8 @@ namespace {
 
 // Standard errors from which on a comparison decides.
 constexpr double kSure = 3.0;
-
-bool ChooseGram(LinearSolverChoice choice, std::size_t num_scalars) {
-  return choice == LinearSolverChoice::kGram ||
-         (choice == LinearSolverChoice::kAuto && num_scalars <= ImageProblem::kMaxGramScalars);
-}
+// A step that promises a larger share of the cost may lead out of the model, however noisy it is.
+constexpr double kSmallDecrease = 0.1;
 
 }  // namespace
 
@@ -25,7 +22,7 @@ ImageProblem::ImageProblem(ImageSource& source,
       views_(views),
       set_(set),
       options_(options),
-      uses_gram_(ChooseGram(options.linear_solver, set.NumScalars())) {
+      uses_gram_(FormsNormalEquations(options.linear_solver, set.NumScalars())) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
   for (const int view : views.fitted) {
     const ViewLevel& level = views.levels[static_cast<std::size_t>(view)];
@@ -205,13 +202,17 @@ void ImageProblem::EvalTrialByModel(const std::vector<double>& values) {
   ImageCosts predicted = start_costs_;
   predicted.colors -= decrease;
   predicted.signal_squared -= 2.0 * decrease;
-  if (std::abs(decrease) <= kSure * std::sqrt(variance)) {
+  const bool is_small = decrease <= kSmallDecrease * std::abs(start_costs_.Total());
+  if (is_small && std::abs(decrease) <= kSure * std::sqrt(variance)) {
     costs_ = predicted;
     return;
   }
   RenderTrial(values);
   const double measured = start_costs_.Total() - costs_.Total();
-  if (std::abs(measured - decrease) <= kSure * std::sqrt(variance + paired_variance_)) {
+  // Both bound the comparison's noise from above: what moved may be noise in the first, nothing
+  // that the samples have in common cancels in the second.
+  const double noise = std::min(paired_variance_, start_costs_.variance + costs_.variance);
+  if (std::abs(measured - decrease) <= kSure * std::sqrt(noise)) {
     costs_ = predicted;
   }
 }

@@ -42,8 +42,8 @@ class ImageProblem {
 
   /// Renders both halves at `values`; afterwards costs() and the groups' u and v are those of the
   /// trial. With normal equations a rendering decides only where it can: costs() are those of the
-  /// quadratic model where its decrease drowns in the noise of such a comparison (then nothing is
-  /// rendered), and where the rendering does not contradict it.
+  /// quadratic model where its decrease is small and drowns in the noise of such a comparison (then
+  /// nothing is rendered), and where the rendering does not contradict it.
   void EvalTrial(const std::vector<double>& values);
 
   [[nodiscard]] bool UsesGram() const { return uses_gram_; }
@@ -62,6 +62,10 @@ class ImageProblem {
 
   /// Above this many free scalars the normal equations are not formed densely unless asked for.
   static constexpr std::size_t kMaxGramScalars = 500;
+  static bool FormsNormalEquations(LinearSolverChoice choice, std::size_t num_scalars) {
+    return choice == LinearSolverChoice::kGram ||
+           (choice == LinearSolverChoice::kAuto && num_scalars <= kMaxGramScalars);
+  }
 
  private:
   /// Renders one view's derivatives with both halves and merges them; the sinks are gone when it

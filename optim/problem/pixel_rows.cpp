@@ -118,6 +118,7 @@ class RowMerger {
       const double slope = set_.Slope(offset + c, values_[offset + c]);
       double noise = 0.0;
       double gradient_spread = 0.0;
+      double gradient = 0.0;
       for (int row = 0; row < unit.NumRows(); ++row) {
         const auto channel = static_cast<std::size_t>(unit.Channel(row));
         const auto pixel = static_cast<std::size_t>(unit.pixel);
@@ -130,6 +131,7 @@ class RowMerger {
         entry.jacobian[cell] = static_cast<float>(mean);
         spread.jacobian[cell] = static_cast<float>(difference);
         noise += r.v[static_cast<std::size_t>(row)] * difference;
+        gradient += mean * r.u[static_cast<std::size_t>(row)];
         gradient_spread += difference * r.u[static_cast<std::size_t>(row)] -
                            mean * r.v[static_cast<std::size_t>(row)];
         is_zero = is_zero && mean == 0.0 && difference == 0.0;
@@ -142,6 +144,7 @@ class RowMerger {
       }
       entry.noise[c] = static_cast<float>(noise);
       spread.gradient[c] = static_cast<float>(gradient_spread);
+      spread.mean_gradient[c] = static_cast<float>(gradient - noise);
     }
     if (!is_zero) {
       rows.entries.push_back(entry);

@@ -23,10 +23,12 @@ struct RowEntry {
 
 /// What the halves disagree on, of one entry: half the difference of their Jacobians (rows x
 /// components, row-major), and of what each half's Jacobian and the other's residuals give as
-/// gradient. Their products have the expectation of the mean's noise.
+/// gradient, whose mean is `mean_gradient`. Products of differences have the expectation of the
+/// mean's noise.
 struct EntrySpread {
   std::array<float, 9> jacobian{};
   std::array<float, 3> gradient{};
+  std::array<float, 3> mean_gradient{};
 };
 
 /// Rows of one pixel with the same sparsity: its three colours, or its coverage.

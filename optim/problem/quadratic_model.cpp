@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Dense>
 
@@ -29,7 +30,7 @@ constexpr double kSigmas = 2.0;        // that chance is given
 constexpr double kUnknownNoise = 4.0;  // variance over what the covariance knows
 
 struct Sums {
-  std::vector<double> product, square, covariance;
+  std::vector<double> product, square, covariance, scatter;
 };
 
 /// Adds one unit's products to the upper triangles (in block order).
@@ -59,8 +60,12 @@ void AddUnit(const PixelRows& rows, const RowUnit& unit, const ParameterSet& set
           const std::size_t cell = (offset_a + p) * n + offset_b + q;
           sums.product[cell] += mean - difference;
           sums.square[cell] += mean;
-          sums.covariance[cell] += static_cast<double>(spreads[a].gradient[p]) *
-                                   static_cast<double>(spreads[b].gradient[q]);
+          const double noise = static_cast<double>(spreads[a].gradient[p]) *
+                               static_cast<double>(spreads[b].gradient[q]);
+          sums.covariance[cell] += noise;
+          sums.scatter[cell] += static_cast<double>(spreads[a].mean_gradient[p]) *
+                                    static_cast<double>(spreads[b].mean_gradient[q]) -
+                                noise;
         }
       }
     }
@@ -120,7 +125,8 @@ double LargestByChance(std::size_t n) {
 
 /// All earlier rounds as if they had had that share of their samples.
 void Fade(double kept, QuadraticModel& model) {
-  for (std::vector<double>* values : {&model.product, &model.square, &model.linear}) {
+  for (std::vector<double>* values :
+       {&model.product, &model.square, &model.scatter, &model.linear}) {
     Scale(kept, *values);
   }
   // Of the mean gradient, covariance / weight^2, that is 1 / kept times as much.
@@ -134,6 +140,7 @@ QuadraticModel::QuadraticModel(std::size_t num_scalars)
     : product(num_scalars * num_scalars),
       square(num_scalars * num_scalars),
       covariance(num_scalars * num_scalars),
+      scatter(num_scalars * num_scalars),
       linear(num_scalars) {}
 
 void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
@@ -143,6 +150,7 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
     sums.product.assign(product.size(), 0.0);
     sums.square.assign(product.size(), 0.0);
     sums.covariance.assign(product.size(), 0.0);
+    sums.scatter.assign(product.size(), 0.0);
     const std::size_t count = rows.units.size();
     const std::size_t first = count * static_cast<std::size_t>(part) / kNumParts;
     const std::size_t end = count * static_cast<std::size_t>(part + 1) / kNumParts;
@@ -154,13 +162,14 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
     AddScaled(part.product, 1.0, product);
     AddScaled(part.square, 1.0, square);
     AddScaled(part.covariance, 1.0, covariance);
+    AddScaled(part.scatter, 1.0, scatter);
   }
 }
 
 void QuadraticModel::FinishRound(const std::vector<double>& theta,
                                  const std::vector<double>& gradient) {
   const std::size_t n = NumScalars();
-  for (std::vector<double>* matrix : {&product, &square, &covariance}) {
+  for (std::vector<double>* matrix : {&product, &square, &covariance, &scatter}) {
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t j = i + 1; j < n; ++j) {
         (*matrix)[j * n + i] = (*matrix)[i * n + j];
@@ -195,9 +204,25 @@ void Accumulate(const QuadraticModel& round,
   }
   AddScaled(round.product, weight, model.product);
   AddScaled(round.square, weight, model.square);
+  AddScaled(round.scatter, weight, model.scatter);
   AddScaled(round.linear, weight, model.linear);
   AddScaled(round.covariance, weight * weight, model.covariance);
   model.weight += weight;
+}
+
+double SignificanceOfStep(const std::vector<double>& step, const QuadraticModel& model) {
+  if (model.Empty()) {
+    return 0.0;
+  }
+  const std::size_t n = model.NumScalars();
+  const Eigen::VectorXd change = AsMatrix(model.product, n) * AsVector(step) / model.weight;
+  const RowMajorMatrix covariance = AsMatrix(model.covariance, n) / (model.weight * model.weight);
+  return Contradiction(change, covariance);
+}
+
+double LargestStepByChance(std::size_t num_scalars) {
+  // Between two estimates, each with an error of its own.
+  return 2.0 * LargestByChance(num_scalars);
 }
 
 void Forget(const std::vector<double>& step, QuadraticModel& model) {
@@ -205,13 +230,39 @@ void Forget(const std::vector<double>& step, QuadraticModel& model) {
     return;
   }
   const std::size_t n = model.NumScalars();
-  const Eigen::VectorXd change = AsMatrix(model.product, n) * AsVector(step) / model.weight;
-  const RowMajorMatrix covariance = AsMatrix(model.covariance, n) / (model.weight * model.weight);
-  // Between two estimates, each with an error of its own.
-  const double by_chance = 2.0 * LargestByChance(n);
   const double significance =
-      std::max(0.0, Contradiction(change, covariance) - by_chance) * static_cast<double>(n);
+      std::max(0.0, SignificanceOfStep(step, model) - LargestStepByChance(n)) *
+      static_cast<double>(n);
   Fade(1.0 / (1.0 + kErrorOfStep * kErrorOfStep * significance), model);
+}
+
+StandardErrors EstimateErrors(const QuadraticModel& model,
+                              const std::vector<double>& theta,
+                              const std::vector<double>& prior_hessian) {
+  const std::size_t n = model.NumScalars();
+  const ModelAtPoint at = MakeModelAtPoint(model, theta);
+  RowMajorMatrix hessian = AsMatrix(at.hessian, n) + AsMatrix(prior_hessian, n);
+  // Scalars of very different sizes: in units of their own curvature.
+  const Eigen::VectorXd unit = hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  hessian = unit.asDiagonal() * hessian * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian);
+  const auto deviations = [&](const RowMajorMatrix& covariance) {
+    std::vector<double> result(n, std::numeric_limits<double>::infinity());
+    if (eigen.info() != Eigen::Success) {
+      return result;
+    }
+    const Eigen::MatrixXd inverse =
+        unit.asDiagonal() * eigen.eigenvectors() *
+        eigen.eigenvalues().cwiseMax(kRelativeShift).cwiseInverse().asDiagonal() *
+        eigen.eigenvectors().transpose() * unit.asDiagonal();
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto row = inverse.row(static_cast<Eigen::Index>(i));
+      result[i] = std::sqrt(std::max(0.0, row.dot(covariance * row.transpose())));
+    }
+    return result;
+  };
+  return {deviations(AsMatrix(model.covariance, n) / (model.weight * model.weight)),
+          deviations(AsMatrix(model.scatter, n) / model.weight)};
 }
 
 ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta) {

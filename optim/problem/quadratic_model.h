@@ -15,16 +15,18 @@ struct PixelRows;
 ///   square     J^T J of the mean J, which the noise of J inflates: a bound from above;
 ///   linear     product theta - gradient, theta the round's point: the minimum of the sum of all
 ///              rounds is where product x = linear;
-///   covariance of the gradient, from the halves pixel by pixel.
+///   covariance of the gradient by the renderings' noise, from the halves pixel by pixel;
+///   scatter    of the pixels' shares of the gradient: at a minimum, its covariance by what of the
+///              photos no parameters explain (their noise, errors of the scene).
 struct QuadraticModel {
   double weight = 0.0;  ///< of the rounds together
-  std::vector<double> product, square, covariance, linear;
+  std::vector<double> product, square, covariance, scatter, linear;
 
   explicit QuadraticModel(std::size_t num_scalars = 0);
   [[nodiscard]] std::size_t NumScalars() const { return linear.size(); }
   [[nodiscard]] bool Empty() const { return weight == 0.0; }
 
-  /// Adds rows of one view (with spreads) to the three matrices; their lower triangles are wrong
+  /// Adds rows of one view (with spreads) to the matrices; their lower triangles are wrong
   /// until FinishRound. Same bits for any number of threads.
   void AddRows(const PixelRows& rows, const ParameterSet& set);
   /// Completes a round of rows about `theta`.
@@ -42,6 +44,21 @@ void Accumulate(const QuadraticModel& round,
 /// After a step: rounds about points that lie behind lose weight as far as the step stands out of
 /// the error of the model's minimum, since their quadratic form holds near their points only.
 void Forget(const std::vector<double>& step, QuadraticModel& model);
+
+/// Mean square, in units of its error, of a step from one estimate of the minimum to the next;
+/// about at most LargestStepByChance if there is nothing in it. 0 without a model.
+double SignificanceOfStep(const std::vector<double>& step, const QuadraticModel& model);
+double LargestStepByChance(std::size_t num_scalars);
+
+/// Standard errors of the minimum by theta, infinite in directions that nothing determines: by the
+/// noise of the renderings, and by what of the photos stays unexplained. `prior_hessian`: second
+/// derivatives of what is added to the photos' cost, num_scalars^2.
+struct StandardErrors {
+  std::vector<double> of_rendering, of_photos;
+};
+StandardErrors EstimateErrors(const QuadraticModel& model,
+                              const std::vector<double>& theta,
+                              const std::vector<double>& prior_hessian);
 
 /// The model about a point, per round, made fit for a step.
 struct ModelAtPoint {

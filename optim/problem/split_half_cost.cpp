@@ -15,18 +15,21 @@ std::vector<float> AddSplitHalfCosts(const ViewLevel& level,
     const auto r_a = PixelResidual(level, scales[p], a.pixels[p], p);
     const auto r_b = PixelResidual(level, scales[p], b.pixels[p], p);
     std::array<double, 4> product{};
+    double noise = 0.0;
     for (std::size_t c = 0; c < 4; ++c) {
       const double u = 0.5 * (r_a[c] + r_b[c]);
       const double v = 0.5 * (r_a[c] - r_b[c]);
       product[c] = r_a[c] * r_b[c];
       costs.signal_squared += u * u;
       costs.noise_squared += v * v;
+      noise += u * v;
     }
     const double colors = 0.5 * (product[0] + product[1] + product[2]);
     const double coverage = 0.5 * product[3];
     pixel_costs[p] = static_cast<float>(colors + coverage);
     costs.colors += colors;
     costs.coverage += coverage;
+    costs.variance += noise * noise;
     const unsigned bits = use.empty() ? 0U : use[p];
     costs.rest +=
         ((bits & kUsesColor) == 0 ? colors : 0.0) + ((bits & kUsesCoverage) == 0 ? coverage : 0.0);

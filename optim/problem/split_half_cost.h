@@ -13,6 +13,7 @@ struct ImageCosts {
   double rest = 0.0;            ///< part of the two that pixels without any derivative contribute
   double signal_squared = 0.0;  ///< sum of u^2, u = (r_a + r_b) / 2
   double noise_squared = 0.0;   ///< sum of v^2, v = (r_a - r_b) / 2
+  double variance = 0.0;        ///< of Total() by noise; (u . v)^2 of each pixel is unbiased for it
   [[nodiscard]] double Total() const { return colors + coverage; }
 };
 

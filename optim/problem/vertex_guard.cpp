@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/geometry/mesh_folds.h"
+#include "renderer/geometry/mesh_topology.h"
+
 namespace pathfit::optim {
 namespace {
 
@@ -20,6 +23,17 @@ renderer::Vec3 AreaVector(const std::vector<double>& values,
   return Cross(vertex(1) - a, vertex(2) - a);
 }
 
+std::vector<renderer::Vec3> Positions(const std::vector<double>& values,
+                                      std::size_t offset,
+                                      std::size_t count) {
+  std::vector<renderer::Vec3> positions;
+  positions.reserve(count);
+  for (std::size_t i = offset; i < offset + 3 * count; i += 3) {
+    positions.push_back({values[i], values[i + 1], values[i + 2]});
+  }
+  return positions;
+}
+
 }  // namespace
 
 VertexGuard::VertexGuard(const renderer::Scene& scene,
@@ -31,10 +45,21 @@ VertexGuard::VertexGuard(const renderer::Scene& scene,
     }
     Surface surface;
     surface.offset = static_cast<std::size_t>(group.first_scalar);
-    surface.triangles = scene.meshes[static_cast<std::size_t>(group.object)].mesh.triangles;
-    for (const renderer::Triangle& triangle : surface.triangles) {
+    surface.mesh.triangles = scene.meshes[static_cast<std::size_t>(group.object)].mesh.triangles;
+    surface.mesh.positions =
+        Positions(values, surface.offset, static_cast<std::size_t>(group.num_blocks));
+    for (const renderer::Triangle& triangle : surface.mesh.triangles.Items()) {
       surface.area_vectors.push_back(AreaVector(values, surface.offset, triangle));
     }
+    for (const renderer::MeshEdge& edge : renderer::MeshTopology::Build(surface.mesh).edges) {
+      if (edge.faces[1] < 0) continue;
+      const auto a = static_cast<std::size_t>(edge.faces[0]);
+      const auto b = static_cast<std::size_t>(edge.faces[1]);
+      if (!renderer::AreFolded(surface.area_vectors[a], surface.area_vectors[b])) {
+        surface.neighbors.push_back({a, b});
+      }
+    }
+    surface.crossing = renderer::CrossingTriangles(surface.mesh).size();
     surfaces_.push_back(std::move(surface));
   }
 }
@@ -48,17 +73,32 @@ bool VertexGuard::Admits(const std::vector<double>& values) const {
     for (const renderer::Vec3& area : surface.area_vectors) {
       mean += Norm(area) / static_cast<double>(surface.area_vectors.size());
     }
+    const std::vector<renderer::Triangle>& triangles = surface.mesh.triangles.Items();
+    std::vector<renderer::Vec3> area_vectors;
+    area_vectors.reserve(triangles.size());
     std::size_t bad = 0;
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
       const renderer::Vec3 before = surface.area_vectors[t];
-      const renderer::Vec3 after = AreaVector(values, surface.offset, surface.triangles[t]);
+      const renderer::Vec3 after = AreaVector(values, surface.offset, triangles[t]);
+      area_vectors.push_back(after);
       if (!(Norm(after) > kNoArea * mean)) {
         return false;
       }
       bad += static_cast<std::size_t>(Dot(before, after) <= 0.0 ||
                                       Norm(after) < kCollapsed * Norm(before));
     }
-    if (static_cast<double>(bad) > kAllowedShare * static_cast<double>(surface.triangles.size())) {
+    const double allowed = kAllowedShare * static_cast<double>(triangles.size());
+    const auto folded = std::count_if(
+        surface.neighbors.begin(), surface.neighbors.end(), [&area_vectors](const auto& pair) {
+          return renderer::AreFolded(area_vectors[pair[0]], area_vectors[pair[1]]);
+        });
+    if (static_cast<double>(bad) > allowed || static_cast<double>(folded) > allowed) {
+      return false;
+    }
+    renderer::Mesh moved = surface.mesh;
+    moved.positions = Positions(values, surface.offset, surface.mesh.positions.size());
+    const std::size_t crossing = renderer::CrossingTriangles(moved).size();
+    if (static_cast<double>(crossing) > static_cast<double>(surface.crossing) + allowed) {
       return false;
     }
   }

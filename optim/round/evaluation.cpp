@@ -14,7 +14,7 @@
 namespace pathfit::optim {
 namespace {
 
-constexpr int kMinEvaluationSpp = 64;
+constexpr double kSure = 3.0;  // standard errors
 
 void Average(StageReport& report) {
   double fit = 0.0, val = 0.0;
@@ -40,6 +40,7 @@ EvaluatedCost EvaluateCost(const ImageSource& source,
                            const SampleHalves& samples,
                            double priors_in_solver_units) {
   ImageCosts costs;
+  std::vector<std::vector<float>> pixels;
   for (const int view : views.fitted) {
     const auto v = static_cast<std::size_t>(view);
     const renderer::Film a = source.RenderPrimal(view, samples.a);
@@ -47,11 +48,27 @@ EvaluatedCost EvaluateCost(const ImageSource& source,
     CheckFinite(a, views.names[v]);
     CheckFinite(b, views.names[v]);
     const RowScales scales = MakeRowScales(views, view, loss, AverageFilm(a, b));
-    AddSplitHalfCosts(views.levels[v], scales, a, b, {}, costs);
+    pixels.push_back(AddSplitHalfCosts(views.levels[v], scales, a, b, {}, costs));
+    for (float& share : pixels.back()) {
+      share /= static_cast<float>(views.num_channels);
+    }
   }
   return {costs.colors / views.num_channels,
           costs.coverage / views.num_channels,
-          priors_in_solver_units / views.num_channels};
+          priors_in_solver_units / views.num_channels,
+          std::move(pixels)};
+}
+
+bool IsSurelyWorse(const EvaluatedCost& worse, const EvaluatedCost& better) {
+  double variance = 0.0;
+  for (std::size_t v = 0; v < worse.pixels.size(); ++v) {
+    for (std::size_t p = 0; p < worse.pixels[v].size(); ++p) {
+      const auto difference =
+          static_cast<double>(worse.pixels[v][p]) - static_cast<double>(better.pixels[v][p]);
+      variance += difference * difference;
+    }
+  }
+  return worse.Total() - better.Total() > kSure * std::sqrt(variance);
 }
 
 ReportedView RenderForReport(const ImageSource& source,
@@ -95,12 +112,8 @@ std::unique_ptr<SceneImageSource> FitEvaluation::MakeSource(const renderer::Scen
       scene, layout, std::move(cameras), spec_.estimators, cancel_);
 }
 
-SampleHalves FitEvaluation::Samples(int stage, const StageSpec& budget_of) const {
-  return MakeHalves(spec_.seed,
-                    stage,
-                    0,
-                    SampleUse::kEvaluation,
-                    {.spp = std::max(kMinEvaluationSpp, budget_of.max_spp)});
+SampleHalves FitEvaluation::Samples(int stage, int spp) const {
+  return MakeHalves(spec_.seed, stage, 0, SampleUse::kEvaluation, {.spp = spp});
 }
 
 ReportImages FitEvaluation::Report(const SampleHalves& samples,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,8 +19,13 @@ namespace pathfit::optim {
 /// silhouettes and priors.
 struct EvaluatedCost {
   double image = 0.0, silhouette = 0.0, priors = 0.0;
+  std::vector<std::vector<float>> pixels;  ///< by fitted view: shares of image and silhouette
   [[nodiscard]] double Total() const { return image + silhouette + priors; }
 };
+/// Whether `worse` costs more than `better`, on the same samples, than their noise explains, as if
+/// all that differs between pixels were noise.
+bool IsSurelyWorse(const EvaluatedCost& worse, const EvaluatedCost& better);
+
 EvaluatedCost EvaluateCost(const ImageSource& source,
                            const FitViews& views,
                            const LossSpec& loss,
@@ -69,9 +75,11 @@ class FitEvaluation {
       const renderer::ParameterLayout& layout,
       const FitViews& views) const;
 
-  /// What candidates for the end of a stage are compared on: one set per stage, apart from every
-  /// round's, of max_spp of `budget_of` or more. Edges play no part in images.
-  [[nodiscard]] SampleHalves Samples(int stage, const StageSpec& budget_of) const;
+  /// Of reports and of candidates for the end of a stage: one set per stage, apart from every
+  /// round's. Edges play no part in images.
+  [[nodiscard]] SampleHalves Samples(int stage, int spp) const;
+  /// Enough for pictures that people look at.
+  static int SppOfPictures(const StageSpec& stage) { return std::max(64, stage.max_spp); }
 
   /// Fills the report's views and means. They are rendered at the last stage's resolution, since
   /// reports of stages compare only at one. Sets the estimated gains in `scene`.

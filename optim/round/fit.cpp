@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "optim/checkpoint/checkpoint.h"
+#include "optim/problem/image_problem.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/mesh_levels.h"
 #include "optim/round/persistence.h"
@@ -19,6 +21,9 @@
 
 namespace pathfit::optim {
 namespace {
+
+constexpr int kFirstSpp = 8;   // tells most candidates apart
+constexpr int kDraftSpp = 16;  // of pictures on the way
 
 std::vector<int> Range(std::size_t count) {
   std::vector<int> indices(count);
@@ -81,6 +86,7 @@ class FitDriver {
             FitObserver& observer,
             const FitControls& controls)
       : start_(start),
+        observations_(observations),
         spec_(spec),
         observer_(observer),
         controls_(controls),
@@ -116,7 +122,7 @@ class FitDriver {
         StageReport report;
         report.stage = report.kept = "start";
         evaluation_.ViewsAt(spec_.stages.back().image_scale);
-        Report(std::move(report), evaluation_.Samples(0, spec_.stages.back()));
+        Report(std::move(report), kDraftSpp);
         BeginStage();
       }
       while (state_.stage < static_cast<int>(spec_.stages.size()) && RunStage()) {
@@ -130,6 +136,7 @@ class FitDriver {
     result_.scene = std::move(state_.scene);
     result_.rounds = state_.step;
     result_.wall_s = WallSeconds();
+    result_.standard_errors = std::move(state_.standard_errors);
     return std::move(result_);
   }
 
@@ -161,68 +168,145 @@ class FitDriver {
 
   void BeginStage() {
     state_.round = 0;
-    state_.radius_factor = 1.0;
+    state_.level = 0;
+    state_.accepted = 0;
+    state_.stage_start = state_.scene;  // before it is refined
+    BeginLevel();
+  }
+
+  void BeginLevel() {
+    state_.level_start = state_.round;
     state_.damping = kStartDamping;
     state_.rejected_in_row = 0;
     state_.costs.clear();
     state_.model = QuadraticModel();
+    state_.within_error = 0;
+    state_.still = 0;
+    state_.precise = false;
     state_.average = {};
-    if (state_.stage < static_cast<int>(spec_.stages.size())) {
-      const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
-      MeshLevels levels = RefineMeshes(std::move(state_.scene),
-                                       spec_.unknowns,
-                                       stage.free,
-                                       evaluation_.ViewsAt(stage.image_scale));
-      state_.scene = std::move(levels.scene);
-      for (const std::string& message : levels.messages) {
-        observer_.OnMessage("stage '" + stage.name + "': " + message);
-      }
+    if (state_.stage == static_cast<int>(spec_.stages.size())) {
+      return;
     }
-    state_.stage_start = state_.scene;
+    const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
+    MeshLevels levels =
+        RefineMeshes(std::move(state_.scene),
+                     spec_.unknowns,
+                     stage.free,
+                     evaluation_.ViewsAt(Scales()[static_cast<std::size_t>(state_.level)]));
+    state_.scene = std::move(levels.scene);
+    state_.level_scene = state_.scene;
+    const ParameterSet set(
+        state_.scene, spec_.unknowns, stage.free, Range(state_.scene.sensors.size()), exposure_);
+    state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
+    for (const std::string& message : levels.messages) {
+      observer_.OnMessage("stage '" + stage.name + "': " + message);
+    }
+  }
+
+  [[nodiscard]] bool IsFew(const ParameterSet& set) const {
+    return ImageProblem::FormsNormalEquations(spec_.linear_solver, set.NumScalars());
+  }
+
+  /// Of the present stage, by the scene that it began with.
+  [[nodiscard]] std::vector<double> Scales() const {
+    const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
+    const bool moves = std::any_of(stage.free.begin(), stage.free.end(), [&](int unknown) {
+      return renderer::MovesGeometry(spec_.unknowns[static_cast<std::size_t>(unknown)].kind);
+    });
+    int smallest_side = std::numeric_limits<int>::max();
+    for (const View& view : observations_.views) {
+      smallest_side = std::min({smallest_side, view.photo.width, view.photo.height});
+    }
+    const ParameterSet set(state_.stage_start,
+                           spec_.unknowns,
+                           stage.free,
+                           Range(state_.scene.sensors.size()),
+                           exposure_);
+    return ScalesOfStage(stage, moves, IsFew(set), smallest_side);
   }
 
   /// False when the time limit ended it.
   bool RunStage() {
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
-    const FitViews& views = evaluation_.ViewsAt(stage.image_scale);
-    // Where rounds have changed shapes, the units of priors are those of the present ones.
-    std::optional<renderer::Scene> reshaped;
-    if (!SameShapes(state_.stage_start, state_.scene)) {
-      reshaped = state_.scene;
+    const std::vector<double> scales = Scales();
+    if (state_.level >= static_cast<int>(scales.size())) {
+      throw renderer::IoError("the checkpoint is not one of this program: image level " +
+                              std::to_string(state_.level) + " of " +
+                              std::to_string(scales.size()));
     }
-    const renderer::Scene& reference = reshaped ? *reshaped : state_.stage_start;
-    const Model model = MakeModel(reference, stage, views);
     bool in_time = true;
-    std::string failure;
-    if (model.set.NumScalars() == 0) {
-      observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
-    } else {
-      in_time = RunRounds(stage, views, model, failure);
+    while (in_time && state_.level + 1 < static_cast<int>(scales.size())) {
+      in_time = RunLevel(stage, scales);
+      if (in_time) {
+        ++state_.level;
+        BeginLevel();
+        SaveCheckpoint();
+      }
     }
-    StageReport report;
-    report.stage = stage.name;
-    report.rounds = state_.round;
-    report.stop_reason = in_time ? StopReason(stage, state_) + failure : "time limit";
-    if (!in_time) {
-      result_.status = FitStatus::kTimeLimit;
+    if (in_time) {
+      in_time = RunLevel(stage, scales);
     }
-    const SampleHalves samples = evaluation_.Samples(state_.stage, stage);
-    KeepBest(stage, views, reference, model, samples, report);
-    Report(std::move(report), samples);
+    EndStage(stage, in_time);
     return in_time;
   }
 
+  /// What units of priors are taken from.
+  [[nodiscard]] const renderer::Scene& Reference() const {
+    return SameShapes(state_.level_scene, state_.scene) ? state_.level_scene : state_.scene;
+  }
+
+  /// False when the time limit ended it.
+  bool RunLevel(const StageSpec& stage, const std::vector<double>& scales) {
+    const double scale = scales[static_cast<std::size_t>(state_.level)];
+    const FitViews& views = evaluation_.ViewsAt(scale);
+    const Model model = MakeModel(Reference(), stage, views);
+    if (model.set.NumScalars() == 0) {
+      observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
+      state_.level = static_cast<int>(scales.size()) - 1;
+      return true;
+    }
+    return RunRounds({spec_,
+                      state_.stage,
+                      views,
+                      model.set,
+                      exposure_,
+                      model.priors,
+                      fits_exposure_,
+                      scale,
+                      SampleFactor(scale, stage.image_scale, IsFew(model.set))},
+                     stage,
+                     static_cast<int>(scales.size()));
+  }
+
+  void EndStage(const StageSpec& stage, bool in_time) {
+    StageReport report;
+    report.stage = stage.name;
+    report.rounds = state_.round;
+    report.stop_reason =
+        in_time ? StopReason(stage, state_, state_.level + 1) + failure_ : "time limit";
+    if (!in_time) {
+      result_.status = FitStatus::kTimeLimit;
+    }
+    if (state_.round > 0 && state_.accepted == 0) {
+      observer_.OnWarning("stage '" + stage.name +
+                          "': no step was accepted, nothing has moved; its start may be far from "
+                          "what the photos show, or nothing in them depends on what is free");
+    }
+    const FitViews& views = evaluation_.ViewsAt(stage.image_scale);
+    KeepBest(stage, views, report);
+    const Model model = MakeModel(state_.scene, stage, views);
+    const renderer::MeshFolds folds = CountFolds(state_.scene, model.set.layout());
+    report.folded_edges = folds.folded_edges;
+    report.crossing_triangles = folds.crossing_triangles;
+    const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
+    Report(std::move(report), last ? FitEvaluation::SppOfPictures(stage) : kDraftSpp);
+  }
+
   /// Runs the rounds that are left. False when the time limit leaves no room for another one.
-  /// `failure`: what the solver said if no step was accepted in the end.
-  bool RunRounds(const StageSpec& stage,
-                 const FitViews& views,
-                 const Model& model,
-                 std::string& failure) {
-    const auto source = evaluation_.MakeSource(state_.scene, model.set.layout(), views);
-    const StageContext context{
-        spec_, state_.stage, views, model.set, exposure_, model.priors, fits_exposure_};
+  bool RunRounds(const StageContext& context, const StageSpec& stage, int num_levels) {
+    const auto source = evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
     double round_s = 0.0;
-    while (StopReason(stage, state_).empty()) {
+    while (StopReason(stage, state_, num_levels).empty()) {
       if (controls_.cancel != nullptr && controls_.cancel->load()) {
         throw renderer::Cancelled();
       }
@@ -231,11 +315,14 @@ class FitDriver {
         return false;
       }
       RoundReport report = RunRound(context, *source, state_);
+      const renderer::MeshFolds folds = CountFolds(state_.scene, context.set.layout());
+      report.folded_edges = folds.folded_edges;
+      report.crossing_triangles = folds.crossing_triangles;
       report.wall_s = WallSeconds();
       round_s = report.wall_s - before;
-      failure = report.solver_failure.empty() ? "" : "; the solver: " + report.solver_failure;
-      if (!failure.empty()) {
-        observer_.OnWarning("round " + std::to_string(report.step) + ": no step" + failure);
+      failure_ = report.solver_failure.empty() ? "" : "; the solver: " + report.solver_failure;
+      if (!failure_.empty()) {
+        observer_.OnWarning("round " + std::to_string(report.step) + ": no step" + failure_);
       }
       // First the report: a resumed run drops rounds reported after its checkpoint, but cannot
       // bring back missing ones.
@@ -247,10 +334,13 @@ class FitDriver {
 
   [[nodiscard]] std::vector<Candidate> StageCandidates(const ParameterSet& set) const {
     std::vector<Candidate> candidates;
-    if (state_.round > 1 && SameShapes(state_.average.newer.scene, state_.scene)) {
+    if (state_.RoundsOfLevel() > 1 && SameShapes(state_.average.newer.scene, state_.scene)) {
       candidates.push_back({"averaged", AverageIterate(state_.average, set).scene});
     }
     candidates.push_back({"last", state_.scene});
+    for (Candidate& candidate : candidates) {
+      UnfoldNew(state_.stage_start, set.layout(), candidate.scene);
+    }
     candidates.push_back({"start", state_.stage_start});
     if (state_.stage > 0 && state_.stage + 1 == static_cast<int>(spec_.stages.size())) {
       candidates.push_back({"start of the run", start_});
@@ -258,40 +348,66 @@ class FitDriver {
     return candidates;
   }
 
-  /// Moves the state to the candidate that costs least on `samples`.
-  void KeepBest(const StageSpec& stage,
-                const FitViews& views,
-                const renderer::Scene& reference,
-                const Model& model,
-                const SampleHalves& samples,
-                StageReport& report) {
-    std::vector<Candidate> candidates = StageCandidates(model.set);
-    std::size_t best = 0;
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      const renderer::Scene& scene = candidates[i].scene;
-      std::optional<Model> other;
-      if (!SameShapes(scene, reference)) {
-        other = MakeModel(scene, stage, views);
+  /// Moves the state to the candidate that costs least. All are compared on a few samples, those
+  /// that this leaves open on many.
+  void KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
+    std::vector<Candidate> candidates = StageCandidates(MakeModel(state_.scene, stage, views).set);
+    std::vector<std::size_t> open(candidates.size());
+    std::iota(open.begin(), open.end(), std::size_t{0});
+    std::vector<double> latest(candidates.size());
+    for (const int spp : {kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
+      const SampleHalves samples = evaluation_.Samples(state_.stage, spp);
+      std::vector<EvaluatedCost> costs;
+      for (const std::size_t index : open) {
+        costs.push_back(Cost(candidates[index].scene, stage, views, samples));
       }
-      const Model& own = other ? *other : model;
-      const double priors =
-          PriorCost(own.priors, own.set, own.set.ThetaFromValues(own.set.layout().Gather(scene)));
-      const auto source = evaluation_.MakeSource(scene, {}, views);
-      const double cost = EvaluateCost(*source, views, spec_.loss, samples, priors).Total();
-      if (candidates[i].name == "start") {
-        report.cost_before = cost;
+      const auto best = static_cast<std::size_t>(
+          std::min_element(costs.begin(),
+                           costs.end(),
+                           [](const auto& a, const auto& b) { return a.Total() < b.Total(); }) -
+          costs.begin());
+      // Both reported costs are of the last samples that the start was in the running for.
+      bool has_start = false;
+      for (std::size_t i = 0; i < open.size(); ++i) {
+        has_start = has_start || candidates[open[i]].name == "start";
       }
-      if (i == 0 || cost < report.cost_after) {
-        best = i;
-        report.cost_after = cost;
+      std::vector<std::size_t> still_open;
+      for (std::size_t i = 0; i < open.size(); ++i) {
+        if (has_start) {
+          latest[open[i]] = costs[i].Total();
+        }
+        if (candidates[open[i]].name == "start") {
+          report.cost_before = costs[i].Total();
+        }
+        if (i == best || !IsSurelyWorse(costs[i], costs[best])) {
+          still_open.push_back(open[i]);
+        }
       }
+      Candidate& kept = candidates[open[best]];
+      report.kept = kept.name;
+      report.cost_after = latest[open[best]];
+      if (still_open.size() == 1 || spp != kFirstSpp) {
+        state_.scene = std::move(kept.scene);
+        return;
+      }
+      open = std::move(still_open);
     }
-    state_.scene = std::move(candidates[best].scene);
-    report.kept = candidates[best].name;
   }
 
-  void Report(StageReport report, const SampleHalves& samples) {
-    const ReportImages images = evaluation_.Report(samples, state_.scene, report);
+  [[nodiscard]] EvaluatedCost Cost(const renderer::Scene& scene,
+                                   const StageSpec& stage,
+                                   const FitViews& views,
+                                   const SampleHalves& samples) const {
+    const Model model = MakeModel(scene, stage, views);
+    const double priors = PriorCost(
+        model.priors, model.set, model.set.ThetaFromValues(model.set.layout().Gather(scene)));
+    const auto source = evaluation_.MakeSource(scene, {}, views);
+    return EvaluateCost(*source, views, spec_.loss, samples, priors);
+  }
+
+  void Report(StageReport report, int spp) {
+    const ReportImages images =
+        evaluation_.Report(evaluation_.Samples(state_.stage, spp), state_.scene, report);
     report.wall_s = WallSeconds();
     observer_.OnStage(report, images.rendered, images.photos);
     result_.stages.push_back(std::move(report));
@@ -306,6 +422,7 @@ class FitDriver {
   }
 
   const renderer::Scene& start_;
+  const ObservationSet& observations_;
   const FitSpec& spec_;
   FitObserver& observer_;
   const FitControls& controls_;
@@ -315,6 +432,7 @@ class FitDriver {
   FitEvaluation evaluation_;
   FitState state_;
   FitResult result_;
+  std::string failure_;          ///< what the solver said if the last round has no step
   double earlier_wall_s_ = 0.0;  ///< of sessions before this one
   std::chrono::steady_clock::time_point session_start_;
 };

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "optim/checkpoint/fit_state.h"
@@ -26,8 +28,11 @@ struct FitResult {
   renderer::Scene scene;
   FitStatus status = FitStatus::kFinished;
   std::vector<StageReport> stages;  ///< of this session
-  int rounds = 0;                   ///< of all sessions
-  double wall_s = 0.0;              ///< of all sessions
+  /// By group of unknowns ("sky.intensity"), one per scalar in its unit: by the noise of renderings
+  /// and photos alike, from stages of few unknowns (ImageProblem::kMaxGramScalars).
+  std::map<std::string, std::vector<double>> standard_errors;
+  int rounds = 0;       ///< of all sessions
+  double wall_s = 0.0;  ///< of all sessions
 };
 
 /// Fits `start` to the photos. scene.sensors[i] is the camera of view i (its gain is used, its pose

@@ -21,12 +21,17 @@ struct RoundReport {
   /// cost falls, 0 when no step was accepted.
   double cost_change_rel = 0.0;
   double gradient_max = 0.0, step_norm = 0.0, trust_radius = 0.0;
+  /// By how much the step moved things in the images, in pixels of this round (MotionGuard).
+  double motion = 0.0;
   bool accepted = false;
+  double image_scale = 1.0;  ///< of the photos in this round
   int spp = 0;
   double noise_relative = 0.0;  ///< rms of the half difference over rms of the residual
   // Means over fitted and held-out views; NaN without held-out views.
   double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;  ///< dB, inside the mask
   double iou_fit = 0.0, iou_val = 0.0;  ///< coverage > 1/2 against the mask; 1 without masks
+  /// After the round, of the meshes whose vertices move (renderer/geometry/mesh_folds.h).
+  int folded_edges = 0, crossing_triangles = 0;
   double render_s = 0.0, jacobian_s = 0.0, linear_s = 0.0;
   double jacobian_mb = 0.0;
   double peak_rss_mb = 0.0;
@@ -56,6 +61,7 @@ struct StageReport {
   double psnr_srgb_fit = 0.0, psnr_srgb_val = 0.0;
   double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;
   double iou_fit = 0.0, iou_val = 0.0;
+  int folded_edges = 0, crossing_triangles = 0;  ///< of the meshes whose vertices moved
   std::string stop_reason;
 };
 

@@ -12,16 +12,19 @@ namespace pathfit::optim {
 
 struct StageSpec {
   std::string name;
-  std::vector<int> free;  ///< indices into FitSpec::unknowns
-  double image_scale = 1.0;
-  int max_rounds = 10;
+  std::vector<int> free;     ///< indices into FitSpec::unknowns
+  double image_scale = 1.0;  ///< of the photos in the end
+  /// Whether a stage in which something moves begins with smaller photos (ScalesOfStage).
+  bool coarse_to_fine = true;
+  int max_rounds = 60;
   /// Of both halves together, in the stage's first round.
   renderer::SampleBudget samples{
       .spp = 8, .sppe = 4.0, .spp_direct = 0.25, .spp_indirect = 0.25, .spp_pixel = 4.0};
   double spp_growth = 1.5;  ///< of all budgets per round
   int max_spp = 64;         ///< where they stop growing
-  /// End when the averaged cost falls by less than this; 0 = never.
-  double stop_relative_cost = 0.0;
+  /// Where a fit of many unknowns ends: the averaged cost falls by less than this; 0 = never. Few
+  /// unknowns (ImageProblem::kMaxGramScalars) have error bars, by which they end.
+  double stop_relative_cost = 0.01;
 };
 
 struct FitSpec {

@@ -232,4 +232,27 @@ MeshLevels RefineMeshes(Scene scene,
   return levels;
 }
 
+renderer::MeshFolds CountFolds(const Scene& scene, const renderer::ParameterLayout& layout) {
+  renderer::MeshFolds sum;
+  for (const renderer::ParameterGroup& group : layout.groups()) {
+    if (group.kind != ParameterKind::kVertexPositions) continue;
+    const auto folds =
+        renderer::CountFolds(scene.meshes[static_cast<std::size_t>(group.object)].mesh);
+    sum.folded_edges += folds.folded_edges;
+    sum.crossing_triangles += folds.crossing_triangles;
+  }
+  return sum;
+}
+
+void UnfoldNew(const Scene& before, const renderer::ParameterLayout& layout, Scene& scene) {
+  for (const renderer::ParameterGroup& group : layout.groups()) {
+    if (group.kind != ParameterKind::kVertexPositions) continue;
+    const auto index = static_cast<std::size_t>(group.object);
+    if (renderer::CountFolds(scene.meshes[index].mesh).Total() >
+        renderer::CountFolds(before.meshes[index].mesh).Total()) {
+      renderer::Unfold(scene.meshes[index].mesh);
+    }
+  }
+}
+
 }  // namespace pathfit::optim

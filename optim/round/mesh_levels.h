@@ -5,6 +5,8 @@
 
 #include "optim/parameter/unknown_spec.h"
 #include "optim/problem/fit_views.h"
+#include "renderer/geometry/mesh_folds.h"
+#include "renderer/scene/parameter_layout.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::optim {
@@ -23,6 +25,15 @@ MeshLevels RefineMeshes(renderer::Scene scene,
                         const std::vector<UnknownSpec>& unknowns,
                         const std::vector<int>& free,
                         const FitViews& views);
+
+/// Of all meshes whose vertices are in the layout.
+renderer::MeshFolds CountFolds(const renderer::Scene& scene,
+                               const renderer::ParameterLayout& layout);
+
+/// Smooths the folds of these meshes away where they have more than in `before`.
+void UnfoldNew(const renderer::Scene& before,
+               const renderer::ParameterLayout& layout,
+               renderer::Scene& scene);
 
 inline constexpr double kEdgePixels = 2.5;
 inline constexpr double kMinVertices = 300.0;

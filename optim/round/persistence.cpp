@@ -20,7 +20,8 @@ std::string FitFingerprint(const FitSpec& spec,
   }
   text << "); stages";
   for (const StageSpec& stage : spec.stages) {
-    text << " '" << stage.name << "' at " << stage.image_scale << " free";
+    text << " '" << stage.name << "' at " << stage.image_scale
+         << (stage.coarse_to_fine ? " from coarse" : "") << " free";
     for (const int index : stage.free) {
       text << ' ' << index;
     }
@@ -49,20 +50,23 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
   require(state.stage >= 0 && state.stage <= num_stages,
           "stage " + std::to_string(state.stage) + "; allowed: 0 to " + std::to_string(num_stages));
   require(state.round >= 0 && state.step >= state.round && state.sequence >= 0 &&
-              state.rejected_in_row >= 0 && state.average.newer_start >= 1 &&
-              state.average.newer_start <= std::max(1, state.round),
+              state.rejected_in_row >= 0 && state.average.newer_start >= 1 && state.level >= 0 &&
+              state.level_start >= 0 && state.level_start <= state.round && state.accepted >= 0 &&
+              state.accepted <= state.round && state.within_error >= 0 && state.still >= 0 &&
+              state.average.newer_start <= std::max(1, state.RoundsOfLevel()),
           "a count of rounds out of range");
   require(state.wall_s >= 0.0 && std::isfinite(state.wall_s) && state.radius_factor > 0.0 &&
               std::isfinite(state.radius_factor) && state.damping > 0.0 &&
               std::isfinite(state.damping),
           "step control or time out of range");
-  require(HasWeightsOfRounds(state.average, state.round) &&
-              (state.average.newer.weight > 0.0) == (state.round > 0),
+  require(HasWeightsOfRounds(state.average, state.RoundsOfLevel()) &&
+              (state.average.newer.weight > 0.0) == (state.RoundsOfLevel() > 0),
           "averages with the weights of no rounds");
   const auto all_finite = [](const std::vector<double>& values) {
     return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
   };
-  require(state.costs.size() == static_cast<std::size_t>(state.round) && all_finite(state.costs),
+  require(state.costs.size() == static_cast<std::size_t>(state.RoundsOfLevel()) &&
+              all_finite(state.costs),
           "costs that are not one finite number per round");
   const QuadraticModel& model = state.model;
   const std::size_t n = model.NumScalars();
@@ -70,8 +74,12 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
     return matrix.size() == n * n && all_finite(matrix);
   };
   require(model.weight >= 0.0 && std::isfinite(model.weight) && is_square(model.product) &&
-              is_square(model.square) && is_square(model.covariance) && all_finite(model.linear),
+              is_square(model.square) && is_square(model.covariance) && is_square(model.scatter) &&
+              all_finite(model.linear),
           "an accumulated model that is not one");
+  for (const auto& [name, values] : state.standard_errors) {
+    require(all_finite(values), "standard errors of '" + name + "' that are no numbers");
+  }
 }
 
 }  // namespace pathfit::optim

@@ -20,7 +20,7 @@
 namespace pathfit::optim {
 namespace {
 
-using renderer::SurfacePoint;
+using renderer::ClosestPoint;
 using renderer::TriangleTree;
 using renderer::Vec3;
 
@@ -107,7 +107,7 @@ class Remesher {
     if (source.HasColors()) {
       std::vector<renderer::Rgb> colors;
       for (const Vertex v : kernel_.vertices()) {
-        const SurfacePoint at = surface_.Closest(At(v), Normal(v));
+        const ClosestPoint at = surface_.Closest(At(v), Normal(v));
         const auto& corners = source.color_triangles[static_cast<std::size_t>(at.triangle)];
         renderer::Rgb color{0.0, 0.0, 0.0};
         for (std::size_t k = 0; k < 3; ++k) {

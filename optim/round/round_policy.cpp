@@ -28,6 +28,7 @@ constexpr double kMinDamping = 1e-6;
 constexpr double kMaxDamping = 1e2;
 constexpr double kGoodStep = 0.75;  // actual over predicted decrease
 constexpr double kPoorStep = 0.25;
+constexpr double kWidening = 4.0;  // of a kept radius after a good step
 
 double MeanOf(const std::vector<double>& costs, std::size_t end) {
   double sum = 0.0;
@@ -55,10 +56,30 @@ WeightedScene Mean(const WeightedScene& a, const WeightedScene& b, const Paramet
 
 }  // namespace
 
-int SamplesOfRound(const StageSpec& stage, int round) {
+std::vector<double> ScalesOfStage(const StageSpec& stage,
+                                  bool moves_something,
+                                  bool few_unknowns,
+                                  int smallest_side) {
+  const int least = few_unknowns ? kSmallestSide : kSmallestSideOfShapes;
+  std::vector<double> scales{stage.image_scale};
+  while (stage.coarse_to_fine && moves_something &&
+         static_cast<int>(scales.size()) < stage.max_rounds / kRoundsWithinError &&
+         0.5 * scales.back() * smallest_side >= least) {
+    scales.push_back(0.5 * scales.back());
+  }
+  std::reverse(scales.begin(), scales.end());
+  return scales;
+}
+
+double SampleFactor(double scale, double last_scale, bool few_unknowns) {
+  const double ratio = last_scale / scale;
+  return few_unknowns ? ratio * ratio : ratio;
+}
+
+int SamplesOfRound(const StageSpec& stage, int round, double factor) {
   const double grown = stage.samples.spp * std::pow(std::max(1.0, stage.spp_growth), round - 1);
   const double limited =
-      std::min(grown, static_cast<double>(std::max(stage.samples.spp, stage.max_spp)));
+      factor * std::min(grown, static_cast<double>(std::max(stage.samples.spp, stage.max_spp)));
   return std::max(2, 2 * static_cast<int>(std::lround(0.5 * limited)));
 }
 
@@ -100,19 +121,37 @@ void AdaptStepControl(const SolveOutcome& outcome, bool keeps_radius, FitState& 
     }
   }
   state.damping = std::clamp(state.damping * damping_change, kMinDamping, kMaxDamping);
-  const double factor = keeps_radius ? outcome.radius / kMaxRadius : state.radius_factor;
+  double factor = state.radius_factor;
+  if (keeps_radius) {
+    // The trials have shrunk it as far as they had to, and further.
+    factor = outcome.radius / kMaxRadius;
+    if (outcome.accepted) {
+      radius_change = outcome.relative_decrease > kGoodStep ? kWidening : 1.0;
+    }
+  }
   state.radius_factor = std::clamp(factor * radius_change, 1e-8, 1.0);
 }
 
-std::string StopReason(const StageSpec& stage, const FitState& state) {
+std::string StopReason(const StageSpec& stage, const FitState& state, int num_levels) {
   if (state.round >= stage.max_rounds) {
     return "max_rounds";
   }
   if (state.rejected_in_row >= kMaxRejectedRounds) {
     return "no step accepted in " + std::to_string(kMaxRejectedRounds) + " rounds";
   }
+  const bool last = state.level + 1 >= num_levels;
+  // The finest level gets its share of the rounds, and what the others leave.
+  if (!last && state.RoundsOfLevel() >= stage.max_rounds / (num_levels + 1) + 1) {
+    return "the level's share of max_rounds";
+  }
+  if (last && state.within_error >= kRoundsWithinError && state.precise) {
+    return "converged: the last steps were within their error";
+  }
+  if (!last && state.still >= kRoundsWithinError) {
+    return "nothing moves at this scale";
+  }
   const std::size_t count = state.costs.size();
-  if (stage.stop_relative_cost > 0.0 && count >= 2 * kStopWindow) {
+  if (state.model.Empty() && stage.stop_relative_cost > 0.0 && count >= 2 * kStopWindow) {
     const double before = MeanOf(state.costs, count - kStopWindow);
     const double now = MeanOf(state.costs, count);
     if (now > (1.0 - stage.stop_relative_cost) * before) {

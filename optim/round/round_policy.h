@@ -15,9 +15,23 @@ namespace pathfit::optim {
 /// Why samples are drawn; each use of a round has its own stream.
 enum class SampleUse : std::uint64_t { kFit = 0, kValidation = 1, kEvaluation = 2 };
 
-/// Samples per pixel of both halves together in a round (from 1): spp * growth^(round - 1), even,
-/// at most max_spp.
-int SamplesOfRound(const StageSpec& stage, int round);
+/// Scales of the photos that a stage goes through, the last one image_scale. One that moves
+/// something begins where the photos still show where things are, and doubles: a step then reaches
+/// as far as a thing may be off, and large errors do not end in wrong valleys. `smallest_side`: of
+/// the photos, in pixels. Few unknowns can begin where there are few pixels. Fewer levels if there
+/// are hardly rounds for them.
+std::vector<double> ScalesOfStage(const StageSpec& stage,
+                                  bool moves_something,
+                                  bool few_unknowns,
+                                  int smallest_side);
+
+/// Factor of a stage's budgets at one of its scales. With few unknowns their error depends on the
+/// samples of all pixels together, which stay the same; else that of each pixel counts, too.
+double SampleFactor(double scale, double last_scale, bool few_unknowns);
+
+/// Samples per pixel of both halves together in a round (from 1, of its level):
+/// factor * spp * growth^(round - 1), even, at most factor * max_spp.
+int SamplesOfRound(const StageSpec& stage, int round, double factor);
 
 /// Two halves with seeds of (seed, stage, round, use, half); the budgets of `both` are of both
 /// together, at least 1 interior sample each.
@@ -38,16 +52,26 @@ double TrustRadius(double relative_noise, double radius_factor);
 double ProximalWeight(double kappa, double mean_diagonal, double relative_noise);
 
 inline constexpr double kStartDamping = 1e-3;  ///< kappa in a stage's first round
+/// Radius factor of a level's first round where radii are kept: what the photos determine badly
+/// moves little until the steps have shown that their model holds.
+inline constexpr double kStartRadiusFactor = 1e-3;
 
 /// Adapts radius_factor, kappa and the count of rejections to how the round went: a step that did
 /// what the model said loosens both, a poor one or a rejection tightens them. `keeps_radius`: the
 /// next round begins from the radius that this one ended with.
 void AdaptStepControl(const SolveOutcome& outcome, bool keeps_radius, FitState& state);
 
-/// Why a stage ends after the rounds in `state`; empty = it goes on. Depends on the state only, so
-/// a resumed fit decides alike. Costs are compared as means of kStopWindow rounds, since each has
-/// noise of its own.
-std::string StopReason(const StageSpec& stage, const FitState& state);
+/// Why the stage's level (of num_levels) ends after the rounds in `state`; empty = it goes on.
+/// Depends on the state only, so a resumed fit decides alike. Costs are compared as means of
+/// kStopWindow rounds, since each has noise of its own.
+std::string StopReason(const StageSpec& stage, const FitState& state, int num_levels);
+
+/// Of photos at a stage's first level, in pixels. Measured: a bunny 25 degrees off is found from 8
+/// or 16 pixels, not from 32.
+inline constexpr int kSmallestSide = 16;
+inline constexpr int kSmallestSideOfShapes = 32;
+inline constexpr int kRoundsWithinError = 2;
+inline constexpr double kStillPixels = 0.1;
 
 inline constexpr int kStopWindow = 3;
 inline constexpr int kMaxRejectedRounds = 4;

@@ -7,11 +7,14 @@
 #include <cstdlib>
 #include <fstream>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <string>
 #include <utility>
 
 #include "optim/problem/camera_guard.h"
 #include "optim/problem/image_problem.h"
+#include "optim/problem/motion_guard.h"
 #include "optim/problem/vertex_guard.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
@@ -23,6 +26,10 @@ namespace {
 
 constexpr int kValidationSpp = 8;  // per round: a trend, not a result
 constexpr double kNoisyRound = 0.05;
+// Errors below this share of what a parameter has moved by or is (a factor, of logarithms), or of
+// the error by the photos themselves, are not worth more samples.
+constexpr double kPrecision = 2e-3;
+constexpr double kShareOfPhotos = 0.5;
 
 using Clock = std::chrono::steady_clock;
 
@@ -108,6 +115,7 @@ SolveOutcome Solve(const StageContext& context,
                    const FitState& state,
                    ImageProblem& problem,
                    const std::vector<double>& theta,
+                   const MotionGuard& motion,
                    RoundReport& report) {
   const std::vector<double> values = context.set.ValuesFromTheta(theta);
   const VertexGuard guard(state.scene, context.set, values);
@@ -126,11 +134,86 @@ SolveOutcome Solve(const StageContext& context,
       TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
   options.eta = report.noise_relative > kNoisyRound ? 0.1 : 0.01;
   options.admits = [&](const std::vector<double>& trial) {
-    return guard.Admits(trial) && cameras.Admits(trial);
+    return guard.Admits(trial) && cameras.Admits(trial) && motion.Admits(trial);
   };
   report.linear_solver = LinearSolverName(options.linear_solver);
   report.trust_radius = options.radius;
   return SolveRound(problem, context.priors, proximal, theta, options);
+}
+
+double Norm(const double* values, int size) {
+  return std::sqrt(std::inner_product(values, values + size, values, 0.0));
+}
+
+/// Whether the errors by the renderings' noise are small beside all that they can be compared with.
+bool ArePrecise(const StandardErrors& errors,
+                const ParameterSet& set,
+                const std::vector<double>& theta,
+                const std::vector<double>& start) {
+  for (std::int32_t block = 0; block < static_cast<std::int32_t>(set.NumBlocks()); ++block) {
+    const std::size_t offset = set.BlockOffset(block);
+    const int size = set.BlockSize(block);
+    std::vector<double> moved(theta.begin() + static_cast<std::ptrdiff_t>(offset),
+                              theta.begin() + static_cast<std::ptrdiff_t>(offset) + size);
+    double scale = set.IsLog(offset) ? 1.0 : Norm(moved.data(), size);
+    for (int c = 0; c < size; ++c) {
+      moved[static_cast<std::size_t>(c)] -= start[offset + static_cast<std::size_t>(c)];
+    }
+    scale = std::max(scale, Norm(moved.data(), size));
+    if (Norm(errors.of_rendering.data() + offset, size) >
+        std::max(kPrecision * scale,
+                 kShareOfPhotos * Norm(errors.of_photos.data() + offset, size))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// In units of the unknowns, by group.
+void RecordErrors(const ParameterSet& set,
+                  const std::vector<double>& theta,
+                  const StandardErrors& errors,
+                  std::map<std::string, std::vector<double>>& recorded) {
+  const std::vector<double> values = set.ValuesFromTheta(theta);
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    std::vector<double>& of_group = recorded[group.name];
+    of_group.clear();
+    const auto first = static_cast<std::size_t>(group.first_scalar);
+    const std::size_t size =
+        static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
+    for (std::size_t i = first; i < first + size; ++i) {
+      const double of_theta = std::hypot(errors.of_rendering[i], errors.of_photos[i]);
+      // By differences, since what a scalar stands for may depend on another one (cones).
+      const double step = std::min(1e-4 * std::max(1.0, std::abs(theta[i])), of_theta);
+      std::vector<double> moved = theta;
+      moved[i] += step;
+      const double slope =
+          step > 0.0 ? std::abs(set.ValuesFromTheta(moved)[i] - values[i]) / step : 0.0;
+      of_group.push_back(slope * of_theta);
+    }
+  }
+}
+
+/// What the model says of the step just taken and of the point it leads to.
+void Judge(const StageContext& context,
+           const std::vector<double>& before,
+           const SolveOutcome& outcome,
+           const QuadraticModel& model,
+           FitState& state) {
+  std::vector<double> step = outcome.theta;
+  for (std::size_t i = 0; i < step.size(); ++i) {
+    step[i] -= before[i];
+  }
+  const bool explained = SignificanceOfStep(step, model) <= LargestStepByChance(model.NumScalars());
+  state.within_error = outcome.accepted && explained ? state.within_error + 1 : 0;
+  const StandardErrors errors = EstimateErrors(
+      model, outcome.theta, PriorHessian(context.priors, context.set, outcome.theta));
+  std::vector<double> start = before;
+  if (SameShapes(state.stage_start, state.scene)) {
+    start = context.set.ThetaFromValues(context.set.layout().Gather(state.stage_start));
+  }
+  state.precise = ArePrecise(errors, context.set, outcome.theta, start);
+  RecordErrors(context.set, outcome.theta, errors, state.standard_errors);
 }
 
 }  // namespace
@@ -146,7 +229,9 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   report.num_stages = static_cast<int>(context.spec.stages.size());
   report.round = round;
   report.max_rounds = stage.max_rounds;
-  report.spp = SamplesOfRound(stage, round);
+  report.image_scale = context.image_scale;
+  const int level_round = state.RoundsOfLevel() + 1;
+  report.spp = SamplesOfRound(stage, level_round, context.sample_factor);
 
   const std::vector<double> theta =
       context.set.ThetaFromValues(context.set.layout().Gather(state.scene));
@@ -180,10 +265,13 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   ReportValidation(context, source, round, report);
   report.render_s = SecondsSince(validation_start);
 
-  const SolveOutcome outcome = Solve(context, state, problem, theta, report);
+  const MotionGuard motion(
+      state.scene, context.set, context.views, context.set.ValuesFromTheta(theta));
+  const SolveOutcome outcome = Solve(context, state, problem, theta, motion, report);
   report.render_s += outcome.render_s;
   report.linear_s = outcome.linear_s;
   report.accepted = outcome.accepted;
+  state.accepted += outcome.accepted ? 1 : 0;
   report.solver_failure = outcome.failure;
   const double cells = problem.size().jacobian_cells;
   const double gram = problem.UsesGram() ? 8.0 * std::pow(problem.size().num_scalars, 2) : 0.0;
@@ -194,6 +282,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
     report.cost_change_rel =
         (after - report.cost_total) / std::max(std::abs(report.cost_total), 1e-300);
     report.step_norm = Distance(theta, outcome.theta);
+    report.motion = motion.LargestMotion(context.set.ValuesFromTheta(outcome.theta));
     renderer::Scene moved = state.scene;
     context.set.layout().Scatter(context.set.ValuesFromTheta(outcome.theta), moved);
     FixExposureGauge(context.set, context.views.fitted, context.exposure, moved);
@@ -202,15 +291,20 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   source.SetValues(context.set.layout().Gather(state.scene));
   AdaptStepControl(outcome, problem.UsesGram(), state);
   state.model = problem.model();
-  if (outcome.accepted && problem.UsesGram()) {
+  if (problem.UsesGram()) {
+    Judge(context, theta, outcome, problem.model(), state);
     std::vector<double> step = outcome.theta;
     for (std::size_t i = 0; i < step.size(); ++i) {
       step[i] -= theta[i];
     }
     Forget(step, state.model);
   }
+  // What moves nothing that is seen, such as a light, is judged by its error.
+  const bool is_still = outcome.accepted && report.motion < kStillPixels &&
+                        (report.motion > 0.0 || state.within_error > 0);
+  state.still = is_still ? state.still + 1 : 0;
   state.costs.push_back(report.cost_total);
-  AddIterate(state.average, round, report.spp, context.set, state.scene);
+  AddIterate(state.average, level_round, report.spp, context.set, state.scene);
   state.round = round;
   state.step = report.step;
   report.peak_rss_mb = PeakResidentMegabytes();

@@ -9,7 +9,7 @@
 
 namespace pathfit::optim {
 
-/// What stays the same through the rounds of a stage.
+/// What stays the same through the rounds of a level.
 struct StageContext {
   const FitSpec& spec;
   int stage = 0;
@@ -18,6 +18,8 @@ struct StageContext {
   const ExposureModel& exposure;
   const std::vector<PriorTerm>& priors;
   bool estimate_validation_gains = false;
+  double image_scale = 1.0;    ///< of the level
+  double sample_factor = 1.0;  ///< of the level (SampleFactor)
 };
 
 /// One round: fresh samples, a linearisation of every fitted view, one accepted step (or none), the

@@ -27,7 +27,7 @@ struct SolveOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kGram;
   double radius = 1.0;     ///< trust region, first and largest
   double eta = 0.1;        ///< relative accuracy of conjugate gradients
-  int max_rejections = 4;  ///< trials after the first before the round gives up
+  int max_rejections = 8;  ///< trials after the first before the round gives up
   /// Whether a trial (values in units of the scene) may be rendered at all; empty = always.
   std::function<bool(const std::vector<double>&)> admits;
 };

@@ -69,20 +69,14 @@ std::vector<MeshEdge> FoldedEdges(const Mesh& mesh, const std::vector<MeshEdge>&
   return folded;
 }
 
-}  // namespace
-
-bool AreFolded(const Vec3& n_a, const Vec3& n_b) {
-  static const double kCosine = std::cos(kFoldAngle * std::numbers::pi / 180.0);
-  return Dot(n_a, n_b) < kCosine * Norm(n_a) * Norm(n_b);
-}
-
-std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh) {
+std::vector<std::int32_t> Crossing(const Mesh& mesh, const std::vector<std::int32_t>& parts) {
   std::vector<char> crosses(mesh.triangles.size(), 0);
   const std::vector<Triangle>& triangles = mesh.triangles;
   for (const auto& [i, j] : TriangleTree(mesh).OverlappingBoxes()) {
     const Triangle& a = triangles[Index(i)];
     const Triangle& b = triangles[Index(j)];
-    if (NumShared(a, b) < 2 && (AnyEdgePierces(mesh, a, b) || AnyEdgePierces(mesh, b, a))) {
+    if (parts[Index(i)] == parts[Index(j)] && NumShared(a, b) < 2 &&
+        (AnyEdgePierces(mesh, a, b) || AnyEdgePierces(mesh, b, a))) {
       crosses[Index(i)] = crosses[Index(j)] = 1;
     }
   }
@@ -93,9 +87,21 @@ std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh) {
   return found;
 }
 
+}  // namespace
+
+bool AreFolded(const Vec3& n_a, const Vec3& n_b) {
+  static const double kCosine = std::cos(kFoldAngle * std::numbers::pi / 180.0);
+  return Dot(n_a, n_b) < kCosine * Norm(n_a) * Norm(n_b);
+}
+
+std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh) {
+  return Crossing(mesh, MeshTopology::Build(mesh).parts);
+}
+
 MeshFolds CountFolds(const Mesh& mesh) {
-  return {static_cast<int>(FoldedEdges(mesh, MeshTopology::Build(mesh).edges).size()),
-          static_cast<int>(CrossingTriangles(mesh).size())};
+  const MeshTopology topology = MeshTopology::Build(mesh);
+  return {static_cast<int>(FoldedEdges(mesh, topology.edges).size()),
+          static_cast<int>(Crossing(mesh, topology.parts).size())};
 }
 
 MeshFolds Unfold(Mesh& mesh) {
@@ -108,7 +114,7 @@ MeshFolds Unfold(Mesh& mesh) {
   MeshFolds left;
   for (int pass = 0; pass <= kMaxUnfoldPasses; ++pass) {
     const std::vector<MeshEdge> folded = FoldedEdges(mesh, topology.edges);
-    const std::vector<std::int32_t> crossing = CrossingTriangles(mesh);
+    const std::vector<std::int32_t> crossing = Crossing(mesh, topology.parts);
     left = {static_cast<int>(folded.size()), static_cast<int>(crossing.size())};
     if (left.Total() == 0 || pass == kMaxUnfoldPasses) break;
     std::vector<char> moves(mesh.positions.size(), 0);

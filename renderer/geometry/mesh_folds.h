@@ -10,7 +10,7 @@ namespace pathfit::renderer {
 /// What no surface of a body has. Counted on valid meshes.
 struct MeshFolds {
   int folded_edges = 0;        ///< whose triangles' normals differ by more than kFoldAngle
-  int crossing_triangles = 0;  ///< that pass through another one of the same mesh
+  int crossing_triangles = 0;  ///< that pass through another one: CrossingTriangles
   [[nodiscard]] int Total() const { return folded_edges + crossing_triangles; }
   friend bool operator==(const MeshFolds&, const MeshFolds&) = default;
 };
@@ -20,8 +20,9 @@ inline constexpr double kFoldAngle = 150.0;  ///< degrees
 /// Whether triangles with these normals, of any length, are folded onto each other.
 bool AreFolded(const Vec3& n_a, const Vec3& n_b);
 
-/// Triangles, ascending, that another one passes through: an edge of one pierces the inside of the
-/// other. Neighbours that share an edge never do.
+/// Triangles, ascending, that another one of the same connected part passes through: an edge of one
+/// pierces the inside of the other. Neighbours that share an edge never do; parts that reach into
+/// each other are how models are built.
 std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh);
 
 /// Pulls the vertices of folds and crossings to the middle of their neighbours, and more of their

@@ -88,15 +88,15 @@ std::int32_t TriangleTree::Build(std::int32_t first,
   return index;
 }
 
-SurfacePoint TriangleTree::Closest(const Vec3& x) const { return Find(x, nullptr); }
+ClosestPoint TriangleTree::Closest(const Vec3& x) const { return Find(x, nullptr); }
 
-SurfacePoint TriangleTree::Closest(const Vec3& x, const Vec3& outward) const {
-  const SurfacePoint found = Find(x, &outward);
+ClosestPoint TriangleTree::Closest(const Vec3& x, const Vec3& outward) const {
+  const ClosestPoint found = Find(x, &outward);
   return found.triangle >= 0 ? found : Find(x, nullptr);
 }
 
-SurfacePoint TriangleTree::Find(const Vec3& x, const Vec3* outward) const {
-  SurfacePoint best;
+ClosestPoint TriangleTree::Find(const Vec3& x, const Vec3* outward) const {
+  ClosestPoint best;
   double least = std::numeric_limits<double>::infinity();
   std::vector<std::pair<double, std::int32_t>> stack = {{0.0, 0}};
   while (!stack.empty()) {

@@ -10,7 +10,7 @@
 namespace pathfit::renderer {
 
 /// A point of a mesh: weights of the corners of a triangle, adding up to one.
-struct SurfacePoint {
+struct ClosestPoint {
   std::int32_t triangle = -1;  ///< -1: none
   std::array<double, 3> weights{};
   Vec3 position;
@@ -27,8 +27,8 @@ class TriangleTree {
   /// The point of the surface next to x. With `outward` (of any length, not zero) only triangles
   /// whose normal is within a right angle of it count, so that a point beside one side of a thin
   /// wall does not find the other; if there are none, all do.
-  [[nodiscard]] SurfacePoint Closest(const Vec3& x) const;
-  [[nodiscard]] SurfacePoint Closest(const Vec3& x, const Vec3& outward) const;
+  [[nodiscard]] ClosestPoint Closest(const Vec3& x) const;
+  [[nodiscard]] ClosestPoint Closest(const Vec3& x, const Vec3& outward) const;
 
   /// Pairs of different triangles whose boxes overlap, i < j, in ascending order.
   [[nodiscard]] std::vector<std::pair<std::int32_t, std::int32_t>> OverlappingBoxes() const;
@@ -45,7 +45,7 @@ class TriangleTree {
     std::int32_t right = 0;
   };
   std::int32_t Build(std::int32_t first, std::int32_t count, const std::vector<Vec3>& middles);
-  [[nodiscard]] SurfacePoint Find(const Vec3& x, const Vec3* outward) const;
+  [[nodiscard]] ClosestPoint Find(const Vec3& x, const Vec3* outward) const;
 
   std::vector<std::array<Vec3, 3>> corners_;
   std::vector<Box> boxes_;  // by triangle

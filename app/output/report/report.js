@@ -478,6 +478,7 @@ function parametersSection(data) {
   };
   const columns = [["Name", (p) => p.name], ["Unit", (p) => p.unit], ["Scalars", (p) => p.num_scalars],
     ["Initial", (p) => number(num(p.initial))], ["Final", (p) => number(num(p.value))],
+    ["Standard error", (p) => (Number.isFinite(num(p.standard_error)) ? number(num(p.standard_error)) : "")],
     ["Range", (p) => (many(p) ? `${number(num(p.minimum))} … ${number(num(p.maximum))}` : "")],
     ["RMS change", (p) => number(num(p.rms_change))], ["Bounds", bounds], ["", state]];
   return section("parameters", "Parameters", h("div", { class: "card scroll" }, table(columns, parameters),

@@ -88,7 +88,7 @@ function someData(word = "axe") {
       assumptions: [word], attributions: [word], inputs: [{ path: word, bytes: 3, sha256: word }] },
     history: { environment_exposure: 0.5, rounds, stages: [stage("start", 17), stage(word, 23)],
       parameters: [{ name: word, unit: word, num_scalars: 1, initial: 0.5, value: 0.1, minimum: 0.1, maximum: 0.1,
-        rms_change: 0.4, lower_bound: 0.1, upper_bound: "inf", num_at_bound: 1, held: false }] },
+        rms_change: 0.4, standard_error: 0.02, lower_bound: 0.1, upper_bound: "inf", num_at_bound: 1, held: false }] },
     figures: {
       round: [figure("cost_total", { chart: "Cost" }), figure("spp", { chart: "Samples per pixel", by_stage: "max" }),
         figure("render_s", { unit: "s", label: "Images", by_stage: "sum" }), figure("linear_solver", { by_stage: "last" }),

@@ -107,6 +107,63 @@ TEST_F(QuadraticModelTest, RoundsAddUpAtConstantSamples) {
   EXPECT_GT(model.weight, 0.5 * kRounds);
 }
 
+TEST_F(QuadraticModelTest, ErrorsOfTheMinimumAreThoseOfItsScatter) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  const std::size_t n = set_.NumScalars();
+  std::vector<double> mean(n), square(n), predicted(n), of_photos(n);
+  constexpr int kRounds = 200;
+  const std::vector<double> truth = set_.ThetaFromValues(fit_.truth);
+  for (std::uint64_t r = 0; r < kRounds; ++r) {
+    ImageProblem problem = Linearized(source, truth, r);
+    const QuadraticModel& model = problem.model();
+    const optim::StandardErrors errors =
+        optim::EstimateErrors(model, truth, std::vector<double>(n * n));
+    // The minimum without damping: product x = linear, seen from the truth by the errors' matrix.
+    const std::vector<double> theta = Solve(problem, truth).theta;
+    for (std::size_t i = 0; i < n; ++i) {
+      mean[i] += theta[i] / kRounds;
+      square[i] += theta[i] * theta[i] / kRounds;
+      predicted[i] += errors.of_rendering[i] * errors.of_rendering[i] / kRounds;
+      of_photos[i] += errors.of_photos[i] / kRounds;
+    }
+  }
+  double ratio = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    ratio += std::sqrt((square[i] - mean[i] * mean[i]) / predicted[i]) / static_cast<double>(n);
+    EXPECT_LT(of_photos[i], std::sqrt(predicted[i])) << "the photos are the truth";
+  }
+  // Steps within their error are damped to a part of it.
+  EXPECT_GT(ratio, 0.2);
+  EXPECT_LT(ratio, 1.3);
+}
+
+TEST_F(QuadraticModelTest, PriorsMakeErrorsSmaller) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  const std::size_t n = set_.NumScalars();
+  const QuadraticModel model = Linearized(source, start_, 0).model();
+  std::vector<double> prior(n * n);
+  const optim::StandardErrors free = optim::EstimateErrors(model, start_, prior);
+  prior[0] = 1e9;
+  const optim::StandardErrors held = optim::EstimateErrors(model, start_, prior);
+  EXPECT_LT(held.of_rendering[0], 1e-3 * free.of_rendering[0]);
+  EXPECT_LT(held.of_photos[0], 1e-3 * free.of_photos[0]);
+}
+
+TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.2);
+  const QuadraticModel model = Linearized(source, start_, 0).model();
+  const double by_chance = optim::LargestStepByChance(start_.size());
+  EXPECT_EQ(optim::SignificanceOfStep(std::vector<double>(start_.size(), 0.0), model), 0.0);
+  EXPECT_GT(optim::SignificanceOfStep(std::vector<double>(start_.size(), 1.0), model), by_chance);
+  const std::vector<double> truth = set_.ThetaFromValues(fit_.truth);
+  ImageProblem there = Linearized(source, truth, 1);
+  std::vector<double> step = Solve(there, truth).theta;
+  for (std::size_t i = 0; i < step.size(); ++i) {
+    step[i] -= truth[i];
+  }
+  EXPECT_LT(optim::SignificanceOfStep(step, there.model()), by_chance);
+}
+
 TEST_F(QuadraticModelTest, RoundsFromAfarAreForgotten) {
   LinearImageSource source(32, 16, kNumBlocks, 4, 0.2);
   QuadraticModel model = Linearized(source, start_, 0).model();

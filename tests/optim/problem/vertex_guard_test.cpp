@@ -49,5 +49,29 @@ TEST_F(VertexGuardTest, AdmitsSmallMovesAndRefusesWrecks) {
   EXPECT_FALSE(guard.Admits(broken));
 }
 
+TEST_F(VertexGuardTest, RefusesFoldsBetweenTrianglesThatEachTurnLittle) {
+  scene_.materials = {{"paint", renderer::LambertBsdf{}}};
+  const optim::ParameterSet set(scene_, unknowns_, {0}, {}, {});
+  const std::vector<double> start = set.layout().Gather(scene_);
+  const optim::VertexGuard guard(scene_, set, start);
+  // Edges far from each other are pulled out into ridges.
+  const auto with_ridges = [&](std::size_t stride) {
+    std::vector<double> values = start;
+    const std::vector<renderer::Triangle>& triangles = scene_.meshes[0].mesh.triangles;
+    for (std::size_t t = 0; t < triangles.size(); t += stride) {
+      for (const std::int32_t v : {triangles[t][0], triangles[t][1]}) {
+        for (std::size_t i = 3 * static_cast<std::size_t>(v);
+             i < 3 * static_cast<std::size_t>(v) + 3;
+             ++i) {
+          values[i] = 3.0 * start[i];
+        }
+      }
+    }
+    return values;
+  };
+  EXPECT_TRUE(guard.Admits(with_ridges(1000))) << "one is a small share";
+  EXPECT_FALSE(guard.Admits(with_ridges(80)));
+}
+
 }  // namespace
 }  // namespace pathfit

@@ -278,6 +278,32 @@ TEST_F(FitTest, ReportsEveryRoundAndStage) {
   }
 }
 
+TEST_F(FitTest, GoesFromSmallPhotosToLargeOnesAndReportsErrors) {
+  spec_.stages.erase(spec_.stages.begin());
+  spec_.unknowns[0].kind = ParameterKind::kObjectTranslation;
+  spec_.unknowns[0].name = "ball.translation";
+  spec_.unknowns[0].laplacian_weight = spec_.unknowns[0].large_steps_lambda = 0.0;
+  spec_.stages[0].free = {0};
+  spec_.stages[0].max_rounds = 40;
+  observations_ = tests::Photograph(start_, 256);
+  start_.meshes[0].pose.translation = {0.1, -0.05, 0.0};
+  RecordingObserver observer;
+  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  for (std::size_t i = 1; i < observer.rounds.size(); ++i) {
+    EXPECT_GE(observer.rounds[i].image_scale, observer.rounds[i - 1].image_scale);
+  }
+  EXPECT_EQ(observer.rounds.back().image_scale, 1.0);
+  EXPECT_LE(observer.rounds.front().motion, 1.0);
+  EXPECT_LT(Norm(result.scene.meshes[0].pose.translation), 0.01);
+  const std::vector<double>& errors = result.standard_errors.at("ball.translation");
+  ASSERT_EQ(errors.size(), 3U);
+  for (const double error : errors) {
+    EXPECT_GT(error, 1e-6);
+    EXPECT_LT(error, 0.02);
+  }
+  EXPECT_TRUE(observer.warnings.empty());
+}
+
 TEST_F(FitTest, FiguresOfHeldOutViewsAreNotNumbersWithoutThem) {
   for (optim::View& view : observations_.views) view.validation = false;
   spec_.stages.resize(1);

@@ -37,11 +37,11 @@ TEST(SeedPolicy, GrowsSamplesToTheMaximum) {
   stage.samples.spp = 4;
   stage.max_spp = 16;
   stage.spp_growth = 1.5;
-  EXPECT_EQ(optim::SamplesOfRound(stage, 1), 4);
-  EXPECT_EQ(optim::SamplesOfRound(stage, 2), 6);
-  EXPECT_EQ(optim::SamplesOfRound(stage, 100), 16);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 1, 1.0), 4);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 2, 1.0), 6);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 100, 1.0), 16);
   stage.samples.spp = 1;
-  EXPECT_EQ(optim::SamplesOfRound(stage, 1), 2);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 1, 1.0), 2);
 }
 
 class IterateAverageTest : public testing::Test {
@@ -94,12 +94,61 @@ TEST(StoppingRule, EndsAtTheLimitOrWhenNothingIsAccepted) {
   stage.max_rounds = 10;
   optim::FitState state;
   state.round = 9;
-  EXPECT_EQ(optim::StopReason(stage, state), "");
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "");
   state.round = 10;
-  EXPECT_EQ(optim::StopReason(stage, state), "max_rounds");
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "max_rounds");
   state.round = 5;
   state.rejected_in_row = optim::kMaxRejectedRounds;
-  EXPECT_NE(optim::StopReason(stage, state), "");
+  EXPECT_NE(optim::StopReason(stage, state, 1), "");
+}
+
+TEST(StoppingRule, FewUnknownsEndByTheErrorOfTheirSteps) {
+  optim::StageSpec stage;
+  optim::FitState state;
+  state.round = 12;
+  state.model.weight = 1.0;
+  state.costs = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};  // says nothing: noise
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "");
+  state.within_error = optim::kRoundsWithinError;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "") << "more samples would help";
+  state.precise = true;
+  EXPECT_NE(optim::StopReason(stage, state, 1).find("converged"), std::string::npos);
+}
+
+TEST(StoppingRule, CoarseLevelsEndWhenNothingMovesOrTheirShareIsUsed) {
+  optim::StageSpec stage;
+  stage.max_rounds = 40;
+  optim::FitState state;
+  state.round = 5;
+  state.precise = true;
+  state.within_error = optim::kRoundsWithinError;
+  EXPECT_EQ(optim::StopReason(stage, state, 3), "") << "steps within their error may be large";
+  state.still = optim::kRoundsWithinError;
+  EXPECT_NE(optim::StopReason(stage, state, 3), "");
+  state.still = 0;
+  state.round = 11;
+  EXPECT_NE(optim::StopReason(stage, state, 3), "") << "a quarter of 40, and one";
+  state.level = 2;
+  state.level_start = 10;
+  state.within_error = 0;
+  EXPECT_EQ(optim::StopReason(stage, state, 3), "");
+}
+
+TEST(ScalesOfStage, WhatMovesBeginsWithSmallPhotos) {
+  optim::StageSpec stage;
+  stage.image_scale = 0.5;
+  const std::vector<double> last{0.5};
+  EXPECT_EQ(optim::ScalesOfStage(stage, false, true, 512), last);
+  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), (std::vector<double>{0.125, 0.25, 0.5}));
+  EXPECT_EQ(optim::ScalesOfStage(stage, true, false, 128), (std::vector<double>{0.25, 0.5}));
+  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 20), last);
+  stage.max_rounds = 4;
+  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), (std::vector<double>{0.25, 0.5}));
+  stage.coarse_to_fine = false;
+  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), last);
+  // As many samples in all, as few unknowns need; more per pixel for many.
+  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, true), 16.0);
+  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, false), 4.0);
 }
 
 TEST(StoppingRule, ComparesMeansOfRounds) {
@@ -109,11 +158,11 @@ TEST(StoppingRule, ComparesMeansOfRounds) {
   optim::FitState state;
   state.round = 6;
   state.costs = {1.2, 0.8, 1.0, 0.9, 0.7, 0.8};
-  EXPECT_EQ(optim::StopReason(stage, state), "");
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "");
   state.costs = {1.2, 0.8, 1.0, 0.8, 1.2, 0.995};
-  EXPECT_NE(optim::StopReason(stage, state), "");
+  EXPECT_NE(optim::StopReason(stage, state, 1), "");
   stage.stop_relative_cost = 0.0;
-  EXPECT_EQ(optim::StopReason(stage, state), "");
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "");
 }
 
 }  // namespace
