@@ -195,12 +195,14 @@ class FitDriver {
                      evaluation_.ViewsAt(Scales()[static_cast<std::size_t>(state_.level)]));
     state_.scene = std::move(levels.scene);
     state_.level_scene = state_.scene;
-    const ParameterSet set(
-        state_.scene, spec_.unknowns, stage.free, Range(state_.scene.sensors.size()), exposure_);
-    state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
+    state_.radius_factor = IsFew(FreeSet(state_.scene, stage)) ? kStartRadiusFactor : 1.0;
     for (const std::string& message : levels.messages) {
       observer_.OnMessage("stage '" + stage.name + "': " + message);
     }
+  }
+
+  [[nodiscard]] ParameterSet FreeSet(const renderer::Scene& scene, const StageSpec& stage) const {
+    return {scene, spec_.unknowns, stage.free, Range(scene.sensors.size()), exposure_};
   }
 
   [[nodiscard]] bool IsFew(const ParameterSet& set) const {
@@ -217,12 +219,9 @@ class FitDriver {
     for (const View& view : observations_.views) {
       smallest_side = std::min({smallest_side, view.photo.width, view.photo.height});
     }
-    const ParameterSet set(state_.stage_start,
-                           spec_.unknowns,
-                           stage.free,
-                           Range(state_.scene.sensors.size()),
-                           exposure_);
-    return ScalesOfStage(stage, moves, IsFew(set), smallest_side);
+    const ParameterSet set = FreeSet(state_.stage_start, stage);
+    // What is held moves nothing: a stage that frees nothing has one level, which is skipped.
+    return ScalesOfStage(stage, moves && set.NumScalars() > 0, IsFew(set), smallest_side);
   }
 
   /// False when the time limit ended it.
@@ -262,7 +261,6 @@ class FitDriver {
     const Model model = MakeModel(Reference(), stage, views);
     if (model.set.NumScalars() == 0) {
       observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
-      state_.level = static_cast<int>(scales.size()) - 1;
       return true;
     }
     return RunRounds({spec_,
