@@ -18,14 +18,8 @@ constexpr double kOffsetFloorShare = 1e-3;
 
 }  // namespace
 
-void GradientSums::Add(const PixelRows& rows,
-                       const ViewLevel& level,
-                       const RowScales& scales,
-                       const renderer::Film& average,
-                       const ParameterSet& set) {
+void GradientSums::Add(const PixelRows& rows, const ParameterSet& set) {
   for (const RowUnit& unit : rows.units) {
-    const auto pixel = static_cast<std::size_t>(unit.pixel);
-    const auto residual = PixelResidual(level, scales[pixel], average.pixels[pixel], pixel);
     for (std::int32_t e = 0; e < unit.num_entries; ++e) {
       const RowEntry& entry = rows.entries[unit.first_entry + static_cast<std::size_t>(e)];
       const auto size = static_cast<std::size_t>(set.BlockSize(entry.block));
@@ -36,7 +30,7 @@ void GradientSums::Add(const PixelRows& rows,
         for (int row = 0; row < unit.NumRows(); ++row) {
           const auto j =
               static_cast<double>(entry.jacobian[static_cast<std::size_t>(row) * size + c]);
-          sum += j * residual[static_cast<std::size_t>(unit.Channel(row))];
+          sum += j * unit.residual[static_cast<std::size_t>(row)];
           square += j * j;
         }
         gradient[offset + c] += sum;

@@ -18,12 +18,7 @@ struct GradientSums {
   explicit GradientSums(std::size_t num_scalars = 0)
       : gradient(num_scalars), diagonal(num_scalars) {}
 
-  /// `average`: mean of both halves' images.
-  void Add(const PixelRows& rows,
-           const ViewLevel& level,
-           const RowScales& scales,
-           const renderer::Film& average,
-           const ParameterSet& set);
+  void Add(const PixelRows& rows, const ParameterSet& set);
 };
 
 /// Square root of the quadratic form: residual and Jacobian with the cost's exact gradient and

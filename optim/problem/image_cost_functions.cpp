@@ -14,20 +14,17 @@ void FillZero(double* jacobian, std::size_t count) {
   }
 }
 
-class GroupCostFunction : public ceres::CostFunction {
+class PanelCostFunction : public ceres::CostFunction {
  public:
-  GroupCostFunction(const ImageProblem& problem,
-                    const EvaluationState& state,
-                    std::size_t view,
-                    std::size_t group)
-      : problem_(problem), state_(state), view_(view), group_(group) {
-    const ResidualGroups& groups = problem.view_groups()[view];
-    const ResidualGroup& g = groups.groups()[group];
-    set_num_residuals(g.num_rows + 1);
+  PanelCostFunction(const ImageProblem& problem, const EvaluationState& state, std::size_t panel)
+      : roots_(problem.roots()), state_(state), panel_(panel) {
+    const RootPanel& p = roots_.panels()[panel];
+    set_num_residuals(p.num_rows + (p.has_noise_row ? 1 : 0));
     auto& sizes = *mutable_parameter_block_sizes();
-    sizes.reserve(static_cast<std::size_t>(g.num_blocks));
-    for (std::size_t k = 0; k < static_cast<std::size_t>(g.num_blocks); ++k) {
-      sizes.push_back(problem.set().BlockSize(groups.blocks()[g.first_block + k]));
+    sizes.reserve(static_cast<std::size_t>(p.num_blocks));
+    for (std::int32_t k = 0; k < p.num_blocks; ++k) {
+      sizes.push_back(problem.set().BlockSize(
+          SupportOf(p).blocks[static_cast<std::size_t>(p.first_block + k)]));
     }
   }
 
@@ -37,51 +34,60 @@ class GroupCostFunction : public ceres::CostFunction {
     if (state_.refused) {
       return false;
     }
-    const ResidualGroups& groups = problem_.view_groups()[view_];
-    const ResidualGroup& group = groups.groups()[group_];
-    const auto num_rows = static_cast<std::size_t>(group.num_rows);
-    double v2 = 0.0;
-    for (std::size_t row = 0; row < num_rows; ++row) {
-      residuals[row] = groups.u[group.first_row + row];
-      const double v = groups.v[group.first_row + row];
-      v2 += v * v;
+    const RootPanel& panel = roots_.panels()[panel_];
+    const Support& support = SupportOf(panel);
+    const double rho = std::sqrt(support.offset_squared);
+    if (state_.at_start) {
+      std::copy_n(support.residual.begin() + panel.first_row, panel.num_rows, residuals);
+      if (panel.has_noise_row) {
+        residuals[panel.num_rows] = rho;
+      }
+    } else {
+      std::fill_n(residuals, num_residuals(), 0.0);
     }
-    if (v2 >= group.offset_squared) {
-      return false;
-    }
-    const double rho = std::sqrt(group.offset_squared - v2);
-    residuals[num_rows] = rho;
     if (jacobians != nullptr) {
-      CopyJacobians(groups, group, rho, jacobians);
+      CopyJacobians(panel, support, rho, jacobians);
     }
     return true;
   }
 
  private:
-  void CopyJacobians(const ResidualGroups& groups,
-                     const ResidualGroup& group,
+  [[nodiscard]] const Support& SupportOf(const RootPanel& panel) const {
+    return roots_.supports()[static_cast<std::size_t>(panel.support)];
+  }
+
+  void CopyJacobians(const RootPanel& panel,
+                     const Support& support,
                      double rho,
                      double** jacobians) const {
-    const float* cell = groups.cells().data() + group.first_cell;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(group.num_blocks); ++k) {
+    const auto num_rows = static_cast<std::size_t>(panel.num_rows);
+    auto column = static_cast<std::size_t>(panel.first_column);
+    for (std::size_t k = 0; k < parameter_block_sizes().size(); ++k) {
       const auto size = static_cast<std::size_t>(parameter_block_sizes()[k]);
-      const std::size_t count = static_cast<std::size_t>(group.num_rows) * size;
       double* target = jacobians[k];
-      if (state_.zero_jacobians) {
-        FillZero(target, count + size);
-      } else if (target != nullptr) {
-        std::copy_n(cell, count, target);
-        for (std::size_t c = 0; c < size; ++c) {
-          target[count + c] = -static_cast<double>(cell[count + c]) / rho;
+      FillZero(target, static_cast<std::size_t>(num_residuals()) * size);
+      if (target != nullptr && !state_.zero_jacobians) {
+        for (std::size_t r = 0; r < num_rows; ++r) {
+          const std::size_t row = static_cast<std::size_t>(panel.first_row) + r;
+          const float* cells = support.rows.data() + support.RowOffset(row);
+          const std::size_t first = support.is_root ? std::max(row, column) : column;
+          for (std::size_t c = first; c < column + size; ++c) {
+            target[r * size + c - column] = static_cast<double>(cells[c]);
+          }
+        }
+        if (panel.has_noise_row && column < support.num_local_columns) {
+          for (std::size_t c = 0; c < size; ++c) {
+            target[num_rows * size + c] = support.noise[column + c] / rho;
+          }
         }
       }
-      cell += count + size;
+      column += size;
     }
   }
 
-  const ImageProblem& problem_;
+  const SupportRoots& roots_;
   const EvaluationState& state_;
-  std::size_t view_, group_;
+  std::size_t panel_;
 };
 
 class GramCostFunction : public ceres::CostFunction {
@@ -150,7 +156,11 @@ class RestCostFunction : public ceres::CostFunction {
   bool Evaluate(double const* const* /*parameters*/,
                 double* residuals,
                 double** jacobians) const override {
-    const double square = 2.0 * problem_.costs().rest + problem_.rest_offset_squared();
+    const ImageCosts& costs = problem_.costs();
+    double square = costs.signal_squared - costs.noise_squared + problem_.offset_squared();
+    if (state_.at_start) {
+      square -= problem_.roots().residual_squared();
+    }
     if (state_.refused || square < 0.0) {
       return false;
     }
@@ -168,11 +178,10 @@ class RestCostFunction : public ceres::CostFunction {
 
 }  // namespace
 
-std::unique_ptr<ceres::CostFunction> MakeGroupCostFunction(const ImageProblem& problem,
+std::unique_ptr<ceres::CostFunction> MakePanelCostFunction(const ImageProblem& problem,
                                                            const EvaluationState& state,
-                                                           std::size_t view,
-                                                           std::size_t group) {
-  return std::make_unique<GroupCostFunction>(problem, state, view, group);
+                                                           std::size_t panel) {
+  return std::make_unique<PanelCostFunction>(problem, state, panel);
 }
 
 std::unique_ptr<ceres::CostFunction> MakeGramCostFunction(const ImageProblem& problem,

@@ -20,15 +20,16 @@ struct EvaluationState {
 };
 
 /// The cost functions copy from `problem` and `state`, which must outlive them.
-std::unique_ptr<ceres::CostFunction> MakeGroupCostFunction(const ImageProblem& problem,
+/// Of one panel of the roots, by its support's blocks from the panel's first on. At trial points
+/// all residuals are zero, and the rest is the whole cost.
+std::unique_ptr<ceres::CostFunction> MakePanelCostFunction(const ImageProblem& problem,
                                                            const EvaluationState& state,
-                                                           std::size_t view,
-                                                           std::size_t group);
+                                                           std::size_t panel);
 /// One cost function of all blocks, in the layout's order.
 std::unique_ptr<ceres::CostFunction> MakeGramCostFunction(const ImageProblem& problem,
                                                           const EvaluationState& state);
-/// Cost of the pixels without derivatives: it has none either, but a trial that uncovers them must
-/// pay. Depends formally on block `block`.
+/// One residual for what the roots do not hold: at the start, the part of the cost that no
+/// parameter explains. Depends formally on block `block`.
 std::unique_ptr<ceres::CostFunction> MakeRestCostFunction(const ImageProblem& problem,
                                                           const EvaluationState& state,
                                                           std::int32_t block);

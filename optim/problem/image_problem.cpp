@@ -22,7 +22,8 @@ ImageProblem::ImageProblem(ImageSource& source,
       views_(views),
       set_(set),
       options_(options),
-      uses_gram_(FormsNormalEquations(options.linear_solver, set.NumScalars())) {
+      uses_gram_(FormsNormalEquations(options.linear_solver, set.NumScalars())),
+      roots_(set, views.fitted.size()) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
   for (const int view : views.fitted) {
     const ViewLevel& level = views.levels[static_cast<std::size_t>(view)];
@@ -42,16 +43,15 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   for (std::size_t i = 0; i < views_.fitted.size(); ++i) {
     LinearizeView(i, values);
     const LinearSolverKind least = uses_gram_ ? LinearSolverKind::kGram : LinearSolverKind::kCgnr;
-    CheckFits(size_.Extrapolated(i + 1, views_.fitted.size()), least, options_.max_memory_bytes);
+    CheckFits(size_, least, options_.max_memory_bytes);
   }
   if (uses_gram_) {
     MakeNormalEquations(values);
+  } else {
+    roots_.Finish();
+    size_.roots = roots_.Size();
+    offset_squared_ = roots_.residual_squared() + costs_.noise_squared + 1e-12;
   }
-  for (ResidualGroups& groups : view_groups_) {
-    groups.FixOffsets();
-  }
-  // The constant pixels' half sum may be negative by noise; the offset keeps its root real.
-  rest_offset_squared_ = 1e3 * (costs_.signal_squared + costs_.noise_squared) + 1e-12;
 }
 
 void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
@@ -65,88 +65,43 @@ void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
       at_start_.hessian, at_start_.gradient, costs_.signal_squared, costs_.noise_squared);
 }
 
-PixelRows ImageProblem::RenderRows(std::size_t index,
-                                   const std::vector<double>& values,
-                                   renderer::Film& a,
-                                   renderer::Film& b) {
+void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& values) {
   const int view = views_.fitted[index];
   const auto& level = views_.levels[static_cast<std::size_t>(view)];
+  const std::string& name = views_.names[static_cast<std::size_t>(view)];
   JacobianSink sink_a(level.photo.width, level.photo.height);
-  a = source_.RenderDerivative(view, options_.samples.a, sink_a);
+  const renderer::Film a = source_.RenderDerivative(view, options_.samples.a, sink_a);
   sink_a.Finish();
+  CheckFinite(a, name);
   JacobianSink sink_b(level.photo.width, level.photo.height);
-  b = source_.RenderDerivative(view, options_.samples.b, sink_b);
+  const renderer::Film b = source_.RenderDerivative(view, options_.samples.b, sink_b);
   sink_b.Finish();
-  scales_.push_back(MakeRowScales(views_, view, options_.loss, AverageFilm(a, b)));
-  PixelRows rows = MergeHalves({a, b, sink_a, sink_b},
-                               level,
-                               scales_.back(),
-                               set_,
-                               values,
-                               views_.names[static_cast<std::size_t>(view)],
-                               uses_gram_);
-  const double bytes = static_cast<double>(
-      rows.entries.size() * sizeof(RowEntry) + rows.spreads.size() * sizeof(EntrySpread) +
-      rows.units.size() * sizeof(RowUnit) + sink_a.MemoryBytes() + sink_b.MemoryBytes());
-  size_.largest_view_bytes = std::max(size_.largest_view_bytes, bytes);
-  return rows;
-}
-
-void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& values) {
-  const auto& level = views_.levels[static_cast<std::size_t>(views_.fitted[index])];
-  renderer::Film a, b;
-  PixelRows rows = RenderRows(index, values, a, b);
+  CheckFinite(b, name);
   const renderer::Film average = AverageFilm(a, b);
-  use_.push_back(std::move(rows.use));
+  scales_.push_back(MakeRowScales(views_, view, options_.loss, average));
   quality_.push_back(MeasureView(level, average, views_.silhouettes));
-  sums_.Add(rows, level, scales_.back(), average, set_);
-  if (uses_gram_) {
-    round_model_.AddRows(rows, set_);
-  } else {
-    view_groups_.push_back(ResidualGroups::Build(rows, set_));
-    AddSize(view_groups_.back());
+  double rows_bytes = 0.0;
+  roots_.BeginView();
+  for (int line = 0; line < level.photo.height;) {
+    const PixelRows rows = MergeHalves(
+        {a, b, sink_a, sink_b}, level, scales_.back(), set_, values, name, uses_gram_, line);
+    rows_bytes = std::max(rows_bytes, static_cast<double>(rows.MemoryBytes()));
+    sums_.Add(rows, set_);
+    if (uses_gram_) {
+      round_model_.AddRows(rows, set_);
+    } else {
+      roots_.Add(rows);
+    }
   }
-  std::vector<float> pixel_costs = AddCosts(index, a, b);
+  size_.largest_view_bytes =
+      std::max(size_.largest_view_bytes,
+               rows_bytes + static_cast<double>(sink_a.MemoryBytes() + sink_b.MemoryBytes()));
+  std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales_.back(), a, b, costs_);
   if (uses_gram_) {
     start_pixel_costs_.push_back(std::move(pixel_costs));
+  } else {
+    size_.roots = roots_.Size();
   }
-}
-
-void ImageProblem::AddSize(const ResidualGroups& groups) {
-  size_.num_groups += static_cast<double>(groups.groups().size());
-  size_.num_rows += static_cast<double>(groups.u.size());
-  size_.group_blocks += static_cast<double>(groups.blocks().size());
-  size_.jacobian_cells += static_cast<double>(groups.cells().size());
-  for (const ResidualGroup& group : groups.groups()) {
-    double columns = 0.0;
-    for (std::int32_t k = 0; k < group.num_blocks; ++k) {
-      columns += set_.BlockSize(groups.blocks()[group.first_block + static_cast<std::size_t>(k)]);
-    }
-    size_.product_cells += 0.5 * group.num_blocks * (group.num_blocks + 1.0);
-    size_.product_flops += (group.num_rows + 1.0) * columns * columns;
-  }
-}
-
-std::vector<float> ImageProblem::AddCosts(std::size_t index,
-                                          const renderer::Film& a,
-                                          const renderer::Film& b) {
-  const ViewLevel& level = views_.levels[static_cast<std::size_t>(views_.fitted[index])];
-  const RowScales& scales = scales_[index];
-  std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales, a, b, use_[index], costs_);
-  if (uses_gram_) {
-    return pixel_costs;
-  }
-  ResidualGroups& groups = view_groups_[index];
-  for (std::size_t row = 0; row < groups.u.size(); ++row) {
-    const auto source = static_cast<std::size_t>(groups.row_sources()[row]);
-    const std::size_t p = source / 4;
-    const std::size_t channel = source % 4;
-    const double r_a = PixelResidual(level, scales[p], a.pixels[p], p)[channel];
-    const double r_b = PixelResidual(level, scales[p], b.pixels[p], p)[channel];
-    groups.u[row] = 0.5 * (r_a + r_b);
-    groups.v[row] = 0.5 * (r_a - r_b);
-  }
-  return pixel_costs;
 }
 
 void ImageProblem::RenderTrial(const std::vector<double>& values) {
@@ -160,7 +115,8 @@ void ImageProblem::RenderTrial(const std::vector<double>& values) {
     CheckFinite(a, name);
     const renderer::Film b = source_.RenderPrimal(view, options_.samples.b);
     CheckFinite(b, name);
-    const std::vector<float> costs = AddCosts(i, a, b);
+    const std::vector<float> costs =
+        AddSplitHalfCosts(views_.levels[static_cast<std::size_t>(view)], scales_[i], a, b, costs_);
     if (uses_gram_) {
       for (std::size_t p = 0; p < costs.size(); ++p) {
         const auto change =

@@ -9,8 +9,8 @@
 #include "optim/problem/image_source.h"
 #include "optim/problem/problem_size.h"
 #include "optim/problem/quadratic_model.h"
-#include "optim/problem/residual_groups.h"
 #include "optim/problem/split_half_cost.h"
+#include "optim/problem/support_roots.h"
 #include "optim/problem/view_quality.h"
 
 namespace pathfit::optim {
@@ -36,20 +36,21 @@ class ImageProblem {
                const ImageProblemOptions& options);
 
   /// Renders derivatives of every fitted view with both halves at `values` and keeps either the
-  /// groups or the normal equations. Throws MemoryError before the memory is taken,
+  /// roots or the normal equations. Throws MemoryError before the memory is taken,
   /// renderer::NumericalError, renderer::Cancelled.
   void Linearize(const std::vector<double>& values);
 
-  /// Renders both halves at `values`; afterwards costs() and the groups' u and v are those of the
-  /// trial. With normal equations a rendering decides only where it can: costs() are those of the
-  /// quadratic model where its decrease is small and drowns in the noise of such a comparison (then
-  /// nothing is rendered), and where the rendering does not contradict it.
+  /// Renders both halves at `values`; afterwards costs() are those of the trial. With normal
+  /// equations a rendering decides only where it can: costs() are those of the quadratic model
+  /// where its decrease is small and drowns in the noise of such a comparison (then nothing is
+  /// rendered), and where the rendering does not contradict it.
   void EvalTrial(const std::vector<double>& values);
 
   [[nodiscard]] bool UsesGram() const { return uses_gram_; }
   [[nodiscard]] const ParameterSet& set() const { return set_; }
   [[nodiscard]] const ImageCosts& costs() const { return costs_; }
-  [[nodiscard]] const std::vector<ResidualGroups>& view_groups() const { return view_groups_; }
+  /// Unless normal equations are used.
+  [[nodiscard]] const SupportRoots& roots() const { return roots_; }
   [[nodiscard]] const GramRoot& gram() const { return gram_root_; }
   /// Of this and the earlier rounds; empty without normal equations.
   [[nodiscard]] const QuadraticModel& model() const { return model_; }
@@ -57,8 +58,9 @@ class ImageProblem {
   [[nodiscard]] const ProblemSize& size() const { return size_; }
   /// Of the fitted views, from the linearisation's own renderings.
   [[nodiscard]] const std::vector<ViewQuality>& quality() const { return quality_; }
-  /// C^2 of the row that holds the constant pixels' cost.
-  [[nodiscard]] double rest_offset_squared() const { return rest_offset_squared_; }
+  /// C^2 of the roots' row of what no parameter explains: twice the cost and this is the sum of
+  /// the squares of all residuals.
+  [[nodiscard]] double offset_squared() const { return offset_squared_; }
 
   /// Above this many free scalars the normal equations are not formed densely unless asked for.
   static constexpr std::size_t kMaxGramScalars = 500;
@@ -68,19 +70,10 @@ class ImageProblem {
   }
 
  private:
-  /// Renders one view's derivatives with both halves and merges them; the sinks are gone when it
-  /// returns.
-  PixelRows RenderRows(std::size_t index,
-                       const std::vector<double>& values,
-                       renderer::Film& a,
-                       renderer::Film& b);
   void LinearizeView(std::size_t index, const std::vector<double>& values);
-  /// Returns each pixel's share.
-  std::vector<float> AddCosts(std::size_t index, const renderer::Film& a, const renderer::Film& b);
   void MakeNormalEquations(const std::vector<double>& values);
   void RenderTrial(const std::vector<double>& values);
   void EvalTrialByModel(const std::vector<double>& values);
-  void AddSize(const ResidualGroups& groups);
 
   ImageSource& source_;
   const FitViews& views_;
@@ -88,10 +81,9 @@ class ImageProblem {
   ImageProblemOptions options_;
   bool uses_gram_;
 
-  std::vector<RowScales> scales_;                // by fitted view, as all below
-  std::vector<std::vector<unsigned char>> use_;  // PixelUse bits
-  std::vector<ResidualGroups> view_groups_;
-  std::vector<ViewQuality> quality_;
+  std::vector<RowScales> scales_;     // by fitted view
+  std::vector<ViewQuality> quality_;  // by fitted view
+  SupportRoots roots_;
   GradientSums sums_;
   std::vector<double> start_theta_;
   QuadraticModel round_model_, model_;
@@ -101,7 +93,7 @@ class ImageProblem {
   std::vector<std::vector<float>> start_pixel_costs_;  // of normal equations
   double paired_variance_ = 0.0;  // of the trial's change of cost, as if all of it were noise
   ProblemSize size_;
-  double rest_offset_squared_ = 0.0;
+  double offset_squared_ = 0.0;
 };
 
 }  // namespace pathfit::optim

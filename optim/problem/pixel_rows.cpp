@@ -10,6 +10,8 @@
 namespace pathfit::optim {
 namespace {
 
+constexpr std::size_t kMaxEntries = 1 << 20;  // of a part, and a band more
+
 std::string Place(const std::string& view_name, std::size_t pixel, int width) {
   const auto w = static_cast<std::size_t>(width);
   return "view '" + view_name + "', pixel (" + std::to_string(pixel % w) + ", " +
@@ -46,14 +48,13 @@ class RowMerger {
         with_spreads_(with_spreads) {}
 
   // Appends the units of one pixel.
-  void AddPixel(std::size_t pixel, PixelRows& rows, unsigned char& use) const {
+  void AddPixel(std::size_t pixel, PixelRows& rows) const {
     const std::array<float, 4>& scale = scales_[pixel];
-    const bool has_color = scale[0] != 0.0F || scale[1] != 0.0F || scale[2] != 0.0F;
-    if (has_color && AddUnit(pixel, false, rows)) {
-      use |= kUsesColor;
+    if (scale[0] != 0.0F || scale[1] != 0.0F || scale[2] != 0.0F) {
+      AddUnit(pixel, false, rows);
     }
-    if (scale[3] != 0.0F && AddUnit(pixel, true, rows)) {
-      use |= kUsesCoverage;
+    if (scale[3] != 0.0F) {
+      AddUnit(pixel, true, rows);
     }
   }
 
@@ -63,7 +64,7 @@ class RowMerger {
     std::array<double, 3> u{}, v{};
   };
 
-  bool AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const {
+  void AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const {
     RowUnit unit;
     unit.pixel = static_cast<std::int32_t>(pixel);
     unit.is_coverage = is_coverage;
@@ -74,8 +75,11 @@ class RowMerger {
     for (int row = 0; row < unit.NumRows(); ++row) {
       const auto channel = static_cast<std::size_t>(unit.Channel(row));
       r.u[static_cast<std::size_t>(row)] = 0.5 * (r_a[channel] + r_b[channel]);
-      r.v[static_cast<std::size_t>(row)] = 0.5 * (r_a[channel] - r_b[channel]);
+      const double v = 0.5 * (r_a[channel] - r_b[channel]);
+      r.v[static_cast<std::size_t>(row)] = v;
+      unit.noise_squared += v * v;
     }
+    unit.residual = r.u;
     const std::span<const PixelDerivative> a = halves_.sink_a.Pixel(pixel);
     const std::span<const PixelDerivative> b = halves_.sink_b.Pixel(pixel);
     const PixelDerivative none;
@@ -94,11 +98,9 @@ class RowMerger {
       }
     }
     unit.num_entries = static_cast<std::int32_t>(rows.entries.size() - unit.first_entry);
-    if (unit.num_entries == 0) {
-      return false;
+    if (unit.num_entries > 0) {
+      rows.units.push_back(unit);
     }
-    rows.units.push_back(unit);
-    return true;
   }
 
   void AddEntry(const RowUnit& unit,
@@ -181,24 +183,22 @@ PixelRows MergeHalves(const ViewHalves& halves,
                       const ParameterSet& set,
                       const std::vector<double>& values,
                       const std::string& view_name,
-                      bool with_spreads) {
-  CheckFinite(halves.film_a, view_name);
-  CheckFinite(halves.film_b, view_name);
+                      bool with_spreads,
+                      int& line) {
   const auto width = static_cast<std::size_t>(level.photo.width);
   const int height = level.photo.height;
   const RowMerger merger(halves, level, scales, set, values, view_name, with_spreads);
   PixelRows all;
-  all.use.resize(scales.size(), kUsesNothing);
   // A few bands at a time bound the memory of unjoined pieces and keep the order of rows.
   constexpr int kBand = 16;
-  for (int y0 = 0; y0 < height; y0 += kBand) {
+  while (line < height && all.entries.size() < kMaxEntries) {
     std::array<PixelRows, kBand> band;
-    const int count = std::min(kBand, height - y0);
+    const int count = std::min(kBand, height - line);
     renderer::ParallelFor(count, [&](std::int64_t i) {
       PixelRows& rows = band[static_cast<std::size_t>(i)];
-      const std::size_t first = static_cast<std::size_t>(y0 + i) * width;
+      const std::size_t first = static_cast<std::size_t>(line + i) * width;
       for (std::size_t x = 0; x < width; ++x) {
-        merger.AddPixel(first + x, rows, all.use[first + x]);
+        merger.AddPixel(first + x, rows);
       }
     });
     for (int i = 0; i < count; ++i) {
@@ -210,6 +210,7 @@ PixelRows MergeHalves(const ViewHalves& halves,
       all.entries.insert(all.entries.end(), rows.entries.begin(), rows.entries.end());
       all.spreads.insert(all.spreads.end(), rows.spreads.begin(), rows.spreads.end());
     }
+    line += count;
   }
   return all;
 }

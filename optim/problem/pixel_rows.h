@@ -37,21 +37,24 @@ struct RowUnit {
   bool is_coverage = false;
   std::size_t first_entry = 0;
   std::int32_t num_entries = 0;
+  std::array<double, 3> residual{};  ///< mean of the halves', by row
+  double noise_squared = 0.0;        ///< sum of the squares of half their difference
 
   [[nodiscard]] int NumRows() const { return is_coverage ? 1 : 3; }
   [[nodiscard]] int Channel(int row) const { return is_coverage ? 3 : row; }
 };
 
-/// What of a pixel is in units; the rest is constant cost.
-enum PixelUse : unsigned char { kUsesNothing = 0, kUsesColor = 1, kUsesCoverage = 2 };
-
-/// Sparse weighted rows of one view, both halves merged. Units whose derivative is zero everywhere
-/// are left out.
+/// Sparse weighted rows of one view or a part of it, both halves merged. Units whose derivative is
+/// zero everywhere are left out.
 struct PixelRows {
   std::vector<RowUnit> units;
   std::vector<RowEntry> entries;
   std::vector<EntrySpread> spreads;  ///< by entry; empty if not asked for
-  std::vector<unsigned char> use;    ///< PixelUse bits by pixel
+
+  [[nodiscard]] std::size_t MemoryBytes() const {
+    return units.size() * sizeof(RowUnit) + entries.size() * sizeof(RowEntry) +
+           spreads.size() * sizeof(EntrySpread);
+  }
 };
 
 /// The two renderings of a view that share nothing but the parameters.
@@ -62,17 +65,19 @@ struct ViewHalves {
   const JacobianSink& sink_b;
 };
 
-/// Throws renderer::NumericalError naming view, pixel and parameter if a colour or a derivative is
-/// not finite. `with_spreads`: fills PixelRows::spreads.
+/// Rows of the lines of pixels from `line` on, as many as a part of bounded memory holds; `line`
+/// becomes the next part's first. Throws renderer::NumericalError naming view, pixel and parameter
+/// if a derivative is not finite. `with_spreads`: fills PixelRows::spreads.
 PixelRows MergeHalves(const ViewHalves& halves,
                       const ViewLevel& level,
                       const RowScales& scales,
                       const ParameterSet& set,
                       const std::vector<double>& values,
                       const std::string& view_name,
-                      bool with_spreads = false);
+                      bool with_spreads,
+                      int& line);
 
-/// Throws renderer::NumericalError naming view and pixel.
+/// Throws renderer::NumericalError naming view and pixel if a colour is not finite.
 void CheckFinite(const renderer::Film& film, const std::string& view_name);
 
 }  // namespace pathfit::optim

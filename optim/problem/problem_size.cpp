@@ -9,8 +9,8 @@ namespace pathfit::optim {
 namespace {
 
 constexpr double kMaxIndex = 2147483647.0;
-constexpr double kBytesPerGroup = 600.0;      // solver's and our records of one residual block
-constexpr double kBytesPerGroupBlock = 40.0;  // pointer, size, cell
+constexpr double kBytesPerPanel = 600.0;      // solver's and our records of one residual block
+constexpr double kBytesPerPanelBlock = 40.0;  // pointer, size, cell
 constexpr double kFillPerUnknown =
     60.0;  // nonzeros of a surface mesh's factor per n log2 n, upper end measured
 constexpr int kGramCopies = 40;  // partial sums, models, root, and the solver's own matrices
@@ -25,8 +25,8 @@ bool WithinIndices(const ProblemSize& size, LinearSolverKind kind) {
   if (kind == LinearSolverKind::kGram) {
     return true;
   }
-  return size.jacobian_cells < kMaxIndex &&
-         (kind == LinearSolverKind::kCgnr || size.product_cells < kMaxIndex);
+  return size.roots.jacobian_cells < kMaxIndex &&
+         (kind == LinearSolverKind::kCgnr || size.roots.product_cells < kMaxIndex);
 }
 
 }  // namespace
@@ -43,41 +43,30 @@ const char* LinearSolverName(LinearSolverKind kind) {
   return "";
 }
 
-ProblemSize ProblemSize::Extrapolated(std::size_t done, std::size_t total) const {
-  const double factor = static_cast<double>(total) / static_cast<double>(done);
-  ProblemSize size = *this;
-  for (double* count : {&size.num_groups,
-                        &size.num_rows,
-                        &size.group_blocks,
-                        &size.jacobian_cells,
-                        &size.product_cells,
-                        &size.product_flops}) {
-    *count *= factor;
-  }
-  return size;
-}
-
 std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind kind) {
-  std::vector<MemoryItem> items = {{"images", size.images_bytes},
-                                   {"sparse rows of one view", size.largest_view_bytes}};
+  const MemoryItem images = {"images", size.images_bytes};
+  const MemoryItem view = {"derivatives of one view", size.largest_view_bytes};
   const double n = size.num_scalars;
   if (kind == LinearSolverKind::kGram) {
-    items.push_back({"dense normal equations", 8.0 * n * n * kGramCopies});
-    return items;
+    return {images, view, {"dense normal equations", 8.0 * n * n * kGramCopies}};
   }
-  items.push_back({"Jacobian (float)", 4.0 * size.jacobian_cells});
-  items.push_back({"residuals", 40.0 * size.num_rows});
-  items.push_back({"residual blocks",
-                   kBytesPerGroup * size.num_groups + kBytesPerGroupBlock * size.group_blocks});
+  const RootSize& roots = size.roots;
+  const std::vector<MemoryItem> linearising = {
+      images, view, {"normal equations of supports", roots.gathered_bytes}};
+  std::vector<MemoryItem> solving = {
+      images,
+      {"roots of supports", roots.kept_bytes},
+      {"residual blocks",
+       kBytesPerPanel * roots.num_panels + kBytesPerPanelBlock * roots.panel_blocks}};
   if (kind == LinearSolverKind::kCgnr) {
-    items.push_back({"solver's Jacobian (double)", 8.0 * size.jacobian_cells});
-    return items;
+    solving.push_back({"solver's Jacobian (double)", 8.0 * roots.jacobian_cells});
+  } else {
+    solving.push_back({"solver's Jacobian (double, twice)", 16.0 * roots.jacobian_cells});
+    solving.push_back({"product terms of J^T J", 12.0 * roots.product_cells});
+    const double fill = std::min(0.5 * n * n, kFillPerUnknown * n * std::log2(n + 2.0));
+    solving.push_back({"Cholesky factor", 16.0 * fill});
   }
-  items.push_back({"solver's Jacobian (double, twice)", 16.0 * size.jacobian_cells});
-  items.push_back({"product terms of J^T J", 12.0 * size.product_cells});
-  const double fill = std::min(0.5 * n * n, kFillPerUnknown * n * std::log2(n + 2.0));
-  items.push_back({"Cholesky factor", 16.0 * fill});
-  return items;
+  return TotalBytes(linearising) > TotalBytes(solving) ? linearising : solving;
 }
 
 double TotalBytes(const std::vector<MemoryItem>& items) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "optim/problem/support_roots.h"
+
 namespace pathfit::optim {
 
 enum class LinearSolverKind { kGram, kCholesky, kCgnr };
@@ -17,20 +19,12 @@ class MemoryError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Counts that decide what a solve costs; summed over the groups of all views.
+/// Counts that decide what a solve costs.
 struct ProblemSize {
   double num_scalars = 0.0;
-  double num_groups = 0.0;
-  double num_rows = 0.0;
-  double group_blocks = 0.0;        ///< sum over groups of their blocks
-  double jacobian_cells = 0.0;      ///< with noise rows
-  double product_cells = 0.0;       ///< sum over groups of blocks^2 / 2: terms of J^T J
-  double product_flops = 0.0;       ///< sum over groups of rows * columns^2
-  double largest_view_bytes = 0.0;  ///< sparse rows of one view before grouping
+  RootSize roots;
+  double largest_view_bytes = 0.0;  ///< derivatives and rows of one view
   double images_bytes = 0.0;
-
-  /// The size if `done` of `total` views gave these counts.
-  [[nodiscard]] ProblemSize Extrapolated(std::size_t done, std::size_t total) const;
 };
 
 struct MemoryItem {
@@ -38,8 +32,9 @@ struct MemoryItem {
   double bytes = 0.0;
 };
 
-/// Peak memory of a solve by what takes it. Measured laws: float copy + double copy of the cells
-/// for conjugate gradients; two double copies, product terms and the factor for Cholesky.
+/// Peak memory of a round by what takes it then: while photos are linearised, or while the roots
+/// are solved. Measured laws: a double copy of the cells for conjugate gradients; two, product
+/// terms and the factor for Cholesky.
 std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind kind);
 double TotalBytes(const std::vector<MemoryItem>& items);
 

@@ -1,14 +1,11 @@
 #include "optim/problem/split_half_cost.h"
 
-#include "optim/problem/pixel_rows.h"
-
 namespace pathfit::optim {
 
 std::vector<float> AddSplitHalfCosts(const ViewLevel& level,
                                      const RowScales& scales,
                                      const renderer::Film& a,
                                      const renderer::Film& b,
-                                     const std::vector<unsigned char>& use,
                                      ImageCosts& costs) {
   std::vector<float> pixel_costs(scales.size());
   for (std::size_t p = 0; p < scales.size(); ++p) {
@@ -30,9 +27,6 @@ std::vector<float> AddSplitHalfCosts(const ViewLevel& level,
     costs.colors += colors;
     costs.coverage += coverage;
     costs.variance += noise * noise;
-    const unsigned bits = use.empty() ? 0U : use[p];
-    costs.rest +=
-        ((bits & kUsesColor) == 0 ? colors : 0.0) + ((bits & kUsesCoverage) == 0 ? coverage : 0.0);
   }
   return pixel_costs;
 }

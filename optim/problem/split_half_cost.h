@@ -10,20 +10,17 @@ namespace pathfit::optim {
 /// Unbiased by noise, and for that reason possibly negative where there is nothing but noise.
 struct ImageCosts {
   double colors = 0.0, coverage = 0.0;
-  double rest = 0.0;            ///< part of the two that pixels without any derivative contribute
   double signal_squared = 0.0;  ///< sum of u^2, u = (r_a + r_b) / 2
   double noise_squared = 0.0;   ///< sum of v^2, v = (r_a - r_b) / 2
   double variance = 0.0;        ///< of Total() by noise; (u . v)^2 of each pixel is unbiased for it
   [[nodiscard]] double Total() const { return colors + coverage; }
 };
 
-/// Adds one view. `use`: PixelUse bits by pixel; empty = all pixels count as rest. Returns each
-/// pixel's share of the total.
+/// Adds one view. Returns each pixel's share of the total.
 std::vector<float> AddSplitHalfCosts(const ViewLevel& level,
                                      const RowScales& scales,
                                      const renderer::Film& a,
                                      const renderer::Film& b,
-                                     const std::vector<unsigned char>& use,
                                      ImageCosts& costs);
 
 }  // namespace pathfit::optim

@@ -48,7 +48,7 @@ EvaluatedCost EvaluateCost(const ImageSource& source,
     CheckFinite(a, views.names[v]);
     CheckFinite(b, views.names[v]);
     const RowScales scales = MakeRowScales(views, view, loss, AverageFilm(a, b));
-    pixels.push_back(AddSplitHalfCosts(views.levels[v], scales, a, b, {}, costs));
+    pixels.push_back(AddSplitHalfCosts(views.levels[v], scales, a, b, costs));
     for (float& share : pixels.back()) {
       share /= static_cast<float>(views.num_channels);
     }

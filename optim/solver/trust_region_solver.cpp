@@ -27,7 +27,7 @@ constexpr int kMaxDenseRows = 3000;
 // products cost more than conjugate gradients' iterations.
 constexpr double kAlwaysSmallScalars = 9000.0;
 constexpr double kLocalScalars = 120000.0;
-constexpr double kLocalBlocksPerGroup = 20.0;
+constexpr double kLocalBlocksPerPanel = 20.0;
 constexpr double kMaxProductFlops = 4e10;
 
 // What is linear in a value is not linear in its logarithm: a step changes it fourfold at most.
@@ -154,14 +154,13 @@ class ProblemBuilder {
       Add(MakeGramCostFunction(image_, state), all.data(), all.size());
       return;
     }
-    for (std::size_t view = 0; view < image_.view_groups().size(); ++view) {
-      const ResidualGroups& groups = image_.view_groups()[view];
-      for (std::size_t g = 0; g < groups.groups().size(); ++g) {
-        const ResidualGroup& group = groups.groups()[g];
-        Add(MakeGroupCostFunction(image_, state, view, g),
-            groups.blocks().data() + group.first_block,
-            static_cast<std::size_t>(group.num_blocks));
-      }
+    const SupportRoots& roots = image_.roots();
+    for (std::size_t i = 0; i < roots.panels().size(); ++i) {
+      const RootPanel& panel = roots.panels()[i];
+      Add(MakePanelCostFunction(image_, state, i),
+          roots.supports()[static_cast<std::size_t>(panel.support)].blocks.data() +
+              panel.first_block,
+          static_cast<std::size_t>(panel.num_blocks));
     }
     const std::int32_t block = 0;
     Add(MakeRestCostFunction(image_, state, block), &block, 1);
@@ -253,12 +252,12 @@ LinearSolverKind ChooseLinearSolver(LinearSolverChoice choice,
     CheckFits(size, LinearSolverKind::kCholesky, max_bytes);
     return LinearSolverKind::kCholesky;
   }
-  const double blocks_per_group = size.group_blocks / std::max(1.0, size.num_groups);
+  const double blocks_per_panel = size.roots.panel_blocks / std::max(1.0, size.roots.num_panels);
   const bool is_small = size.num_scalars <= kAlwaysSmallScalars;
   const bool is_local =
-      size.num_scalars <= kLocalScalars && blocks_per_group <= kLocalBlocksPerGroup;
+      size.num_scalars <= kLocalScalars && blocks_per_panel <= kLocalBlocksPerPanel;
   if (choice == LinearSolverChoice::kAuto && (is_small || is_local) &&
-      size.product_flops <= kMaxProductFlops &&
+      size.roots.product_flops <= kMaxProductFlops &&
       Fits(size, LinearSolverKind::kCholesky, max_bytes)) {
     return LinearSolverKind::kCholesky;
   }

@@ -23,16 +23,16 @@ using optim::SolveOutcome;
 using tests::LinearFit;
 using tests::LinearImageSource;
 
-// The measured table: icospheres of 2.5 and 40 thousand vertices, groups of 13 rows and 17 blocks.
-ProblemSize Sized(double num_scalars, double num_groups, double blocks) {
+// The measured table: icospheres of 2.5 and 40 thousand vertices, panels of 13 rows and 17 blocks.
+ProblemSize Sized(double num_scalars, double num_panels, double blocks) {
   ProblemSize size;
   size.num_scalars = num_scalars;
-  size.num_groups = num_groups;
-  size.group_blocks = num_groups * blocks;
-  size.num_rows = 13.0 * num_groups;
-  size.jacobian_cells = 14.0 * num_groups * 3.0 * blocks;
-  size.product_cells = 0.5 * num_groups * blocks * (blocks + 1.0);
-  size.product_flops = 14.0 * num_groups * 9.0 * blocks * blocks;
+  size.roots.num_panels = num_panels;
+  size.roots.panel_blocks = num_panels * blocks;
+  size.roots.jacobian_cells = 14.0 * num_panels * 3.0 * blocks;
+  size.roots.kept_bytes = 4.0 * size.roots.jacobian_cells;
+  size.roots.product_cells = 0.5 * num_panels * blocks * (blocks + 1.0);
+  size.roots.product_flops = 14.0 * num_panels * 9.0 * blocks * blocks;
   return size;
 }
 
