@@ -1,5 +1,9 @@
 #include "renderer/derivative/pixel_estimator.h"
 
+#include <array>
+#include <optional>
+#include <span>
+
 #include "renderer/sensor/pixel_filter.h"
 
 namespace pathfit::renderer {
@@ -9,31 +13,18 @@ constexpr int kMirrorGroup = 4;
 // Shifts by multiples of (1 / n, 1 / golden ratio) fill the unit square evenly.
 constexpr double kGoldenStep = 0.6180339887498949;
 
-/// What the path of one pixel sample found.
-struct PathValue {
-  enum class Kind { kDark, kSky, kSurface } kind = Kind::kDark;
-  Rgba value;
-};
+// Paths of a plain image that are traced side by side: two packets, so that one stays full for
+// longer while paths end.
+constexpr std::size_t kImageBatch = 16;
 
-/// One camera path.
-template <PathListener Listener>
-PathValue SamplePixel(const PathContext& context,
-                      const PixelSample& pixel,
-                      bool mirrored,
-                      LatticeSampler& sampler,
-                      Listener& listener) {
-  const std::optional<Hit> hit = context.world->caster().Intersect(pixel.ray);
-  if (!hit) {
-    if (!context.lights.environment || !context.lights.environment_visible) {
-      return {};
-    }
-    return {PathValue::Kind::kSky,
-            {EnvironmentRadianceInWorld(*context.lights.environment, pixel.ray.direction), 0.0}};
-  }
-  const SurfacePoint p = MakeSurfacePoint(*context.world, *hit, pixel.ray);
-  return {
-      PathValue::Kind::kSurface,
-      {TraceRadiance(context, p, sampler, listener, {context.max_bounces, true, mirrored}), 1.0}};
+bool ShowsEnvironment(const PathContext& context) {
+  return context.lights.environment && context.lights.environment_visible;
+}
+/// What a camera ray that meets nothing finds.
+Rgba ValueOfMiss(const PathContext& context, const Ray& ray) {
+  return ShowsEnvironment(context)
+             ? Rgba(EnvironmentRadianceInWorld(*context.lights.environment, ray.direction), 0.0)
+             : Rgba{};
 }
 
 /// Pixel sample that follows the filter.
@@ -77,9 +68,9 @@ PixelSample Scaled(PixelSample pixel, double share) {
   return pixel;
 }
 
-/// sample(sampler, index) returns the weighted value of one sample. `group` samples in a row share
-/// their numbers.
-template <class Sample>
+/// Mean of the weighted values of a pixel's samples. samples(first, numbers, values) evaluates up
+/// to N of them; `group` samples in a row share their numbers.
+template <std::size_t N, class Samples>
 Rgba MeanOfSamples(const PathContext& context,
                    const CameraModel& camera,
                    const RenderOptions& options,
@@ -87,20 +78,15 @@ Rgba MeanOfSamples(const PathContext& context,
                    int y,
                    int group,
                    RenderStats& stats,
-                   Sample sample) {
-  const bool background_is_black =
-      !context.lights.environment || !context.lights.environment_visible;
-  if (background_is_black && !context.bounds.Contains(x, y)) {
+                   Samples samples) {
+  if (!ShowsEnvironment(context) && !context.bounds.Contains(x, y)) {
     return {};
   }
   const auto pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(camera.camera().width) +
       static_cast<std::uint64_t>(x);
   const CounterRng shift(options.seed, RandomDomain::kPixelShift, options.view, pixel);
-  Rgba sum;
-  // Only whole pairs have the right mean.
-  const int spp = context.antithetic ? options.spp + options.spp % 2 : options.spp;
-  for (int s = 0; s < spp; ++s) {
+  const auto numbers = [&](int s) {
     const auto index = static_cast<std::uint64_t>(s / group);
     LatticeSampler sampler(
         shift,
@@ -109,11 +95,22 @@ Rgba MeanOfSamples(const PathContext& context,
     if (context.antithetic && s % 2 == 1) {
       sampler.ShiftLights(kGoldenStep);
     }
-    const Rgba value = sample(sampler, s);
-    if (IsFinite(value.Color())) {
-      sum += value;
-    } else {
-      ++stats.non_finite_samples;
+    return sampler;
+  };
+  Rgba sum;
+  // Only whole pairs have the right mean.
+  const int spp = context.antithetic ? options.spp + options.spp % 2 : options.spp;
+  std::array<Rgba, N> values;
+  constexpr int kStep = static_cast<int>(N);
+  for (int first = 0; first < spp; first += kStep) {
+    const auto count = static_cast<std::size_t>(std::min(kStep, spp - first));
+    samples(first, numbers, std::span(values.data(), count));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (IsFinite(values[i].Color())) {
+        sum += values[i];
+      } else {
+        ++stats.non_finite_samples;
+      }
     }
   }
   stats.paths += spp;
@@ -129,12 +126,35 @@ Rgba EstimatePixel(const PathContext& context,
                    int y,
                    RenderStats& stats) {
   NullListener listener;
+  const RayCaster& caster = context.world->caster();
   const int pair = context.antithetic ? 2 : 1;
-  return MeanOfSamples(
-      context, camera, options, x, y, pair, stats, [&](LatticeSampler& sampler, int s) {
-        const PixelSample pixel = FollowFilter(camera, x, y, sampler);
-        return SamplePixel(context, pixel, s % pair == 1, sampler, listener).value;
-      });
+  const auto samples = [&](int first, const auto& numbers, std::span<Rgba> values) {
+    const std::size_t count = values.size();
+    std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
+    std::array<Ray, kImageBatch> rays;
+    std::array<std::optional<Hit>, kImageBatch> hits;
+    for (std::size_t i = 0; i < count; ++i) {
+      samplers[i].emplace(numbers(first + static_cast<int>(i)));
+      rays[i] = FollowFilter(camera, x, y, *samplers[i]).ray;
+    }
+    caster.Intersect({rays.data(), count}, true, {hits.data(), count});
+    PathBatch<kImageBatch, LatticeSampler, NullListener> batch(context);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (hits[i]) {
+        const bool mirrored = (first + static_cast<int>(i)) % pair == 1;
+        batch.Start(i,
+                    MakeSurfacePoint(*context.world, *hits[i], rays[i]),
+                    *samplers[i],
+                    listener,
+                    {context.max_bounces, true, mirrored});
+      }
+    }
+    batch.Trace();
+    for (std::size_t i = 0; i < count; ++i) {
+      values[i] = hits[i] ? Rgba(batch.radiance(i), 1.0) : ValueOfMiss(context, rays[i]);
+    }
+  };
+  return MeanOfSamples<kImageBatch>(context, camera, options, x, y, pair, stats, samples);
 }
 
 struct PixelDerivative::Place {
@@ -157,20 +177,16 @@ PixelDerivative::PixelDerivative(const AdjointContext& context,
 
 Rgba PixelDerivative::Estimate(int x, int y, RenderStats& stats) {
   sum_.Clear();
-  return MeanOfSamples(context_.path,
-                       context_.camera,
-                       options_,
-                       x,
-                       y,
-                       pair_ * points_,
-                       stats,
-                       [&](const LatticeSampler& numbers, int s) {
-                         const Place place{x, y, s / pair_ % points_, s % pair_ == 1};
-                         const Rgba value = Record(place, numbers);
-                         const PixelSample pixel = pixel_;
-                         AddRecorded(place, numbers, pixel, 0, 1.0);
-                         return value * pixel.weight;
-                       });
+  const auto sample = [&](int s, const auto& numbers_of, std::span<Rgba> values) {
+    const LatticeSampler numbers = numbers_of(s);
+    const Place place{x, y, s / pair_ % points_, s % pair_ == 1};
+    const Rgba value = Record(place, numbers);
+    const PixelSample pixel = pixel_;
+    AddRecorded(place, numbers, pixel, 0, 1.0);
+    values[0] = value * pixel.weight;
+  };
+  return MeanOfSamples<1>(
+      context_.path, context_.camera, options_, x, y, pair_ * points_, stats, sample);
 }
 
 /// Records the path of these numbers.
@@ -178,12 +194,22 @@ Rgba PixelDerivative::Record(const Place& place, LatticeSampler numbers) {
   pixel_ = spread_ ? CoverSupport(context_.camera, place.x, place.y, place.mirror, numbers)
                    : FollowFilter(context_.camera, place.x, place.y, numbers);
   recorder_.Clear();
-  const PathValue found = SamplePixel(context_.path, pixel_, place.mirrored, numbers, recorder_);
-  on_surface_ = found.kind == PathValue::Kind::kSurface && IsFinite(found.value.Color());
-  if (found.kind == PathValue::Kind::kSky) {
-    adjoint_.AddMiss(pixel_);
+  const PathContext& path = context_.path;
+  const std::optional<Hit> hit = path.world->caster().Intersect(pixel_.ray);
+  on_surface_ = false;
+  if (!hit) {
+    if (ShowsEnvironment(path)) {
+      adjoint_.AddMiss(pixel_);
+    }
+    return ValueOfMiss(path, pixel_.ray);
   }
-  return found.value;
+  const Rgb radiance = TraceRadiance(path,
+                                     MakeSurfacePoint(*path.world, *hit, pixel_.ray),
+                                     numbers,
+                                     recorder_,
+                                     {path.max_bounces, true, place.mirrored});
+  on_surface_ = IsFinite(radiance);
+  return {radiance, 1.0};
 }
 
 /// Adds the recorded path, or draws the rest of it again from each vertex (from `first` on) that is

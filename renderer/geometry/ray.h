@@ -23,6 +23,12 @@ struct Ray {
   Vec3 direction;  ///< unit
 };
 
+/// A ray that ends; infinity allowed.
+struct Segment {
+  Ray ray;
+  double length = 0.0;
+};
+
 /// A triangle of the scene.
 struct TriangleId {
   std::int32_t mesh = -1;

@@ -12,19 +12,27 @@
 namespace pathfit::renderer {
 namespace {
 
-void FillRay(const Ray& ray, const Vec3& center, double near, double far, RTCRay& out) {
-  out.org_x = static_cast<float>(ray.origin.x - center.x);
-  out.org_y = static_cast<float>(ray.origin.y - center.y);
-  out.org_z = static_cast<float>(ray.origin.z - center.z);
-  out.dir_x = static_cast<float>(ray.direction.x);
-  out.dir_y = static_cast<float>(ray.direction.y);
-  out.dir_z = static_cast<float>(ray.direction.z);
-  out.tnear = static_cast<float>(near);
-  out.tfar = static_cast<float>(far);
-  out.time = 0.0F;
-  out.mask = 0xFFFFFFFFU;
-  out.id = 0;
-  out.flags = 0;
+/// One lane of a ray (RTCRay: one lane) or of a packet.
+template <unsigned kLanes = 1, class Packet>
+void FillRay(const Ray& ray,
+             const Vec3& center,
+             double near,
+             double far,
+             Packet& packet,
+             unsigned lane = 0) {
+  RTCRayN* const out = reinterpret_cast<RTCRayN*>(&packet);
+  RTCRayN_org_x(out, kLanes, lane) = static_cast<float>(ray.origin.x - center.x);
+  RTCRayN_org_y(out, kLanes, lane) = static_cast<float>(ray.origin.y - center.y);
+  RTCRayN_org_z(out, kLanes, lane) = static_cast<float>(ray.origin.z - center.z);
+  RTCRayN_dir_x(out, kLanes, lane) = static_cast<float>(ray.direction.x);
+  RTCRayN_dir_y(out, kLanes, lane) = static_cast<float>(ray.direction.y);
+  RTCRayN_dir_z(out, kLanes, lane) = static_cast<float>(ray.direction.z);
+  RTCRayN_tnear(out, kLanes, lane) = static_cast<float>(near);
+  RTCRayN_tfar(out, kLanes, lane) = static_cast<float>(far);
+  RTCRayN_time(out, kLanes, lane) = 0.0F;
+  RTCRayN_mask(out, kLanes, lane) = 0xFFFFFFFFU;
+  RTCRayN_id(out, kLanes, lane) = lane;
+  RTCRayN_flags(out, kLanes, lane) = 0;
 }
 
 // A side of a piece of a triangle is at most so many times longer than its distance from the
@@ -334,9 +342,7 @@ std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
     return std::nullopt;
   }
-  const TriangleId id = TriangleOf(query.hit.geomID, query.hit.primID);
-  const PlaneHit hit = IntersectPlane(Geometry(id), ray.origin, ray.direction);
-  return Hit{id, hit.b1, hit.b2, hit.distance};
+  return Refined(query.hit.geomID, query.hit.primID, ray);
 }
 
 bool RayCaster::Occluded(const Ray& ray, double max_distance) const {
@@ -344,6 +350,86 @@ bool RayCaster::Occluded(const Ray& ray, double max_distance) const {
   FillRay(ray, frame_.center, 0.0, max_distance, query);
   EmbreeOccluded(handles_->scene, query);
   return query.tfar < 0.0F;
+}
+
+namespace {
+
+// Triangles whose distances differ by a smaller share may change places when rounded.
+constexpr float kRivalry = 1e-5F;
+
+/// A packet and which of its rays have rivals: triangles almost as far as the nearest.
+struct RivalQuery : EmbreeFilteredContext {
+  RivalQuery() { nearest.fill(std::numeric_limits<float>::infinity()); }
+  std::array<float, kPacket> nearest;
+  std::array<bool, kPacket> rivals{};
+};
+
+/// Notes rivals, and lets Embree look as far as they may be.
+void NoteRivals(const RTCFilterFunctionNArguments* arguments) {
+  // The context is the base of a RivalQuery.
+  auto* const context = reinterpret_cast<EmbreeFilteredContext*>(arguments->context);
+  auto& query = *static_cast<RivalQuery*>(context);
+  for (unsigned i = 0; i < arguments->N; ++i) {
+    if (arguments->valid[i] == 0) {
+      continue;
+    }
+    const unsigned lane = RTCRayN_id(arguments->ray, arguments->N, i);
+    float& nearest = query.nearest[lane];
+    float& far = RTCRayN_tfar(arguments->ray, arguments->N, i);
+    query.rivals[lane] = far * (1.0F + kRivalry) >= nearest;
+    nearest = std::min(nearest, far);
+    far = nearest * (1.0F + kRivalry);
+  }
+}
+
+}  // namespace
+
+void RayCaster::IntersectTogether(std::span<const Ray> rays,
+                                  bool coherent,
+                                  std::span<std::optional<Hit>> hits) const {
+  const std::size_t count = std::min(kPacket, rays.size());
+  EmbreeMask mask;
+  RTCRayHit8 packet{};
+  for (std::size_t i = 0; i < count; ++i) {
+    mask.lanes[i] = -1;
+    FillRay<kPacket>(rays[i],
+                     frame_.center,
+                     0.0,
+                     std::numeric_limits<double>::infinity(),
+                     packet.ray,
+                     static_cast<unsigned>(i));
+    packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  RivalQuery query;
+  EmbreeIntersectFiltered(handles_->scene, NoteRivals, query, mask, coherent, packet);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (query.rivals[i]) {
+      hits[i] = Intersect(rays[i]);  // which one is found depends on the order of the search
+    } else if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+      hits[i].reset();
+    } else {
+      hits[i] = Refined(packet.hit.geomID[i], packet.hit.primID[i], rays[i]);
+    }
+  }
+  Intersect(rays.subspan(count), coherent, hits.subspan(count));
+}
+
+void RayCaster::OccludedTogether(std::span<const Segment> segments,
+                                 std::span<bool> occluded) const {
+  const std::size_t count = std::min(kPacket, segments.size());
+  EmbreeMask mask;
+  RTCRay8 packet{};
+  for (std::size_t i = 0; i < count; ++i) {
+    mask.lanes[i] = -1;
+    FillRay<kPacket>(
+        segments[i].ray, frame_.center, 0.0, segments[i].length, packet, static_cast<unsigned>(i));
+  }
+  EmbreeOccluded(handles_->scene, mask, packet);
+  for (std::size_t i = 0; i < count; ++i) {
+    occluded[i] = packet.tfar[i] < 0.0F;
+  }
+  Occluded(segments.subspan(count), occluded.subspan(count));
 }
 
 namespace {

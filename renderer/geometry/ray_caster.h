@@ -54,6 +54,26 @@ class RayCaster {
   /// Whether anything lies within `max_distance` (infinity allowed).
   [[nodiscard]] bool Occluded(const Ray& ray, double max_distance) const;
 
+  /// The same of several rays, bit for bit; `coherent`: from one place in almost one direction.
+  void Intersect(std::span<const Ray> rays,
+                 bool coherent,
+                 std::span<std::optional<Hit>> hits) const {
+    if (rays.size() >= kLeastTogether) {
+      return IntersectTogether(rays, coherent, hits);
+    }
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      hits[i] = Intersect(rays[i]);
+    }
+  }
+  void Occluded(std::span<const Segment> segments, std::span<bool> occluded) const {
+    if (segments.size() >= kLeastTogether) {
+      return OccludedTogether(segments, occluded);
+    }
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      occluded[i] = Occluded(segments[i].ray, segments[i].length);
+    }
+  }
+
   /// Up to which distance the triangles of each mesh count.
   struct Reach {
     std::span<const double> of_mesh;  ///< 0: not at all
@@ -117,6 +137,19 @@ class RayCaster {
   static constexpr double kRayOffset = 4e-6;
 
  private:
+  // Fewer rays are faster alone.
+  static constexpr std::size_t kLeastTogether = 4;
+
+  void IntersectTogether(std::span<const Ray> rays,
+                         bool coherent,
+                         std::span<std::optional<Hit>> hits) const;
+  void OccludedTogether(std::span<const Segment> segments, std::span<bool> occluded) const;
+  [[nodiscard]] Hit Refined(unsigned geometry, unsigned primitive, const Ray& ray) const {
+    const TriangleId id = TriangleOf(geometry, primitive);
+    const PlaneHit hit = IntersectPlane(Geometry(id), ray.origin, ray.direction);
+    return {id, hit.b1, hit.b2, hit.distance};
+  }
+
   struct Handles;
   std::unique_ptr<Handles> handles_;
   std::vector<std::int64_t> first_triangle_;

@@ -160,18 +160,16 @@ inline double ShadowDistance(const RayCaster& caster, double distance, const Vec
   return distance * (1.0 - kShadowShortening) - 2.0 * caster.Offset(end);
 }
 
-/// Whether nothing lies between a surface point and a light that it sees. The ray starts off the
-/// surface and must end at the light's own point all the same: beside it, a light seen edge-on
-/// would hide itself.
-inline bool IsVisible(const RayCaster& caster, const SurfacePoint& p, const SeenLight& light) {
+/// From a surface point to a light that it sees. The ray starts off the surface and must end at the
+/// light's own point all the same: beside it, a light seen edge-on would hide itself.
+inline Segment ShadowRay(const RayCaster& caster, const SurfacePoint& p, const SeenLight& light) {
   const Vec3 origin = RayStart(caster, p, light.w);
   if (std::isinf(light.distance)) {
-    return !caster.Occluded({origin, light.w}, light.distance);
+    return {{origin, light.w}, light.distance};
   }
   const Vec3 to_light = p.x + light.w * light.distance - origin;
   const double length = Norm(to_light);
-  return !caster.Occluded({origin, to_light * (1.0 / length)},
-                          ShadowDistance(caster, length, origin + to_light));
+  return {{origin, to_light * (1.0 / length)}, ShadowDistance(caster, length, origin + to_light)};
 }
 
 }  // namespace pathfit::renderer

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <optional>
+#include <span>
 
 #include "renderer/math/frame.h"
 #include "renderer/path/light_end.h"
@@ -143,59 +147,7 @@ struct PathRange {
   bool mirrored = false;      ///< the second path of an antithetic pair
 };
 
-/// Light sampling at a non-delta vertex: one sample of the environment and one of the area lights
-/// (MIS with the BSDF, power heuristic), all point and directional lights.
-template <PathSampler Sampler, PathListener Listener>
-Rgb SampleLights(const PathContext& context,
-                 const SurfacePoint& p,
-                 const DirectionFamily& family,
-                 Sampler& sampler,
-                 Listener& listener) {
-  const LightSet& lights = context.lights;
-  Rgb sum;
-  const auto accepts = [&](const Vec3& w) { return p.Accepts(w); };
-  const auto add = [&](const std::optional<SeenLight>& light) {
-    if (!light) {
-      return;
-    }
-    const BsdfCosines cosines = p.Cosines(light->w);
-    double factor = std::abs(cosines.cos_i);
-    if (light->has_extent) {
-      factor *= PowerHeuristic(light->pdf, ScatterPdf(p, cosines, family));
-    }
-    factor /= light->pdf;
-    const Rgb bsdf = EvalBsdf(p.material->bsdf, p.inputs, cosines);
-    if (!Listener::kDifferentiates && IsBlack(bsdf * light->radiance)) {
-      return;
-    }
-    if (IsVisible(context.world->caster(), p, *light)) {
-      listener.OnDirect({*light, factor});
-      sum += bsdf * light->radiance * factor;
-    }
-  };
-  if (lights.environment) {
-    const auto& environment = *lights.environment;
-    const double u0 = sampler.NextLight();
-    const double u1 = sampler.NextLight();
-    const Vec3 normal = environment.light_from_world * p.n;
-    add(SeeEnvironment(environment, environment.sampler->Sample(normal, u0, u1), accepts));
-  }
-  if (!lights.areas.empty()) {
-    const double u0 = sampler.NextLight();
-    const double u1 = sampler.NextLight();
-    const AreaSample y = lights.area_sampler->Sample(u0, u1);
-    add(SeeAreaPoint(*context.world, lights, {y.id, y.b1, y.b2}, y.pdf, p.x, accepts));
-  }
-  for (const auto& light : lights.points) {
-    add(SeePointLight(light, p.x, accepts));
-  }
-  for (const auto& light : lights.directionals) {
-    add(SeeDirectional(light, accepts));
-  }
-  return sum;
-}
-
-/// Draws the numbers of SampleLights.
+/// Draws the numbers of light sampling.
 template <PathSampler Sampler>
 void SkipLights(const PathContext& context, Sampler& sampler) {
   const int extended =
@@ -205,10 +157,8 @@ void SkipLights(const PathContext& context, Sampler& sampler) {
   }
 }
 
-/// One path on its way from the sensor, a vertex at a time, in stages that alternate with the
-/// tracing of its next ray: many paths can take their stages side by side.
-///
-///   while (path.Shade() && path.Connect(path.Extend())) {}
+/// One path on its way from the sensor, a vertex at a time, in stages between which its rays are
+/// traced.
 template <PathSampler Sampler, PathListener Listener>
 class TracedPath {
  public:
@@ -229,9 +179,8 @@ class TracedPath {
   /// Radiance so far.
   [[nodiscard]] const Rgb& radiance() const { return radiance_; }
 
-  /// Adds what the vertex emits and the lights it sees, and draws the next direction. False if the
-  /// path ends here.
-  bool Shade() {
+  /// Adds what the vertex emits. False if the path ends here.
+  bool Emit() {
     listener_.OnVertex(p_);
     if (const auto* light = context_.lights.AreaLightOf(p_.id.mesh);
         light != nullptr && emission_weight_ > 0.0) {
@@ -243,26 +192,59 @@ class TracedPath {
     if (bounce_ > range_.max_bounces || !p_.Reflects()) {
       return false;
     }
-    const bool delta = IsDelta(p_.material->bsdf);
-    const DirectionFamily family{sampler_.DrawAt(bounce_), paired_, paired_ && range_.mirrored};
+    delta_ = IsDelta(p_.material->bsdf);
+    family_ = {sampler_.DrawAt(bounce_), paired_, paired_ && range_.mirrored};
     const bool wants_light = listener_.WantsLight();
-    const bool last = bounce_ == range_.max_bounces;
-    if (!wants_light && last) {
+    if (!wants_light && IsLast()) {
       return false;
     }
-    if (!delta) {
-      if (wants_light) {
-        Add(bounce_, throughput_ * SampleLights(context_, p_, family, sampler_, listener_));
-      } else {
-        SkipLights(context_, sampler_);
-      }
-      if (last && !context_.HasExtendedLights()) {
-        return false;
-      }
+    lit_ = !delta_ && wants_light;
+    direct_ = {};
+    if (!delta_ && !wants_light) {
+      SkipLights(context_, sampler_);
     }
-    const auto sample = SampleDirection(p_, bounce_, family, sampler_);
+    return true;
+  }
+
+  /// Light sampling, for one light after another: what see(point, accepts, sampler) finds. If it
+  /// counts, calls found(light, factor, value, shadow ray), which calls AddLight if it is visible.
+  template <class See, class Found>
+  void Look(const See& see, Found found) {
+    if (!lit_) {
+      return;
+    }
+    const auto light = see(
+        p_, [this](const Vec3& w) { return p_.Accepts(w); }, sampler_);
+    if (!light) {
+      return;
+    }
+    const BsdfCosines cosines = p_.Cosines(light->w);
+    double factor = std::abs(cosines.cos_i);
+    if (light->has_extent) {
+      factor *= PowerHeuristic(light->pdf, ScatterPdf(p_, cosines, family_));
+    }
+    factor /= light->pdf;
+    const Rgb reflected = EvalBsdf(p_.material->bsdf, p_.inputs, cosines) * light->radiance;
+    if (Listener::kDifferentiates || !IsBlack(reflected)) {
+      found(*light, factor, reflected, ShadowRay(context_.world->caster(), p_, *light));
+    }
+  }
+  void AddLight(const SeenLight& light, double factor, const Rgb& reflected) {
+    listener_.OnDirect({light, factor});
+    direct_ += reflected * factor;
+  }
+
+  /// Draws the next direction. False if the path ends here.
+  bool Turn() {
+    if (lit_) {
+      Add(bounce_, throughput_ * direct_);
+    }
+    if (!delta_ && IsLast() && !context_.HasExtendedLights()) {
+      return false;
+    }
+    const auto sample = SampleDirection(p_, bounce_, family_, sampler_);
     // Mirroring a second vertex, too, would pair only two of the four combinations of densities.
-    paired_ = paired_ && delta;
+    paired_ = paired_ && delta_;
     if (!sample || !(sample->pdf > 0.0) || !p_.Accepts(sample->wi)) {
       return false;
     }
@@ -270,36 +252,29 @@ class TracedPath {
     pdf_ = sample->pdf;
     above_ = cosines.cos_i > 0.0;
     on_ = {sample->wi,
-           delta ? 1.0 / pdf_ : std::abs(cosines.cos_i) / pdf_,
-           delta,
+           delta_ ? 1.0 / pdf_ : std::abs(cosines.cos_i) / pdf_,
+           delta_,
            cosines.cos_i < 0.0};
-    bsdf_ = delta ? EvalDelta(p_.material->bsdf, p_.inputs, cosines.cos_o, on_.transmit).value
-                  : EvalBsdf(p_.material->bsdf, p_.inputs, cosines);
+    bsdf_ = delta_ ? EvalDelta(p_.material->bsdf, p_.inputs, cosines.cos_o, on_.transmit).value
+                   : EvalBsdf(p_.material->bsdf, p_.inputs, cosines);
     ray_ = {RayStart(context_.world->caster(), p_, sample->wi), sample->wi};
     return true;
   }
 
-  /// What the next ray meets; after Shade.
-  struct Met {
-    std::optional<Hit> hit;
-    bool escaped = false;
-  };
-  [[nodiscard]] Met Extend() const {
-    const RayCaster& caster = context_.world->caster();
-    if (bounce_ == range_.max_bounces && context_.lights.areas.empty() && !on_.delta) {
-      return {std::nullopt, !caster.Occluded(ray_, std::numeric_limits<double>::infinity())};
-    }
-    const auto hit = caster.Intersect(ray_);
-    return {hit, !hit};
+  /// The next ray; after Turn.
+  [[nodiscard]] const Ray& ray() const { return ray_; }
+  /// Whether the path ends with the next ray, whatever that meets.
+  [[nodiscard]] bool MayOnlyEscape() const {
+    return IsLast() && context_.lights.areas.empty() && !on_.delta;
   }
 
-  /// Adds the environment where the ray escaped; else goes to the next vertex. False if the path
-  /// ends.
-  bool Connect(const Met& met) {
-    if (met.escaped && context_.lights.environment) {
+  /// Adds the environment where the ray escaped; else goes to the next vertex, unless there is no
+  /// hit. False if the path ends.
+  bool Connect(const std::optional<Hit>& hit, bool escaped) {
+    if (escaped && context_.lights.environment) {
       Escape(*context_.lights.environment);
     }
-    const bool goes_on = met.hit && (bounce_ < range_.max_bounces || Shines(met.hit->id));
+    const bool goes_on = hit && (bounce_ < range_.max_bounces || Shines(hit->id));
     if (!goes_on) {
       return false;
     }
@@ -314,12 +289,11 @@ class TracedPath {
       throughput_ *= 1.0 / survival;
     }
     listener_.OnContinue(next);
-    p_ = MakeSurfacePoint(*context_.world, *met.hit, ray_);
+    p_ = MakeSurfacePoint(*context_.world, *hit, ray_);
     emission_weight_ = 1.0;
     if (!on_.delta && Shines(p_.id)) {
       const double cos_light = std::abs(Dot(p_.ng, ray_.direction));
-      const double other =
-          context_.lights.area_sampler->Pdf(p_.id) * met.hit->distance * met.hit->distance;
+      const double other = context_.lights.area_sampler->Pdf(p_.id) * hit->distance * hit->distance;
       emission_weight_ = PowerHeuristic(pdf_ * cos_light, other);
     }
     ++bounce_;
@@ -327,6 +301,7 @@ class TracedPath {
   }
 
  private:
+  [[nodiscard]] bool IsLast() const { return bounce_ == range_.max_bounces; }
   void Add(int bounces, const Rgb& value) {
     radiance_ += value;
     listener_.OnRadiance(bounces, value);
@@ -360,12 +335,161 @@ class TracedPath {
   Rgb radiance_;
   bool paired_;
   double emission_weight_;  // MIS weight of what p_ emits
-  // The next ray, between Shade and Connect.
+  // The vertex, from Emit on.
+  bool delta_ = false;
+  bool lit_ = false;  // lights are sampled
+  DirectionFamily family_;
+  Rgb direct_;  // from lights
+  // The next ray, between Turn and Connect.
   Ray ray_;
   Continuation on_;
   Rgb bsdf_;
   double pdf_ = 0.0;
   bool above_ = true;  // on the side of the normal
+};
+
+/// Calls add(see) for every light that a vertex samples: one sample of the environment and one of
+/// the area lights (MIS with the BSDF, power heuristic), all point and directional lights.
+/// see(point, accepts, sampler) is for TracedPath::Look.
+template <PathSampler Sampler, class Add>
+void ForEachLight(const PathContext& context, Add add) {
+  const LightSet& lights = context.lights;
+  if (lights.environment) {
+    const auto& environment = *lights.environment;
+    add([&](const SurfacePoint& p, const auto& accepts, Sampler& sampler) {
+      const double u0 = sampler.NextLight();
+      const double u1 = sampler.NextLight();
+      const Vec3 normal = environment.light_from_world * p.n;
+      return SeeEnvironment(environment, environment.sampler->Sample(normal, u0, u1), accepts);
+    });
+  }
+  if (!lights.areas.empty()) {
+    add([&](const SurfacePoint& p, const auto& accepts, Sampler& sampler) {
+      const double u0 = sampler.NextLight();
+      const double u1 = sampler.NextLight();
+      const AreaSample y = lights.area_sampler->Sample(u0, u1);
+      return SeeAreaPoint(*context.world, lights, {y.id, y.b1, y.b2}, y.pdf, p.x, accepts);
+    });
+  }
+  for (const auto& light : lights.points) {
+    add([&](const SurfacePoint& p, const auto& accepts, Sampler& /*sampler*/) {
+      return SeePointLight(light, p.x, accepts);
+    });
+  }
+  for (const auto& light : lights.directionals) {
+    add([&](const SurfacePoint& /*p*/, const auto& accepts, Sampler& /*sampler*/) {
+      return SeeDirectional(light, accepts);
+    });
+  }
+}
+
+/// Up to N paths that take their stages side by side: each as if it were alone, bit for bit, but
+/// their rays are traced together.
+template <std::size_t N, PathSampler Sampler, PathListener Listener>
+class PathBatch {
+ public:
+  /// Must outlive the batch.
+  explicit PathBatch(const PathContext& context) : context_(context) {}
+
+  /// Path number i < N; in order of their numbers. All must outlive Trace.
+  void Start(std::size_t i,
+             const SurfacePoint& first,
+             Sampler& sampler,
+             Listener& listener,
+             const PathRange& range) {
+    paths_[i].emplace(context_, first, sampler, listener, range);
+    active_[count_++] = i;
+  }
+  /// All paths to their ends, once.
+  void Trace() {
+    while (count_ > 0) {
+      Keep([](Path& path) { return path.Emit(); });
+      ForEachLight<Sampler>(context_, [&](const auto& see) { AddLight(see); });
+      Keep([](Path& path) { return path.Turn(); });
+      Extend();
+    }
+  }
+  /// Of path number i, which was started.
+  [[nodiscard]] const Rgb& radiance(std::size_t i) const { return paths_[i]->radiance(); }
+
+ private:
+  using Path = TracedPath<Sampler, Listener>;
+
+  /// Those of the active paths for which stage(path) is true stay active.
+  template <class Stage>
+  void Keep(Stage stage) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (stage(*paths_[active_[i]])) {
+        active_[kept++] = active_[i];
+      }
+    }
+    count_ = kept;
+  }
+
+  template <class See>
+  void AddLight(const See& see) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      Path& path = *paths_[active_[i]];
+      path.Look(see,
+                [&](const auto& light, double factor, const Rgb& value, const Segment& shadow) {
+                  sightings_[count].emplace(Sighting{&path, light, factor, value});
+                  segments_[count++] = shadow;
+                });
+    }
+    context_.world->caster().Occluded({segments_.data(), count}, {occluded_.data(), count});
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!occluded_[i]) {
+        const Sighting& seen = *sightings_[i];
+        seen.path->AddLight(seen.light, seen.factor, seen.value);
+      }
+    }
+  }
+
+  /// To what the next rays meet.
+  void Extend() {
+    std::size_t num_rays = 0;
+    std::size_t num_escapes = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Path& path = *paths_[active_[i]];
+      if (path.MayOnlyEscape()) {
+        segments_[num_escapes++] = {path.ray(), std::numeric_limits<double>::infinity()};
+      } else {
+        rays_[num_rays++] = path.ray();
+      }
+    }
+    const RayCaster& caster = context_.world->caster();
+    caster.Intersect({rays_.data(), num_rays}, false, {hits_.data(), num_rays});
+    caster.Occluded({segments_.data(), num_escapes}, {occluded_.data(), num_escapes});
+    const std::optional<Hit>* hit = hits_.data();
+    const bool* occluded = occluded_.data();
+    Keep([&](Path& path) {
+      if (path.MayOnlyEscape()) {
+        return path.Connect({}, !*occluded++);
+      }
+      const std::optional<Hit>& met = *hit++;
+      return path.Connect(met, !met);
+    });
+  }
+
+  struct Sighting {
+    Path* path = nullptr;
+    SeenLight light;
+    double factor = 0.0;
+    Rgb value;
+  };
+
+  const PathContext& context_;
+  std::array<std::optional<Path>, N> paths_;
+  std::array<std::size_t, N> active_;  // the first count_: numbers of the paths that go on
+  std::size_t count_ = 0;
+  // Scratch space of a stage.
+  std::array<std::optional<Sighting>, N> sightings_;
+  std::array<Ray, N> rays_;
+  std::array<std::optional<Hit>, N> hits_;
+  std::array<Segment, N> segments_;
+  std::array<bool, N> occluded_{};
 };
 
 /// Radiance leaving a surface point towards where it is seen from: unidirectional path tracing with
@@ -376,9 +500,29 @@ Rgb TraceRadiance(const PathContext& context,
                   Sampler& sampler,
                   Listener& listener,
                   const PathRange& range) {
-  TracedPath path(context, p, sampler, listener, range);
-  while (path.Shade() && path.Connect(path.Extend())) {
-  }
+  const RayCaster& caster = context.world->caster();
+  TracedPath<Sampler, Listener> path(context, p, sampler, listener, range);
+  const auto extend = [&] {
+    if (path.MayOnlyEscape()) {
+      return path.Connect({},
+                          !caster.Occluded(path.ray(), std::numeric_limits<double>::infinity()));
+    }
+    const auto hit = caster.Intersect(path.ray());
+    return path.Connect(hit, !hit);
+  };
+  do {
+    if (!path.Emit()) {
+      break;
+    }
+    ForEachLight<Sampler>(context, [&](const auto& see) {
+      path.Look(see,
+                [&](const auto& light, double factor, const Rgb& value, const Segment& shadow) {
+                  if (!caster.Occluded(shadow.ray, shadow.length)) {
+                    path.AddLight(light, factor, value);
+                  }
+                });
+    });
+  } while (path.Turn() && extend());
   return path.radiance();
 }
 

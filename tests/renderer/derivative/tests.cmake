@@ -4,3 +4,4 @@ pathfit_test(renderer/derivative/derivative_limits_test LABEL unit LINK pathfit_
 pathfit_test(renderer/derivative/path_adjoint_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/derivative/antithetic_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/derivative/filter_group_test LABEL statistical LINK pathfit_test_support)
+pathfit_test(renderer/derivative/pixel_batch_test LABEL unit LINK pathfit_test_support)
