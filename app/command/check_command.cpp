@@ -9,6 +9,7 @@
 #include "app/experiment/experiment.h"
 #include "app/output/fields.h"
 #include "optim/observation/observation.h"
+#include "optim/round/memory_forecast.h"
 #include "renderer/core/parallel.h"
 #include "renderer/renderer.h"
 
@@ -43,6 +44,15 @@ std::vector<ViewOverlap> MeasureOverlap(const Experiment& experiment) {
   return overlaps;
 }
 
+/// By stage; none without photos.
+std::vector<optim::StageMemory> ForecastStages(const Experiment& experiment) {
+  const auto& views = experiment.observations.views;
+  if (std::ranges::all_of(views, [](const optim::View& view) { return view.validation; })) {
+    return {};
+  }
+  return optim::ForecastStages(experiment.scene, experiment.observations, experiment.fit);
+}
+
 std::int64_t NumScalars(const Experiment& experiment, const optim::StageSpec& stage) {
   renderer::ParameterLayout layout(experiment.scene);
   for (const int index : stage.free) {
@@ -52,7 +62,9 @@ std::int64_t NumScalars(const Experiment& experiment, const optim::StageSpec& st
   return layout.NumScalars();
 }
 
-void PrintSummary(const Experiment& experiment, const std::vector<ViewOverlap>& overlaps) {
+void PrintSummary(const Experiment& experiment,
+                  const std::vector<ViewOverlap>& overlaps,
+                  const std::vector<optim::StageMemory>& memory) {
   for (const std::string& text : experiment.assumptions) fmt::print("{}\n", text);
   for (const auto& mesh : experiment.scene.meshes) {
     fmt::print("Mesh {}: {} vertices, {} triangles.\n",
@@ -72,6 +84,20 @@ void PrintSummary(const Experiment& experiment, const std::vector<ViewOverlap>& 
                stage.image_scale,
                stage.max_rounds);
   }
+  for (std::size_t i = 0; i < memory.size(); ++i) {
+    fmt::print("Memory of stage {}: about {:.0f} MB with {:.0f} unknown numbers, solved by {}:",
+               experiment.fit.stages[i].name,
+               optim::TotalBytes(memory[i].items) / 1e6,
+               memory[i].num_scalars,
+               optim::LinearSolverName(memory[i].solver));
+    for (const optim::MemoryItem& item : memory[i].items) {
+      fmt::print("{} {} {:.0f} MB",
+                 &item == &memory[i].items.front() ? "" : ",",
+                 item.what,
+                 item.bytes / 1e6);
+    }
+    fmt::print(".\n");
+  }
   if (!overlaps.empty()) {
     fmt::print(
         "Silhouette of the initial model against the masks: median IoU {:.3f}, worst {:.3f} "
@@ -82,7 +108,9 @@ void PrintSummary(const Experiment& experiment, const std::vector<ViewOverlap>& 
   }
 }
 
-void PrintJson(const Experiment& experiment, const std::vector<ViewOverlap>& overlaps) {
+void PrintJson(const Experiment& experiment,
+               const std::vector<ViewOverlap>& overlaps,
+               const std::vector<optim::StageMemory>& memory) {
   nlohmann::json json;
   json["assumptions"] = experiment.assumptions;
   json["views"] = experiment.observations.views.size();
@@ -97,6 +125,10 @@ void PrintJson(const Experiment& experiment, const std::vector<ViewOverlap>& ove
                               {"image_scale", stage.image_scale},
                               {"max_rounds", stage.max_rounds}});
   }
+  for (std::size_t i = 0; i < memory.size(); ++i) {
+    json["stages"][i]["memory_bytes"] = optim::TotalBytes(memory[i].items);
+    json["stages"][i]["linear_solver"] = optim::LinearSolverName(memory[i].solver);
+  }
   for (const ViewOverlap& overlap : overlaps) json["initial_iou"][overlap.name] = overlap.iou;
   fmt::print("{}\n", JsonText(json));
 }
@@ -108,10 +140,11 @@ ExitStatus Run(CommandContext& context) {
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   const Experiment experiment = BuildExperiment(config);
   const std::vector<ViewOverlap> overlaps = MeasureOverlap(experiment);
+  const std::vector<optim::StageMemory> memory = ForecastStages(experiment);
   if (context.line.json) {
-    PrintJson(experiment, overlaps);
+    PrintJson(experiment, overlaps, memory);
   } else {
-    PrintSummary(experiment, overlaps);
+    PrintSummary(experiment, overlaps, memory);
   }
   return ExitStatus::kFinished;
 }

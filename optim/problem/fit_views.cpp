@@ -24,22 +24,43 @@ FitViews MakeFitViews(const ObservationSet& observations, double scale) {
   return views;
 }
 
+double BytesOfLevel(const ViewLevel& level, bool is_fitted) {
+  std::size_t bytes = is_fitted ? level.clipped.data.size() : 0;
+  for (const renderer::Image* image :
+       {&level.photo, &level.mask, &level.clipped, &level.color_weight}) {
+    bytes += image->data.size() * sizeof(float);
+  }
+  return static_cast<double>(bytes);
+}
+
+std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const renderer::Film& average) {
+  std::vector<unsigned char> censored(level.clipped.Empty() ? 0 : average.pixels.size());
+  for (std::size_t p = 0; p < censored.size(); ++p) {
+    for (std::size_t c = 0; c < 3 && level.clipped.data[p] > 0.0F; ++c) {
+      const auto photo = static_cast<double>(level.photo.data[3 * p + c]);
+      if (average.pixels[p][static_cast<int>(c)] > photo) {
+        censored[p] = static_cast<unsigned char>(censored[p] | (1U << c));
+      }
+    }
+  }
+  return censored;
+}
+
 RowScales MakeRowScales(const FitViews& views,
                         int view,
                         const LossSpec& loss,
-                        const renderer::Film& average) {
+                        const std::vector<unsigned char>& censored) {
   const ViewLevel& level = views.levels[static_cast<std::size_t>(view)];
   const bool has_mask = views.silhouettes && !level.mask.Empty();
-  RowScales scales(average.pixels.size());
+  RowScales scales(level.color_weight.data.size());
   for (std::size_t p = 0; p < scales.size(); ++p) {
     const double root = std::sqrt(static_cast<double>(level.color_weight.data[p]));
-    const bool clipped = !level.clipped.Empty() && level.clipped.data[p] > 0.0F;
+    const unsigned bits = censored.empty() ? 0U : censored[p];
     for (std::size_t c = 0; c < 3; ++c) {
-      const double photo = static_cast<double>(level.photo.data[3 * p + c]);
-      const bool censored = clipped && average.pixels[p][static_cast<int>(c)] > photo;
+      const auto photo = static_cast<double>(level.photo.data[3 * p + c]);
       const double denominator =
           loss.residual == ResidualKind::kRelative ? photo + loss.relative_floor : 1.0;
-      scales[p][c] = censored ? 0.0F : static_cast<float>(root / denominator);
+      scales[p][c] = (bits >> c & 1U) != 0 ? 0.0F : static_cast<float>(root / denominator);
     }
     scales[p][3] = has_mask ? static_cast<float>(loss.silhouette_weight) : 0.0F;
   }

@@ -24,19 +24,25 @@ struct FitViews {
   double num_channels = 1.0;
 };
 
+/// Memory of a view's images; of fitted ones with what a problem keeps for each pixel.
+double BytesOfLevel(const ViewLevel& level, bool is_fitted);
+
 FitViews MakeFitViews(const ObservationSet& observations, double scale);
 
 /// What multiplies (rendered - target) of each pixel: r, g, b, coverage; 0 = not compared. Frozen
 /// for a round.
 using RowScales = std::vector<std::array<float, 4>>;
 
+/// Bit c of a pixel: its channel c clipped in the photo, and `average`, the round's own rendering,
+/// is brighter. The photo only says "at least this". Empty: no pixel of the photo clipped.
+std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const renderer::Film& average);
+
 /// Square root of the pixel's weight, divided by (photo + floor) for relative residuals, times
-/// silhouette_weight for coverage. A channel that clipped in the photo is censored (0) where
-/// `average`, the round's own rendering, is brighter: the photo only says "at least this".
+/// silhouette_weight for coverage; 0 for censored channels.
 RowScales MakeRowScales(const FitViews& views,
                         int view,
                         const LossSpec& loss,
-                        const renderer::Film& average);
+                        const std::vector<unsigned char>& censored);
 
 /// Residual of one pixel: scale * (rendered - target) for r, g, b, coverage.
 std::array<double, 4> PixelResidual(const ViewLevel& level,

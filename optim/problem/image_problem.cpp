@@ -23,11 +23,10 @@ ImageProblem::ImageProblem(ImageSource& source,
       set_(set),
       options_(options),
       uses_gram_(FormsNormalEquations(options.linear_solver, set.NumScalars())),
-      roots_(set, views.fitted.size()) {
+      roots_(set, std::max(views.fitted.size(), options.expected_views)) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
   for (const int view : views.fitted) {
-    const ViewLevel& level = views.levels[static_cast<std::size_t>(view)];
-    size_.images_bytes += 21.0 * static_cast<double>(level.color_weight.data.size());
+    size_.images_bytes += BytesOfLevel(views.levels[static_cast<std::size_t>(view)], true);
   }
 }
 
@@ -49,7 +48,9 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
     MakeNormalEquations(values);
   } else {
     roots_.Finish();
-    size_.roots = roots_.Size();
+    if (options_.expected_views <= views_.fitted.size()) {
+      size_.roots = roots_.Size();
+    }
     offset_squared_ = roots_.residual_squared() + costs_.noise_squared + 1e-12;
   }
 }
@@ -78,13 +79,14 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
   sink_b.Finish();
   CheckFinite(b, name);
   const renderer::Film average = AverageFilm(a, b);
-  scales_.push_back(MakeRowScales(views_, view, options_.loss, average));
+  censored_.push_back(CensoredChannels(level, average));
+  const RowScales scales = MakeRowScales(views_, view, options_.loss, censored_.back());
   quality_.push_back(MeasureView(level, average, views_.silhouettes));
   double rows_bytes = 0.0;
   roots_.BeginView();
   for (int line = 0; line < level.photo.height;) {
-    const PixelRows rows = MergeHalves(
-        {a, b, sink_a, sink_b}, level, scales_.back(), set_, values, name, uses_gram_, line);
+    const PixelRows rows =
+        MergeHalves({a, b, sink_a, sink_b}, level, scales, set_, values, name, uses_gram_, line);
     rows_bytes = std::max(rows_bytes, static_cast<double>(rows.MemoryBytes()));
     sums_.Add(rows, set_);
     if (uses_gram_) {
@@ -96,7 +98,7 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
   size_.largest_view_bytes =
       std::max(size_.largest_view_bytes,
                rows_bytes + static_cast<double>(sink_a.MemoryBytes() + sink_b.MemoryBytes()));
-  std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales_.back(), a, b, costs_);
+  std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales, a, b, costs_);
   if (uses_gram_) {
     start_pixel_costs_.push_back(std::move(pixel_costs));
   } else {
@@ -115,8 +117,9 @@ void ImageProblem::RenderTrial(const std::vector<double>& values) {
     CheckFinite(a, name);
     const renderer::Film b = source_.RenderPrimal(view, options_.samples.b);
     CheckFinite(b, name);
+    const RowScales scales = MakeRowScales(views_, view, options_.loss, censored_[i]);
     const std::vector<float> costs =
-        AddSplitHalfCosts(views_.levels[static_cast<std::size_t>(view)], scales_[i], a, b, costs_);
+        AddSplitHalfCosts(views_.levels[static_cast<std::size_t>(view)], scales, a, b, costs_);
     if (uses_gram_) {
       for (std::size_t p = 0; p < costs.size(); ++p) {
         const auto change =

@@ -23,6 +23,8 @@ struct ImageProblemOptions {
   /// Of the stage's earlier rounds, for normal equations; null: none. Must outlive the problem.
   const QuadraticModel* earlier = nullptr;
   double weight = 1.0;  ///< of this round beside the earlier ones
+  /// More than are fitted: the size is that of a problem with so many views like these.
+  std::size_t expected_views = 0;
 };
 
 /// The photos' part of one round's least-squares problem: everything random fixed, linearised once
@@ -81,8 +83,8 @@ class ImageProblem {
   ImageProblemOptions options_;
   bool uses_gram_;
 
-  std::vector<RowScales> scales_;     // by fitted view
-  std::vector<ViewQuality> quality_;  // by fitted view
+  std::vector<std::vector<unsigned char>> censored_;  // by fitted view: CensoredChannels
+  std::vector<ViewQuality> quality_;                  // by fitted view
   SupportRoots roots_;
   GradientSums sums_;
   std::vector<double> start_theta_;

@@ -95,7 +95,9 @@ std::size_t NumRootCells(const Support& support) {
 /// The upper triangle of rows^T rows.
 Eigen::MatrixXd UpperProduct(const RowMajorMatrix& rows) {
   Eigen::MatrixXd product = Eigen::MatrixXd::Zero(rows.cols(), rows.cols());
-  product.selfadjointView<Eigen::Upper>().rankUpdate(rows.transpose());
+  if (rows.size() > 0) {  // Eigen divides by the number of rows
+    product.selfadjointView<Eigen::Upper>().rankUpdate(rows.transpose());
+  }
   return product;
 }
 
@@ -781,6 +783,12 @@ void SupportRoots::AppendPanels(std::int32_t id,
 
 RootSize SupportRoots::Size() const {
   RootSize size;
+  // What the views so far do not show of a surface is like what they show.
+  double num_local = 0.0, num_seen = 0.0;
+  for (std::size_t block = 0; block < is_shared_.size(); ++block) {
+    num_local += is_shared_[block] != 0 ? 0.0 : 1.0;
+    num_seen += supports_of_block_[block].empty() ? 0.0 : 1.0;
+  }
   const double growth = panels_.empty() ? ExpectedGrowth() : 1.0;
   std::vector<RootPanel> panels;
   for (const Support& support : supports_) {
@@ -806,6 +814,18 @@ RootSize SupportRoots::Size() const {
       size.jacobian_cells += rows * columns;
       size.product_cells += 0.5 * blocks * (blocks + 1.0);
       size.product_flops += rows * columns * columns;
+    }
+  }
+  if (panels_.empty() && view_ < num_views_ && num_seen > 0.0) {
+    const double unseen = num_local / num_seen;
+    for (double* figure : {&size.gathered_bytes,
+                           &size.kept_bytes,
+                           &size.num_panels,
+                           &size.panel_blocks,
+                           &size.jacobian_cells,
+                           &size.product_cells,
+                           &size.product_flops}) {
+      *figure *= unseen;
     }
   }
   return size;

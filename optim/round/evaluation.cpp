@@ -47,7 +47,8 @@ EvaluatedCost EvaluateCost(const ImageSource& source,
     const renderer::Film b = source.RenderPrimal(view, samples.b);
     CheckFinite(a, views.names[v]);
     CheckFinite(b, views.names[v]);
-    const RowScales scales = MakeRowScales(views, view, loss, AverageFilm(a, b));
+    const RowScales scales =
+        MakeRowScales(views, view, loss, CensoredChannels(views.levels[v], AverageFilm(a, b)));
     pixels.push_back(AddSplitHalfCosts(views.levels[v], scales, a, b, costs));
     for (float& share : pixels.back()) {
       share /= static_cast<float>(views.num_channels);

@@ -172,7 +172,8 @@ TEST_F(ImageProblemTest, CensorsClippedChannelsThatAreRenderedBrighter) {
   renderer::Film film(32, 16);
   film.pixels[5] = {100.0, -100.0, 100.0, 1.0};
   film.pixels[6] = {100.0, 100.0, 100.0, 1.0};
-  const optim::RowScales scales = optim::MakeRowScales(fit_.views, 0, {}, film);
+  const optim::RowScales scales =
+      optim::MakeRowScales(fit_.views, 0, {}, optim::CensoredChannels(level, film));
   EXPECT_EQ(scales[5][0], 0.0F);
   EXPECT_EQ(scales[5][1], 1.0F);
   EXPECT_EQ(scales[5][2], 0.0F);

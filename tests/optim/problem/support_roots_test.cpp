@@ -215,6 +215,24 @@ TEST_F(GridTest, SharedBlocksAreEliminatedIntoOneRoot) {
   EXPECT_EQ(roots.panels()[0].num_rows, 6);
 }
 
+TEST_F(GridTest, RowsThatAreManyAtOnceBecomeARootThatNothingStoodBefore) {
+  // All pixels of one view have the same blocks: the support begins as a root of no rows.
+  const optim::ParameterSet set = MakeSet(Shared::kLights);
+  optim::PixelRows rows = MakeRows(set, 0, 0.0);
+  const optim::RowUnit first = rows.units.front();
+  for (optim::RowUnit& unit : rows.units) {
+    unit.first_entry = first.first_entry;
+    unit.num_entries = first.num_entries;
+  }
+  SupportRoots roots(set, 1);
+  roots.BeginView();
+  roots.Add(rows);
+  roots.Finish();
+  ASSERT_EQ(roots.supports().size(), 2U);
+  EXPECT_TRUE(roots.supports()[1].is_root);
+  EXPECT_GT(roots.supports()[1].rows[0], 0.0F);
+}
+
 TEST_F(GridTest, PanelsCoverEveryRowOnceAndAllItsCells) {
   const optim::ParameterSet set = MakeSet(Shared::kLights);
   const SupportRoots roots = MakeRoots(set, 4);

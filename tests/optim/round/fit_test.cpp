@@ -3,12 +3,14 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/problem/problem_size.h"
+#include "optim/round/memory_forecast.h"
 #include "renderer/core/error.h"
 #include "tests/optim/round/synthetic_fit.h"
 
@@ -336,6 +338,25 @@ TEST_F(FitTest, RefusesWhatCannotBeFitted) {
   EXPECT_THROW(optim::RunFit(fewer, observations_, spec_, observer, {}), renderer::SceneError);
   spec_.max_memory_bytes = 1000.0;
   EXPECT_THROW(optim::RunFit(start_, observations_, spec_, observer, {}), optim::MemoryError);
+  EXPECT_THROW(optim::ForecastStages(start_, observations_, spec_), optim::MemoryError);
+}
+
+TEST_F(FitTest, ForecastsTheRootsOfAllViewsFromAFew) {
+  spec_.linear_solver = optim::LinearSolverChoice::kCgnr;
+  const std::vector<optim::StageMemory> stages =
+      optim::ForecastStages(start_, observations_, spec_);
+  ASSERT_EQ(stages.size(), spec_.stages.size());
+  RecordingObserver observer;
+  optim::RunFit(start_, observations_, spec_, observer, {});
+  for (const optim::StageMemory& stage : stages) {
+    EXPECT_EQ(stage.solver, optim::LinearSolverKind::kCgnr);
+    EXPECT_GT(optim::TotalBytes(stage.items), stage.items.front().bytes);
+  }
+  double kept = 0.0;
+  for (const optim::MemoryItem& item : stages.back().items) {
+    kept = item.what == "roots of supports" ? item.bytes / 1e6 : kept;
+  }
+  EXPECT_NEAR(kept, observer.rounds.back().jacobian_mb, 0.2 * kept);
 }
 
 }  // namespace

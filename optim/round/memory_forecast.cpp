@@ -1,0 +1,105 @@
+#include "optim/round/memory_forecast.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <fstream>
+#include <utility>
+
+#include "optim/problem/fit_views.h"
+#include "optim/problem/image_problem.h"
+#include "optim/problem/scene_image_source.h"
+#include "optim/round/mesh_levels.h"
+#include "optim/round/round_policy.h"
+#include "optim/solver/trust_region_solver.h"
+
+namespace pathfit::optim {
+namespace {
+
+constexpr std::size_t kNumSampled = 4;  // views that are linearised
+
+/// Resident memory of this process; 0 where the system does not tell.
+double ResidentBytes() {
+  std::ifstream status("/proc/self/status");
+  const std::string key = "VmRSS:";
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(key)) return 1024.0 * std::strtod(line.c_str() + key.size(), nullptr);
+  }
+  return 0.0;
+}
+
+StageMemory ForecastStage(const renderer::Scene& scene,
+                          const ObservationSet& observations,
+                          const FitSpec& spec,
+                          int stage) {
+  const StageSpec& stage_spec = spec.stages[static_cast<std::size_t>(stage)];
+  const double scale = stage_spec.image_scale;
+  FitViews views;
+  views.silhouettes = observations.mask_meaning == MaskMeaning::kSilhouette;
+  for (std::size_t i = 0; i < observations.views.size(); ++i) {
+    const View& view = observations.views[i];
+    (view.validation ? views.validation : views.fitted).push_back(static_cast<int>(i));
+    views.names.push_back(view.name);
+  }
+  const std::vector<int> fitted = views.fitted;
+  const std::size_t num_sampled = std::min(kNumSampled, fitted.size());
+  views.fitted.clear();
+  for (std::size_t i = 0; i < num_sampled; ++i) {
+    views.fitted.push_back(fitted[i * fitted.size() / num_sampled]);
+  }
+  double images_bytes = 0.0;
+  std::vector<renderer::Camera> cameras;
+  for (std::size_t i = 0; i < observations.views.size(); ++i) {
+    const View& view = observations.views[i];
+    ViewLevel level = MakeViewLevel(view, observations, scale);
+    images_bytes += BytesOfLevel(level, !view.validation);
+    cameras.push_back(level.camera);
+    if (std::ranges::find(views.fitted, static_cast<int>(i)) == views.fitted.end()) {
+      level.photo = level.mask = level.clipped = level.color_weight = {};
+    }
+    views.levels.push_back(std::move(level));
+  }
+
+  const renderer::Scene refined = RefineMeshes(scene, spec.unknowns, stage_spec.free, views).scene;
+  ExposureModel exposure;
+  exposure.prior = spec.exposure;
+  for (const renderer::Camera& sensor : refined.sensors) {
+    exposure.start_gains.push_back(sensor.gain);
+  }
+  const ParameterSet set(refined, spec.unknowns, stage_spec.free, fitted, exposure);
+  SceneImageSource source(refined, set.layout(), cameras, spec.estimators, nullptr);
+  ImageProblemOptions options;
+  options.loss = spec.loss;
+  options.linear_solver = spec.linear_solver;
+  options.max_memory_bytes = spec.max_memory_bytes;
+  options.expected_views = fitted.size();
+  options.samples = MakeHalves(spec.seed, stage, 1, SampleUse::kFit, stage_spec.samples);
+  ImageProblem problem(source, views, set, options);
+  problem.Linearize(set.layout().Gather(refined));
+  ProblemSize size = problem.size();
+  size.images_bytes = images_bytes;
+
+  StageMemory memory;
+  memory.num_scalars = size.num_scalars;
+  memory.solver = problem.UsesGram()
+                      ? LinearSolverKind::kGram
+                      : ChooseLinearSolver(spec.linear_solver, size, spec.max_memory_bytes);
+  memory.items = ForecastMemory(size, memory.solver);
+  return memory;
+}
+
+}  // namespace
+
+std::vector<StageMemory> ForecastStages(const renderer::Scene& scene,
+                                        const ObservationSet& observations,
+                                        const FitSpec& spec) {
+  const MemoryItem loaded = {"scene and photos as loaded", ResidentBytes()};
+  std::vector<StageMemory> stages;
+  for (std::size_t stage = 0; stage < spec.stages.size(); ++stage) {
+    stages.push_back(ForecastStage(scene, observations, spec, static_cast<int>(stage)));
+    stages.back().items.insert(stages.back().items.begin(), loaded);
+  }
+  return stages;
+}
+
+}  // namespace pathfit::optim
