@@ -79,9 +79,22 @@ Middle MiddleOf(const Mesh& mesh) {
   return middle;
 }
 
-/// The middle from which the worst ratio of a mesh's distance to its size is least, in coarse
-/// steps: while a mesh moves a little, what rays can tell apart elsewhere stays the same to the
-/// bit.
+/// The same in coarse steps: while a mesh moves a little, what rays can tell apart elsewhere stays
+/// the same to the bit.
+Middle Stepped(Middle middle) {
+  if (middle.size > 0.0) {
+    middle.size = std::exp2(std::round(std::log2(middle.size)));
+    for (int i = 0; i < 3; ++i) {
+      // Aside from halves and quarters of round numbers, where things often stand.
+      middle.at[i] =
+          (std::floor(middle.at[i] / middle.size + kOddStep) + 0.5 - kOddStep) * middle.size;
+    }
+  }
+  return middle;
+}
+
+/// The middle, in steps, from which the worst ratio of a mesh's distance, as it counts there, to
+/// its size is least. Meshes without a size are asked only if there are no others.
 Middle ChooseMiddle(const std::vector<const Mesh*>& meshes, const std::vector<bool>& aside) {
   std::vector<Middle> middles;
   for (const bool with_aside : {false, true}) {
@@ -91,28 +104,23 @@ Middle ChooseMiddle(const std::vector<const Mesh*>& meshes, const std::vector<bo
       }
     }
   }
-  Middle best;
+  Middle best = middles.empty() ? Middle{} : middles.front();
+  std::erase_if(middles, [](const Middle& middle) { return !(middle.size > 0.0); });
   double least = std::numeric_limits<double>::infinity();
   for (const Middle& middle : middles) {
+    const Middle center = Stepped(middle);
     double worst = 0.0;
     for (const Middle& other : middles) {
-      worst = std::max(worst, Norm(other.at - middle.at) / other.size);
+      const double distance = std::max(Norm(other.at - center.at), kLeastDistance * center.size);
+      worst = std::max(worst, distance / other.size);
       if (worst >= least) {
         break;
       }
     }
     if (worst < least) {
       least = worst;
-      best = middle;
+      best = center;
     }
-  }
-  if (!(best.size > 0.0)) {
-    return best;
-  }
-  best.size = std::exp2(std::round(std::log2(best.size)));
-  for (int i = 0; i < 3; ++i) {
-    // Aside from halves and quarters of round numbers, where things often stand.
-    best.at[i] = (std::floor(best.at[i] / best.size + kOddStep) + 0.5 - kOddStep) * best.size;
   }
   return best;
 }

@@ -167,6 +167,32 @@ TEST(RayCaster, RaysDoNotMeetTheTriangleThatTheyStartOn) {
   }
 }
 
+/// However large the floor is, on which things stand beside or around its middle, and whichever
+/// comes first: rays tell apart what is there.
+TEST(RayCaster, AHugeFloorIsNotTheCenter) {
+  const auto scaled = [](Mesh mesh, double size, double x) {
+    ApplyTransform({{{size, 0, 0}, {0, size, 0}, {0, 0, size}}, {x, 0, 0}}, mesh);
+    return mesh;
+  };
+  const Mesh ball = MakeIcosphere(2, 1.0);
+  const Mesh left = scaled(ball, 1.0, -5.0);
+  const Mesh right = scaled(ball, 1.0, 5.0);
+  for (const double size : {1e2, 1e4, 1e6}) {
+    const Mesh floor = scaled(tests::Rectangle(), size, 0.0);
+    const auto offset = [](const std::vector<const Mesh*>& meshes, const Vec3& x) {
+      return CasterOf(meshes).Offset(x) / RayCaster::kRayOffset;
+    };
+    EXPECT_LT(offset({&floor, &ball}, {0, 0, 0}), 2.0) << size;
+    EXPECT_LT(offset({&ball, &floor}, {0, 0, 0}), 2.0) << size;
+    EXPECT_LT(offset({&floor, &left, &right}, {5, 0, 0}), 12.0) << size;
+    EXPECT_LT(offset({&right, &left, &floor}, {-5, 0, 0}), 12.0) << size;
+    const RayCaster caster = CasterOf({&left, &floor, &right});
+    const Ray up{{5.0, 0.0, caster.Offset({5, 0, 0})}, {0, 0, 1}};
+    const auto hit = caster.Intersect(up);
+    ASSERT_TRUE(hit.has_value()) << size;
+    EXPECT_EQ(hit->id.mesh, 2);
+  }
+}
 TEST(RayCaster, ExtentIsHalfTheDiagonalAndEmptyScenesWork) {
   const Mesh plate = tests::Rectangle();
   EXPECT_DOUBLE_EQ(CasterOf({&plate}).Extent(), std::sqrt(2.0));
