@@ -220,7 +220,8 @@ SchemaNode UnknownsSchema() {
                    Doc("Steps in the metric I + lambda L of the mesh: smooth changes come first.") |
                    Required()}) |
                   Refuse(elsewhere)}) |
-      Doc("Vertices: how they move.") | DefaultIs("`vertices`: each alone");
+      Doc("Vertices: how they move. `vertices`: each alone.") |
+      DefaultIs("`large_steps` of lambda 19");
   return NamedMap("unknowns",
                   "OBJECT.PROPERTY",
                   Map("",
@@ -245,7 +246,7 @@ SchemaNode UnknownsSchema() {
                                "them stay as they are; the log says which.") |
                            DefaultIs("`levels`, but `keep` for files with UVs"),
                        ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
-                           Default("[]")}),
+                           DefaultIs("`laplacian` of weight 2e-3 for vertices, else none")}),
                   &ExperimentConfig::fit,
                   &FitSpec::unknowns) |
          Doc("What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "

@@ -176,6 +176,20 @@ optim::MeshDetail DefaultDetail(const ExperimentConfig& config, const renderer::
                                              : optim::MeshDetail::kLevels;
 }
 
+void SetDefaults(const YamlNode& node,
+                 const ExperimentConfig& config,
+                 const renderer::Scene& scene,
+                 optim::UnknownSpec& vertices) {
+  if (node.Find("mesh") == nullptr) {
+    vertices.mesh_detail =
+        DefaultDetail(config, scene.meshes[static_cast<std::size_t>(vertices.object)]);
+  }
+  if (node.Find("parametrisation") == nullptr) {
+    vertices.large_steps_lambda = optim::kDefaultLargeSteps;
+  }
+  if (node.Find("priors") == nullptr) vertices.laplacian_weight = optim::kDefaultLaplacian;
+}
+
 // Of all sensors, those of the first.
 const ParameterTraits& TraitsOf(const renderer::ParameterRef& parameter,
                                 const renderer::Scene& scene) {
@@ -201,10 +215,8 @@ std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
     unknown.kind = found.parameter.kind;
     unknown.object = found.parameter.object;
     UnknownReader(entry, TraitsOf(found.parameter, scene), problems).Read(unknown);
-    if (unknown.kind == ParameterKind::kVertexPositions && entry.value.Find("mesh") == nullptr) {
-      unknown.mesh_detail =
-          DefaultDetail(config, scene.meshes[static_cast<std::size_t>(unknown.object)]);
-    }
+    if (unknown.kind == ParameterKind::kVertexPositions)
+      SetDefaults(entry.value, config, scene, unknown);
   }
   if (!problems.empty()) throw ConfigError(config.source, problems);
   return unknowns;
@@ -224,12 +236,15 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
       fill("transform", traits.log ? "log" : "identity");
     }
     if (traits.kind == ParameterKind::kVertexPositions) {
-      fill("parametrisation", "vertices");
+      fill("parametrisation",
+           fmt::format("{{large_steps: {{lambda: {}}}}}", optim::kDefaultLargeSteps));
+      fill("priors", fmt::format("[{{laplacian: {{weight: {}}}}}]", optim::kDefaultLaplacian));
       const int mesh = FindParameter(scene, entry.key).parameter.object;
       const bool keeps = DefaultDetail(config, scene.meshes[static_cast<std::size_t>(mesh)]) ==
                          optim::MeshDetail::kKeep;
       fill("mesh", keeps ? "keep" : "levels");
     }
+    fill("priors", "[]");
   }
   return WriteResolvedYaml(root, config.source);
 }

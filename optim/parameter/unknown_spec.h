@@ -30,6 +30,13 @@ struct ExposurePrior {
   double max_ev = 3.0;  ///< bound of its magnitude
 };
 
+/// Of vertices that are free without a word about them. Photos leave single vertices undetermined:
+/// steps without a metric are refused as folds until nothing moves at all. The weight by distance
+/// to the true surface: random scenes (5e-4 to 2e-3 are alike, 2e-2 is too much), Suzanne from a
+/// sphere (3e-3; 3e-4 folds).
+inline constexpr double kDefaultLargeSteps = 19.0;
+inline constexpr double kDefaultLaplacian = 2e-3;
+
 /// Prior beliefs and step control of one unknown; weight 0 or empty = absent. Only those that fit
 /// the kind may be set. How the weights compare with the photos: optim/prior/prior_terms.h.
 struct UnknownSpec {

@@ -140,6 +140,16 @@ TEST(ReadUnknowns, ReadsWhatIsWritten) {
   EXPECT_EQ(wall.gaussian->sigma, 0.1);
 }
 
+TEST(ReadUnknowns, VerticesHaveAMetricAndAPriorUnlessTheConfigSaysOtherwise) {
+  const optim::UnknownSpec mug = Only("mug.vertices");
+  EXPECT_EQ(mug.large_steps_lambda, optim::kDefaultLargeSteps);
+  EXPECT_EQ(mug.laplacian_weight, optim::kDefaultLaplacian);
+  const optim::UnknownSpec alone = Only("mug.vertices", "{parametrisation: vertices, priors: []}");
+  EXPECT_EQ(alone.large_steps_lambda, 0.0);
+  EXPECT_EQ(alone.laplacian_weight, 0.0);
+  EXPECT_EQ(Only("mug.colors").laplacian_weight, 0.0);
+}
+
 TEST(ReadUnknowns, TheResolvedCopyHoldsWhatIsUsedAndIsReadAlike) {
   std::string all;
   for (const char* name :
@@ -166,7 +176,7 @@ TEST(ReadUnknowns, TheResolvedCopyHoldsWhatIsUsedAndIsReadAlike) {
   expect("mug.colors", "bounds: [0.01, 0.99]  # default\n    transform: identity  # default\n");
   expect("slide.texels", "bounds: [0.0001, .inf]  # default\n    transform: log  # default\n");
   expect("bulb.scale", "bounds: [0.5, .inf]  # test.yaml:");
-  EXPECT_NE(yaml.find("\n    parametrisation: vertices  # default\n"), std::string::npos) << yaml;
+  EXPECT_NE(yaml.find("lambda: 19  # default\n"), std::string::npos) << yaml;
 
   const ConfigFile copy(yaml);
   const ExperimentConfig again = LoadExperimentConfig(copy.path(), {});
@@ -181,6 +191,7 @@ TEST(ReadUnknowns, TheResolvedCopyHoldsWhatIsUsedAndIsReadAlike) {
     EXPECT_EQ(a.parameterization, b.parameterization) << a.name;
     EXPECT_EQ(a.hold, b.hold) << a.name;
     EXPECT_EQ(a.large_steps_lambda, b.large_steps_lambda) << a.name;
+    EXPECT_EQ(a.laplacian_weight, b.laplacian_weight) << a.name;
   }
   EXPECT_EQ(ResolvedYaml(again, second.scene).find("# default"), std::string::npos)
       << "every value is written in the copy";
