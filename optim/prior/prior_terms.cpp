@@ -204,6 +204,7 @@ void AddGaussian(const Context& context,
   const double scale = kGaussianResidual / gaussian.sigma;
   for (std::int32_t i = 0; i < group.num_blocks; ++i) {
     PriorTerm term{{group.first_block + i}, {scale}};
+    term.is_belief = true;
     for (std::size_t c = 0; c < size; ++c) {
       const double mean = start.empty() ? gaussian.mean[gaussian.mean.size() == 1 ? 0 : c]
                                         : start[static_cast<std::size_t>(i) * size + c];
@@ -220,6 +221,7 @@ void AddExposure(const Context& context,
   const double start = exposure.start_gains[static_cast<std::size_t>(group.object)];
   PriorTerm term{{group.first_block}, {scale}, {scale * std::log(start), 0.0, 0.0}};
   term.in_theta = true;
+  term.is_belief = true;
   context.terms.push_back(std::move(term));
 }
 
@@ -438,6 +440,16 @@ std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
     }
   }
   return hessian;
+}
+
+std::vector<double> BeliefCovariance(const std::vector<PriorTerm>& terms,
+                                     const ParameterSet& set,
+                                     const std::vector<double>& theta) {
+  std::vector<PriorTerm> beliefs;
+  std::ranges::copy_if(terms, std::back_inserter(beliefs), &PriorTerm::is_belief);
+  std::vector<double> covariance = PriorHessian(beliefs, set, theta);
+  for (double& x : covariance) x *= kGaussianResidual * kGaussianResidual;
+  return covariance;
 }
 
 double PriorCost(const std::vector<PriorTerm>& terms,

@@ -29,6 +29,7 @@ struct PriorTerm {
   bool in_theta = false;
   bool neutral = false;
   double edge = 0.0;
+  bool is_belief = false;  ///< its residual is believed to be normal, of kGaussianResidual
 
   [[nodiscard]] std::size_t NumGroups() const { return weights.size() / blocks.size(); }
 };
@@ -65,7 +66,8 @@ std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
                                        const ExposureModel& exposure,
                                        double num_channels);
 
-inline constexpr double kGaussianResidual = 0.1;
+/// Noise of a good photo's pixel-channel: a belief weighed by more drags what photos do tell.
+inline constexpr double kGaussianResidual = 0.02;
 /// In units of the texels: differences well below it are smoothed as by `smooth`, those well above
 /// cost by their size only.
 inline constexpr double kTotalVariationEdge = 0.01;
@@ -99,6 +101,11 @@ std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term
 std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
                                  const ParameterSet& set,
                                  const std::vector<double>& theta);
+
+/// Covariance of the gradient by theta that beliefs bring if they are as wrong as they say.
+std::vector<double> BeliefCovariance(const std::vector<PriorTerm>& terms,
+                                     const ParameterSet& set,
+                                     const std::vector<double>& theta);
 
 /// Sum of the terms' costs.
 double PriorCost(const std::vector<PriorTerm>& terms,

@@ -238,7 +238,8 @@ void Forget(const std::vector<double>& step, QuadraticModel& model) {
 
 StandardErrors EstimateErrors(const QuadraticModel& model,
                               const std::vector<double>& theta,
-                              const std::vector<double>& prior_hessian) {
+                              const std::vector<double>& prior_hessian,
+                              const std::vector<double>& belief_covariance) {
   const std::size_t n = model.NumScalars();
   const ModelAtPoint at = MakeModelAtPoint(model, theta);
   RowMajorMatrix hessian = AsMatrix(at.hessian, n) + AsMatrix(prior_hessian, n);
@@ -262,7 +263,8 @@ StandardErrors EstimateErrors(const QuadraticModel& model,
     return result;
   };
   return {deviations(AsMatrix(model.covariance, n) / (model.weight * model.weight)),
-          deviations(AsMatrix(model.scatter, n) / model.weight)};
+          deviations(AsMatrix(model.scatter, n) / model.weight),
+          deviations(AsMatrix(belief_covariance, n))};
 }
 
 ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta) {

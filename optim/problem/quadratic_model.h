@@ -51,14 +51,16 @@ double SignificanceOfStep(const std::vector<double>& step, const QuadraticModel&
 double LargestStepByChance(std::size_t num_scalars);
 
 /// Standard errors of the minimum by theta, infinite in directions that nothing determines: by the
-/// noise of the renderings, and by what of the photos stays unexplained. `prior_hessian`: second
-/// derivatives of what is added to the photos' cost, num_scalars^2.
+/// noise of the renderings, by what of the photos stays unexplained, and by beliefs. Of what is
+/// added to the photos' cost, num_scalars^2: `prior_hessian`, its second derivatives, and
+/// `belief_covariance`, the uncertainty of its gradient.
 struct StandardErrors {
-  std::vector<double> of_rendering, of_photos;
+  std::vector<double> of_rendering, of_photos, of_beliefs;
 };
 StandardErrors EstimateErrors(const QuadraticModel& model,
                               const std::vector<double>& theta,
-                              const std::vector<double>& prior_hessian);
+                              const std::vector<double>& prior_hessian,
+                              const std::vector<double>& belief_covariance);
 
 /// The model about a point, per round, made fit for a step.
 struct ModelAtPoint {

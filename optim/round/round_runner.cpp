@@ -27,9 +27,9 @@ namespace {
 constexpr int kValidationSpp = 8;  // per round: a trend, not a result
 constexpr double kNoisyRound = 0.05;
 // Errors below this share of what a parameter has moved by or is (a factor, of logarithms), or of
-// the error by the photos themselves, are not worth more samples.
+// the error by photos and beliefs, are not worth more samples.
 constexpr double kPrecision = 2e-3;
-constexpr double kShareOfPhotos = 0.5;
+constexpr double kShareOfOthers = 0.5;
 
 using Clock = std::chrono::steady_clock;
 
@@ -160,9 +160,10 @@ bool ArePrecise(const StandardErrors& errors,
       moved[static_cast<std::size_t>(c)] -= start[offset + static_cast<std::size_t>(c)];
     }
     scale = std::max(scale, Norm(moved.data(), size));
+    const double others = std::hypot(Norm(errors.of_photos.data() + offset, size),
+                                     Norm(errors.of_beliefs.data() + offset, size));
     if (Norm(errors.of_rendering.data() + offset, size) >
-        std::max(kPrecision * scale,
-                 kShareOfPhotos * Norm(errors.of_photos.data() + offset, size))) {
+        std::max(kPrecision * scale, kShareOfOthers * others)) {
       return false;
     }
   }
@@ -182,7 +183,8 @@ void RecordErrors(const ParameterSet& set,
     const std::size_t size =
         static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
     for (std::size_t i = first; i < first + size; ++i) {
-      const double of_theta = std::hypot(errors.of_rendering[i], errors.of_photos[i]);
+      const double of_theta =
+          std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
       // By differences, since what a scalar stands for may depend on another one (cones).
       const double step = std::min(1e-4 * std::max(1.0, std::abs(theta[i])), of_theta);
       std::vector<double> moved = theta;
@@ -206,8 +208,11 @@ void Judge(const StageContext& context,
   }
   const bool explained = SignificanceOfStep(step, model) <= LargestStepByChance(model.NumScalars());
   state.within_error = outcome.accepted && explained ? state.within_error + 1 : 0;
-  const StandardErrors errors = EstimateErrors(
-      model, outcome.theta, PriorHessian(context.priors, context.set, outcome.theta));
+  const StandardErrors errors =
+      EstimateErrors(model,
+                     outcome.theta,
+                     PriorHessian(context.priors, context.set, outcome.theta),
+                     BeliefCovariance(context.priors, context.set, outcome.theta));
   std::vector<double> start = before;
   if (SameShapes(state.stage_start, state.scene)) {
     start = context.set.ThetaFromValues(context.set.layout().Gather(state.stage_start));

@@ -320,6 +320,16 @@ TEST_F(PriorTermsTest, GaussianWithoutMeanIsAroundTheStartOfTheRun) {
   EXPECT_NEAR(Cost(set) * kNumChannels, 0.5 * std::pow(optim::kGaussianResidual, 2), 1e-12);
 }
 
+TEST_F(PriorTermsTest, ABeliefAloneIsAsUncertainAsItSays) {
+  Add(ParameterKind::kRoughness, 1).gaussian = optim::GaussianPriorSpec{{0.35}, 0.1};
+  const ParameterSet set = Set();
+  const std::vector<PriorTerm> terms = Terms(set);
+  const std::vector<double> theta = set.ThetaFromValues(set.layout().Gather(scene_));
+  const double curvature = optim::PriorHessian(terms, set, theta)[0];
+  const double variance = optim::BeliefCovariance(terms, set, theta)[0];
+  EXPECT_NEAR(std::sqrt(variance) / curvature, 0.1, 1e-9);
+}
+
 TEST_F(PriorTermsTest, GaussianOfOneSigmaCostsTheStatedResidual) {
   Add(ParameterKind::kRoughness, 1).gaussian =
       optim::GaussianPriorSpec{{0.35}, 0.1};  // the scene has 0.45

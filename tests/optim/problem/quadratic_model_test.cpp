@@ -117,7 +117,7 @@ TEST_F(QuadraticModelTest, ErrorsOfTheMinimumAreThoseOfItsScatter) {
     ImageProblem problem = Linearized(source, truth, r);
     const QuadraticModel& model = problem.model();
     const optim::StandardErrors errors =
-        optim::EstimateErrors(model, truth, std::vector<double>(n * n));
+        optim::EstimateErrors(model, truth, std::vector<double>(n * n), std::vector<double>(n * n));
     // The minimum without damping: product x = linear, seen from the truth by the errors' matrix.
     const std::vector<double> theta = Solve(problem, truth).theta;
     for (std::size_t i = 0; i < n; ++i) {
@@ -141,12 +141,16 @@ TEST_F(QuadraticModelTest, PriorsMakeErrorsSmaller) {
   LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
   const std::size_t n = set_.NumScalars();
   const QuadraticModel model = Linearized(source, start_, 0).model();
-  std::vector<double> prior(n * n);
-  const optim::StandardErrors free = optim::EstimateErrors(model, start_, prior);
+  std::vector<double> prior(n * n), belief(n * n);
+  const optim::StandardErrors free = optim::EstimateErrors(model, start_, prior, belief);
+  EXPECT_EQ(free.of_beliefs[0], 0.0);
+  // A belief of standard deviation 0.01 that decides alone is as wrong as it says.
   prior[0] = 1e9;
-  const optim::StandardErrors held = optim::EstimateErrors(model, start_, prior);
+  belief[0] = 1e9 * 1e9 * 0.01 * 0.01;
+  const optim::StandardErrors held = optim::EstimateErrors(model, start_, prior, belief);
   EXPECT_LT(held.of_rendering[0], 1e-3 * free.of_rendering[0]);
   EXPECT_LT(held.of_photos[0], 1e-3 * free.of_photos[0]);
+  EXPECT_NEAR(held.of_beliefs[0], 0.01, 1e-4);
 }
 
 TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
