@@ -183,8 +183,10 @@ void RecordErrors(const ParameterSet& set,
     const std::size_t size =
         static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
     for (std::size_t i = first; i < first + size; ++i) {
+      // What nothing else determines lies anywhere between its bounds.
       const double of_theta =
-          std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
+          std::min(std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]),
+                   (set.upper()[i] - set.lower()[i]) / std::sqrt(12.0));
       // By differences, since what a scalar stands for may depend on another one (cones).
       const double step = std::min(1e-4 * std::max(1.0, std::abs(theta[i])), of_theta);
       std::vector<double> moved = theta;
