@@ -1,6 +1,8 @@
 #include "renderer/math/distribution_1d.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 
 namespace pathfit::renderer {
 
@@ -16,10 +18,16 @@ Distribution1D::Distribution1D(const std::vector<double>& weights) : cumulative_
 }
 
 int Distribution1D::Sample(double u, double& remainder) const {
-  const double target = u * total_;
-  const auto above = std::ranges::upper_bound(cumulative_, target);
-  auto index = static_cast<std::size_t>(std::distance(cumulative_.begin(), above)) - 1;
-  index = std::min(index, probability_.size() - 1);
+  return SampleWithin(0, static_cast<int>(probability_.size()), u, remainder);
+}
+
+int Distribution1D::SampleWithin(int first, int end, double u, double& remainder) const {
+  const auto begin = cumulative_.begin() + first;
+  const auto last = cumulative_.begin() + end;
+  const double target = *begin + u * (*last - *begin);
+  const auto above = std::upper_bound(begin, last, target);
+  const auto index = static_cast<std::size_t>(
+      std::max<std::ptrdiff_t>(std::distance(cumulative_.begin(), above) - 1, first));
   const double width = cumulative_[index + 1] - cumulative_[index];
   remainder =
       width > 0.0 ? std::clamp((target - cumulative_[index]) / width, 0.0, 1.0 - 1e-16) : 0.5;

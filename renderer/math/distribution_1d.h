@@ -15,6 +15,8 @@ class Distribution1D {
   [[nodiscard]] double Total() const { return total_; }
   /// Index of the cell holding u in [0,1); `remainder` is u rescaled to [0,1) inside that cell.
   [[nodiscard]] int Sample(double u, double& remainder) const;
+  /// The same among the indices in [first, end), which have some weight.
+  [[nodiscard]] int SampleWithin(int first, int end, double u, double& remainder) const;
   [[nodiscard]] double Probability(int index) const;
 
  private:

@@ -44,6 +44,7 @@ struct SeenLight {
   Rgb radiance{};
   double pdf = 1.0;  ///< of w per steradian; point lights: the squared distance; directional: 1
   bool has_extent = false;  ///< area lights and environments: BSDF samples find them, too
+  bool is_visible = false;  ///< nothing lies between
 };
 
 inline Rgb EnvironmentRadianceInWorld(const LightSet::Environment& environment,
@@ -82,6 +83,33 @@ std::optional<SeenLight> SeeAreaPoint(const World& world,
   light.radiance = AreaRadiance(area, y.id.triangle, y.b1, y.b2, cos_light > 0.0 ? 1.0 : -1.0);
   light.pdf = pdf * distance2 / std::abs(cos_light);
   light.has_extent = true;
+  return light;
+}
+
+/// What a surface point finds of area lights at a chosen point or in a chosen direction.
+template <class Accepts>
+std::optional<SeenLight> SeeArea(const World& world,
+                                 const LightSet& lights,
+                                 const AreaChoice& choice,
+                                 const SurfacePoint& p,
+                                 Accepts accepts) {
+  if (choice.point.pdf > 0.0) {
+    const auto& [id, b1, b2, pdf] = choice.point;
+    return SeeAreaPoint(world, lights, {id, b1, b2}, pdf, p.x, accepts);
+  }
+  if (!(choice.pdf > 0.0) || !accepts(choice.direction)) {
+    return std::nullopt;
+  }
+  const RayCaster& caster = world.caster();
+  const auto hit = caster.Intersect({RayStart(caster, p, choice.direction), choice.direction});
+  if (!hit || hit->id.mesh != choice.mesh) {
+    return std::nullopt;
+  }
+  auto light = SeeAreaPoint(world, lights, {hit->id, hit->b1, hit->b2}, choice.pdf, p.x);
+  if (light) {
+    light->pdf = choice.pdf;
+    light->is_visible = true;
+  }
   return light;
 }
 

@@ -225,7 +225,12 @@ class TracedPath {
     }
     factor /= light->pdf;
     const Rgb reflected = EvalBsdf(p_.material->bsdf, p_.inputs, cosines) * light->radiance;
-    if (Listener::kDifferentiates || !IsBlack(reflected)) {
+    if (!Listener::kDifferentiates && IsBlack(reflected)) {
+      return;
+    }
+    if (light->is_visible) {
+      AddLight(*light, factor, reflected);
+    } else {
       found(*light, factor, reflected, ShadowRay(context_.world->caster(), p_, *light));
     }
   }
@@ -289,11 +294,14 @@ class TracedPath {
       throughput_ *= 1.0 / survival;
     }
     listener_.OnContinue(next);
+    const Vec3 from = p_.x;
     p_ = MakeSurfacePoint(*context_.world, *hit, ray_);
     emission_weight_ = 1.0;
     if (!on_.delta && Shines(p_.id)) {
       const double cos_light = std::abs(Dot(p_.ng, ray_.direction));
-      const double other = context_.lights.area_sampler->Pdf(p_.id) * hit->distance * hit->distance;
+      const double squared = hit->distance * hit->distance;
+      const double other =
+          context_.lights.area_sampler->PdfTowards(from, p_.id, cos_light / squared) * squared;
       emission_weight_ = PowerHeuristic(pdf_ * cos_light, other);
     }
     ++bounce_;
@@ -367,8 +375,8 @@ void ForEachLight(const PathContext& context, Add add) {
     add([&](const SurfacePoint& p, const auto& accepts, Sampler& sampler) {
       const double u0 = sampler.NextLight();
       const double u1 = sampler.NextLight();
-      const AreaSample y = lights.area_sampler->Sample(u0, u1);
-      return SeeAreaPoint(*context.world, lights, {y.id, y.b1, y.b2}, y.pdf, p.x, accepts);
+      return SeeArea(
+          *context.world, lights, lights.area_sampler->SampleTowards(p.x, u0, u1), p, accepts);
     });
   }
   for (const auto& light : lights.points) {

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -44,8 +48,8 @@ struct TwoLights {
       cube_brightness.push_back(0.3 * static_cast<double>(i % 4));
     }
     rectangle_brightness = {2.0, 0.5};
-    sampler.AddMesh(3, rectangle, rectangle_brightness);
-    sampler.AddMesh(1, cube, cube_brightness);
+    sampler.AddMesh(3, rectangle, rectangle_brightness, false);
+    sampler.AddMesh(1, cube, cube_brightness, false);
     sampler.Finish();
   }
 };
@@ -120,7 +124,7 @@ TEST(AreaSampler, NearNumbersGiveNearPoints) {
   Mesh one = MakeRectangle();
   one.triangles.resize(1);
   AreaSampler sampler;
-  sampler.AddMesh(0, one, {1.0});
+  sampler.AddMesh(0, one, {1.0}, false);
   sampler.Finish();
   CounterRng rng(32);
   for (int i = 0; i < 2000; ++i) {
@@ -139,7 +143,7 @@ TEST(AreaSampler, DarkLightsAreSampledByAreaAndNoLightLeavesItEmpty) {
   none.Finish();
   EXPECT_TRUE(none.Empty());
   AreaSampler dark;
-  dark.AddMesh(0, MakeRectangle(), {0.0, 0.0});
+  dark.AddMesh(0, MakeRectangle(), {0.0, 0.0}, false);
   dark.Finish();
   ASSERT_FALSE(dark.Empty());
   EXPECT_NEAR(dark.Pdf({0, 0}), 0.25, kRounding);
@@ -150,7 +154,7 @@ TEST(AreaSampler, TrianglesWithoutAreaAreNeverChosen) {
   Mesh mesh = MakeRectangle();
   mesh.triangles.push_back({0, 1, 1});
   AreaSampler sampler;
-  sampler.AddMesh(0, mesh, {1.0, 1.0, 1.0});
+  sampler.AddMesh(0, mesh, {1.0, 1.0, 1.0}, false);
   sampler.Finish();
   EXPECT_EQ(sampler.Pdf({0, 2}), 0.0);
   for (const double u : {0.0, 0.5, 1.0 - 1e-16}) {
@@ -174,7 +178,7 @@ TEST(AreaSampler, SphereLightGivesTheKnownIrradiance) {
   ASSERT_LT(mesh_error, 5e-3);
   ApplyTransform({{}, centre}, sphere);
   AreaSampler sampler;
-  sampler.AddMesh(0, sphere, std::vector<double>(sphere.triangles.size(), 1.0));
+  sampler.AddMesh(0, sphere, std::vector<double>(sphere.triangles.size(), 1.0), false);
   sampler.Finish();
   CounterRng rng(33);
   tests::MeanAndError estimate;
@@ -194,6 +198,167 @@ TEST(AreaSampler, SphereLightGivesTheKnownIrradiance) {
   EXPECT_LT(estimate.mean, exact + 4.0 * estimate.error);
   EXPECT_GT(estimate.mean, exact * (1.0 - mesh_error) - 4.0 * estimate.error);
   RecordProperty("z", std::to_string((estimate.mean - exact) / estimate.error));
+}
+
+/// A point of a mesh that shines, and its density per square metre for a receiver, whichever way it
+/// was drawn.
+struct Drawn {
+  TriangleId id;
+  Vec3 x;
+  double cosine = 0.0;  ///< of the angle at the light; negative behind it
+  double pdf = 0.0;     ///< 0: the direction misses the mesh
+};
+
+/// Of what faces the receiver, the nearest triangle along the direction.
+std::optional<Drawn> Meet(const Mesh& mesh, const Vec3& receiver, const Vec3& w) {
+  std::optional<Drawn> met;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const TriangleGeometry t = GeometryOf(mesh, i);
+    const double along = Dot(t.n, w);
+    const double distance = Dot(t.n, t.p0 - receiver) / along;
+    const Vec3 x = receiver + w * distance;
+    const auto inside = [&](const Vec3& a, const Vec3& b) {
+      return Dot(Cross(b - a, x - a), t.n) >= 0.0;
+    };
+    const Vec3 p1 = t.p0 + t.e1;
+    const Vec3 p2 = t.p0 + t.e2;
+    if (distance > 0.0 && distance < nearest && inside(t.p0, p1) && inside(p1, p2) &&
+        inside(p2, t.p0)) {
+      nearest = distance;
+      met = Drawn{{0, static_cast<std::int32_t>(i)}, x, -along};
+    }
+  }
+  return met;
+}
+
+Drawn DrawTowards(const AreaSampler& sampler,
+                  const Mesh& mesh,
+                  const Vec3& receiver,
+                  CounterRng& rng) {
+  const double u0 = rng.Next();
+  const AreaChoice choice = sampler.SampleTowards(receiver, u0, rng.Next());
+  if (choice.point.pdf > 0.0) {
+    const TriangleGeometry t = GeometryOf(mesh, static_cast<std::size_t>(choice.point.id.triangle));
+    const Vec3 x = t.Point(choice.point.b1, choice.point.b2);
+    const double cosine = Dot(t.n, receiver - x) / Norm(receiver - x);
+    return {choice.point.id, x, cosine, choice.point.pdf};
+  }
+  EXPECT_GT(choice.pdf, 0.0);
+  Drawn drawn = Meet(mesh, receiver, choice.direction).value_or(Drawn{});
+  drawn.pdf = choice.pdf * std::abs(drawn.cosine) / SquaredNorm(drawn.x - receiver);
+  return drawn;
+}
+
+/// Lower half of a sphere around `centre`, open above.
+Mesh MakeBowl(double radius, const Vec3& centre) {
+  Mesh sphere = MakeIcosphere(3, radius);
+  Mesh bowl = sphere;
+  bowl.triangles.clear();
+  for (std::size_t i = 0; i < sphere.triangles.size(); ++i) {
+    if (GeometryOf(sphere, i).n.z < 0.0) {
+      bowl.triangles.push_back(sphere.triangles[i]);
+    }
+  }
+  ApplyTransform({{}, centre}, bowl);
+  return bowl;
+}
+
+struct SeenShape {
+  const char* name;
+  Mesh mesh;
+  Vec3 receiver;
+  double largest_deviation;  ///< relative, of one sample, of the light that is received
+};
+
+class AreaSamplerTowards : public testing::TestWithParam<int> {
+ protected:
+  static SeenShape Shape(int index) {
+    Mesh ball = MakeIcosphere(3, 0.25);
+    ApplyTransform({{}, {0.5, -0.5, 2.0}}, ball);
+    Mesh block = MakeCube();
+    ApplyTransform({{{0.5, 0, 0}, {0, 0.4, 0}, {0, 0, 0.3}}, {0.3, 0.2, 3.0}}, block);
+    switch (index) {
+      case 0:
+        return {"ball", ball, {}, 0.15};
+      case 1:
+        return {"ball from beside it", ball, {0.5, -0.5, 1.7}, 1.0};
+      case 2:
+        return {"block", block, {}, 0.5};
+      case 3:
+        return {"bowl", MakeBowl(0.25, {0.3, 0.8, 1.0}), {}, 0.35};
+      default:
+        return {"bowl from the side", MakeBowl(0.25, {2.0, 0.8, 0.1}), {}, 0.45};
+    }
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Shapes, AreaSamplerTowards, testing::Range(0, 5));
+
+/// The light that reaches a receiver, against samples by area; less noise; densities that agree.
+TEST_P(AreaSamplerTowards, GivesTheSameLightWithLittleNoise) {
+  const SeenShape shape = Shape(GetParam());
+  SCOPED_TRACE(shape.name);
+  AreaSampler sampler;
+  sampler.AddMesh(0, shape.mesh, std::vector<double>(shape.mesh.triangles.size(), 1.0), false);
+  sampler.Finish();
+  // Without visibility a bowl or a ball hides nothing that faces the receiver.
+  const auto flux = [&](const Drawn& d) {
+    return d.pdf > 0.0 ? std::max(d.cosine, 0.0) / SquaredNorm(d.x - shape.receiver) / d.pdf : 0.0;
+  };
+  CounterRng rng(34);
+  std::vector<double> towards, by_area;
+  for (int i = 0; i < kDraws / 10; ++i) {
+    const Drawn drawn = DrawTowards(sampler, shape.mesh, shape.receiver, rng);
+    towards.push_back(flux(drawn));
+    if (drawn.pdf > 0.0) {
+      const double expected = sampler.PdfTowards(
+          shape.receiver, drawn.id, std::abs(drawn.cosine) / SquaredNorm(drawn.x - shape.receiver));
+      EXPECT_NEAR(drawn.pdf / expected, 1.0, 1e-9);
+    }
+  }
+  for (int i = 0; i < 4 * kDraws; ++i) {
+    const double u0 = rng.Next();
+    const AreaSample y = sampler.Sample(u0, rng.Next());
+    const TriangleGeometry t = GeometryOf(shape.mesh, static_cast<std::size_t>(y.id.triangle));
+    const Vec3 x = t.Point(y.b1, y.b2);
+    by_area.push_back(
+        flux({y.id, x, Dot(t.n, shape.receiver - x) / Norm(shape.receiver - x), y.pdf}));
+  }
+  const tests::MeanAndError a = tests::EstimateMean(towards);
+  const tests::MeanAndError b = tests::EstimateMean(by_area);
+  EXPECT_LT(std::abs(a.mean - b.mean), 4.0 * std::hypot(a.error, b.error));
+  EXPECT_LT(a.error * std::sqrt(static_cast<double>(towards.size())),
+            shape.largest_deviation * a.mean);
+}
+
+/// Of two lamps the near one is looked at, however they are listed; all that may shine is found.
+TEST(AreaSampler, ReceiversLookAtWhatIsNear) {
+  Mesh near = MakeRectangle();
+  ApplyTransform({{}, {0.0, 0.0, -1.0}}, near);
+  Mesh far = MakeRectangle();
+  ApplyTransform({{}, {0.0, 0.0, -100.0}}, far);
+  AreaSampler sampler;
+  sampler.AddMesh(4, far, {1.0, 1.0}, false);
+  sampler.AddMesh(2, near, {1.0, 1.0}, false);
+  sampler.Finish();
+  CounterRng rng(35);
+  int at_near = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double u0 = rng.Next();
+    const AreaChoice choice = sampler.SampleTowards({0.0, 0.0, 0.0}, u0, rng.Next());
+    at_near += choice.mesh == 2 ? 1 : 0;
+  }
+  EXPECT_GT(at_near, 990);
+  double total = 0.0;
+  for (const int mesh : {2, 4}) {
+    for (const int triangle : {0, 1}) {
+      const double pdf = sampler.PdfTowards({0.0, 0.0, 0.0}, {mesh, triangle}, 1.0);
+      EXPECT_GT(pdf, 0.0);
+      total += pdf * AreaOf(near, static_cast<std::size_t>(triangle));
+    }
+  }
+  EXPECT_NEAR(total, 1.0, kRounding);
 }
 
 }  // namespace
