@@ -68,7 +68,7 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
 
 /// Of photos at a stage's first level, in pixels. Measured: a bunny 25 degrees off is found from 8
 /// or 16 pixels, not from 32.
-inline constexpr int kSmallestSide = 16;
+inline constexpr int kSmallestSide = 8;
 inline constexpr int kSmallestSideOfShapes = 32;
 inline constexpr int kRoundsWithinError = 2;
 inline constexpr double kStillPixels = 0.1;

@@ -30,6 +30,9 @@ constexpr double kNoisyRound = 0.05;
 // the error by photos and beliefs, are not worth more samples.
 constexpr double kPrecision = 2e-3;
 constexpr double kShareOfOthers = 0.5;
+// A step pays that lowers the cost by this share, if the cost is not noise itself.
+constexpr double kPayingStep = 0.03;
+constexpr double kHidingNoise = 0.5;
 
 using Clock = std::chrono::steady_clock;
 
@@ -203,13 +206,16 @@ void Judge(const StageContext& context,
            const std::vector<double>& before,
            const SolveOutcome& outcome,
            const QuadraticModel& model,
+           double motion,
            FitState& state) {
   std::vector<double> step = outcome.theta;
   for (std::size_t i = 0; i < step.size(); ++i) {
     step[i] -= before[i];
   }
   const bool explained = SignificanceOfStep(step, model) <= LargestStepByChance(model.NumScalars());
-  state.within_error = outcome.accepted && explained ? state.within_error + 1 : 0;
+  // The first steps of a noisy round are within their error, however far they lead.
+  const bool is_within = outcome.accepted && explained && motion < kStillPixels;
+  state.within_error = is_within ? state.within_error + 1 : 0;
   const StandardErrors errors =
       EstimateErrors(model,
                      outcome.theta,
@@ -298,15 +304,17 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   AdaptStepControl(outcome, problem.UsesGram(), state);
   state.model = problem.model();
   if (problem.UsesGram()) {
-    Judge(context, theta, outcome, problem.model(), state);
+    Judge(context, theta, outcome, problem.model(), report.motion, state);
     std::vector<double> step = outcome.theta;
     for (std::size_t i = 0; i < step.size(); ++i) {
       step[i] -= theta[i];
     }
     Forget(step, state.model);
   }
+  // Small steps that still pay lead on: weakly determined directions move little that is seen.
+  const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;
   // What moves nothing that is seen, such as a light, is judged by its error.
-  const bool is_still = outcome.accepted && report.motion < kStillPixels &&
+  const bool is_still = outcome.accepted && report.motion < kStillPixels && !pays &&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
   state.costs.push_back(report.cost_total);
