@@ -67,7 +67,7 @@ void AdaptStepControl(const SolveOutcome& outcome, bool keeps_radius, FitState& 
 std::string StopReason(const StageSpec& stage, const FitState& state, int num_levels);
 
 /// Of photos at a stage's first level, in pixels. Measured: a bunny 25 degrees off is found from 8
-/// or 16 pixels, not from 32.
+/// pixels, from 16 hardly.
 inline constexpr int kSmallestSide = 8;
 inline constexpr int kSmallestSideOfShapes = 32;
 inline constexpr int kRoundsWithinError = 2;

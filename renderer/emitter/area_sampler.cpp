@@ -26,12 +26,55 @@ constexpr double kFilled = 0.75;
 constexpr double kClosed = 1e-3;   // largest mean normal of a closed mesh
 constexpr double kEven = 1.5;      // greatest over least brightness
 constexpr double kOutside = 1.02;  // squared distance over radius from which directions are drawn
+// Share of the samples in a cone that is spread evenly over the sphere's face: derivatives by its
+// place go with one over the cosine there.
+constexpr double kLimbShare = 0.25;
+constexpr double kLeastCosine = 1e-6;
 // What a difference of normals by one is worth when a range is split, in units of its extent.
 constexpr double kNormalScale = 0.25;
 // E|z| of n.w is the root of E(z)^2 + this Var(z): right for normals all over a sphere.
 constexpr double kSpreadShare = 0.75;
 // Variance of n.w by the places on a disk, in units of its squared angle.
 constexpr double kParallax = 0.25;
+
+/// The directions from which a sphere is seen. With t the share of the cone's solid angle inside a
+/// direction, m = sqrt(1 - t) is the cosine on the sphere of what is seen there from afar.
+class Cone {
+ public:
+  Cone(const Vec3& to_center, double squared_radius) {
+    const double squared = SquaredNorm(to_center);
+    const double sine2 = squared_radius / squared;
+    axis_ = to_center * (1.0 / std::sqrt(squared));
+    height_ = sine2 / (1.0 + std::sqrt(1.0 - sine2));
+  }
+
+  [[nodiscard]] Vec3 Sample(double u0, double u1, double& pdf) const {
+    // (1 - t) (1 - share) + share m = 1 - u0.
+    const double inner = 1.0 - kLimbShare;
+    const double root = std::sqrt(kLimbShare * kLimbShare + 4.0 * inner * (1.0 - u0));
+    const double m = (root - kLimbShare) / (2.0 * inner);
+    const double height = (1.0 - m * m) * height_;
+    const double radius = std::sqrt(std::max(height * (2.0 - height), 0.0));
+    const double angle = 2.0 * std::numbers::pi * u1;
+    pdf = PdfAt(m);
+    return Frame::FromNormal(axis_).ToWorld(
+        {radius * std::cos(angle), radius * std::sin(angle), 1.0 - height});
+  }
+  [[nodiscard]] double Pdf(const Vec3& w) const {
+    // 1 - cos of the angle, without cancellation.
+    const double height = 0.5 * SquaredNorm(w - axis_);
+    return PdfAt(std::sqrt(std::max(1.0 - height / height_, 0.0)));
+  }
+
+ private:
+  [[nodiscard]] double PdfAt(double m) const {
+    const double density = 1.0 - kLimbShare + 0.5 * kLimbShare / std::max(m, kLeastCosine);
+    return density / (2.0 * std::numbers::pi * height_);
+  }
+
+  Vec3 axis_;
+  double height_ = 0.0;  // 1 - cos of the cone's angle
+};
 
 }  // namespace
 
@@ -263,13 +306,8 @@ AreaSample AreaSampler::Sample(double u0, double u1) const {
   return sample;
 }
 
-double AreaSampler::PdfOfDirection(const Node& node, const Vec3& x) {
-  const double squared = SquaredNorm(node.center - x);
-  if (!node.is_compact || !(squared > kOutside * node.squared_radius)) {
-    return 0.0;
-  }
-  const double sine2 = node.squared_radius / squared;
-  return (1.0 + std::sqrt(1.0 - sine2)) / (2.0 * std::numbers::pi * sine2);
+bool AreaSampler::SeesCone(const Node& node, const Vec3& x) {
+  return node.is_compact && SquaredNorm(node.center - x) > kOutside * node.squared_radius;
 }
 
 AreaChoice AreaSampler::SampleTowards(const Vec3& x, double u0, double u1) const {
@@ -291,18 +329,10 @@ AreaChoice AreaSampler::SampleTowards(const Vec3& x, double u0, double u1) const
   }
   AreaChoice choice;
   choice.mesh = sources_[static_cast<std::size_t>(node->first)].id.mesh;
-  choice.pdf = probability * PdfOfDirection(*node, x);
-  if (choice.pdf > 0.0) {
-    const Vec3 to_center = node->center - x;
-    const double squared = SquaredNorm(to_center);
-    const double sine2 = node->squared_radius / squared;
-    // 1 - cos of the angle, without cancellation.
-    const double height = u0 * sine2 / (1.0 + std::sqrt(1.0 - sine2));
-    const double radius = std::sqrt(height * (2.0 - height));
-    const double angle = 2.0 * std::numbers::pi * u1;
-    choice.direction =
-        Frame::FromNormal(to_center * (1.0 / std::sqrt(squared)))
-            .ToWorld({radius * std::cos(angle), radius * std::sin(angle), 1.0 - height});
+  if (SeesCone(*node, x)) {
+    const Cone cone(node->center - x, node->squared_radius);
+    choice.direction = cone.Sample(u0, u1, choice.pdf);
+    choice.pdf *= probability;
     return choice;
   }
   choice.point = SampleIn(*node, u0, u1);
@@ -324,14 +354,19 @@ double AreaSampler::Pdf(TriangleId id) const {
   return source == nullptr ? 0.0 : source->pdf;
 }
 
-double AreaSampler::PdfTowards(const Vec3& x, TriangleId id, double cosine_over_square) const {
+double AreaSampler::PdfTowards(const Vec3& x,
+                               TriangleId id,
+                               const Vec3& w,
+                               double cosine_over_square) const {
   const Source* source = Find(id);
   if (source == nullptr || source->leaf < 0) {
     return 0.0;
   }
   std::int32_t at = source->leaf;
-  const double of_direction = PdfOfDirection(nodes_[static_cast<std::size_t>(at)], x);
-  double pdf = of_direction > 0.0 ? of_direction * cosine_over_square : source->pdf_in_leaf;
+  const Node& leaf = nodes_[static_cast<std::size_t>(at)];
+  double pdf = SeesCone(leaf, x)
+                   ? Cone(leaf.center - x, leaf.squared_radius).Pdf(w) * cosine_over_square
+                   : source->pdf_in_leaf;
   while (nodes_[static_cast<std::size_t>(at)].parent >= 0) {
     const std::int32_t parent = nodes_[static_cast<std::size_t>(at)].parent;
     const std::int32_t left = nodes_[static_cast<std::size_t>(parent)].child;

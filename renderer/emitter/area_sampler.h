@@ -46,10 +46,13 @@ class AreaSampler {
   [[nodiscard]] AreaSample Sample(double u0, double u1) const;
   /// Density per square metre at any point of a triangle; 0 for triangles that were not added.
   [[nodiscard]] double Pdf(TriangleId id) const;
-  /// The same two for the receiver x. `cosine_over_square`: of the angle at the triangle's point,
-  /// over its squared distance.
+  /// The same two for the receiver x. `w`: unit, from x to a point of the triangle;
+  /// `cosine_over_square`: of the angle there, over its squared distance.
   [[nodiscard]] AreaChoice SampleTowards(const Vec3& x, double u0, double u1) const;
-  [[nodiscard]] double PdfTowards(const Vec3& x, TriangleId id, double cosine_over_square) const;
+  [[nodiscard]] double PdfTowards(const Vec3& x,
+                                  TriangleId id,
+                                  const Vec3& w,
+                                  double cosine_over_square) const;
 
  private:
   struct Source {
@@ -83,8 +86,8 @@ class AreaSampler {
   /// Orders the node's range so that it can be cut at the result.
   std::int32_t Split(const Node& node);
   [[nodiscard]] static double Importance(const Node& node, const Vec3& x);
-  /// Of the directions to the sphere, per steradian; 0 where x sees the node as a surface.
-  [[nodiscard]] static double PdfOfDirection(const Node& node, const Vec3& x);
+  /// Whether x draws directions to the node's sphere.
+  [[nodiscard]] static bool SeesCone(const Node& node, const Vec3& x);
   [[nodiscard]] const Source* Find(TriangleId id) const;
   [[nodiscard]] AreaSample SampleIn(const Node& node, double u0, double u1) const;
 

@@ -300,8 +300,9 @@ class TracedPath {
     if (!on_.delta && Shines(p_.id)) {
       const double cos_light = std::abs(Dot(p_.ng, ray_.direction));
       const double squared = hit->distance * hit->distance;
-      const double other =
-          context_.lights.area_sampler->PdfTowards(from, p_.id, cos_light / squared) * squared;
+      const double other = context_.lights.area_sampler->PdfTowards(
+                               from, p_.id, ray_.direction, cos_light / squared) *
+                           squared;
       emission_weight_ = PowerHeuristic(pdf_ * cos_light, other);
     }
     ++bounce_;

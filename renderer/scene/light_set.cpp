@@ -175,10 +175,8 @@ LightSamplers LightSamplers::Make(const World& world) {
     if (const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light)) {
       samplers.environment.emplace(*environment);
     } else if (const auto* area = std::get_if<AreaEmitter>(&emitter.light)) {
-      samplers.areas.AddMesh(area->mesh,
-                             world.mesh(area->mesh),
-                             TriangleBrightness(world, *area),
-                             area->two_sided);
+      samplers.areas.AddMesh(
+          area->mesh, world.mesh(area->mesh), TriangleBrightness(world, *area), area->two_sided);
     }
   }
   samplers.areas.Finish();

@@ -139,9 +139,10 @@ TEST(ScalesOfStage, WhatMovesBeginsWithSmallPhotos) {
   stage.image_scale = 0.5;
   const std::vector<double> last{0.5};
   EXPECT_EQ(optim::ScalesOfStage(stage, false, true, 512), last);
-  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), (std::vector<double>{0.125, 0.25, 0.5}));
+  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128),
+            (std::vector<double>{0.0625, 0.125, 0.25, 0.5}));
   EXPECT_EQ(optim::ScalesOfStage(stage, true, false, 128), (std::vector<double>{0.25, 0.5}));
-  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 20), last);
+  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 10), last);
   stage.max_rounds = 4;
   EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), (std::vector<double>{0.25, 0.5}));
   stage.coarse_to_fine = false;
