@@ -5,15 +5,22 @@
 
 namespace pathfit::optim {
 
-FitViews MakeFitViews(const ObservationSet& observations, double scale) {
+FitViews ListViews(const ObservationSet& observations) {
   FitViews views;
   views.silhouettes = observations.mask_meaning == MaskMeaning::kSilhouette;
-  double weight = 0.0;
   for (std::size_t i = 0; i < observations.views.size(); ++i) {
     const View& view = observations.views[i];
-    views.levels.push_back(MakeViewLevel(view, observations, scale));
     views.names.push_back(view.name);
     (view.validation ? views.validation : views.fitted).push_back(static_cast<int>(i));
+  }
+  return views;
+}
+
+FitViews MakeFitViews(const ObservationSet& observations, double scale) {
+  FitViews views = ListViews(observations);
+  double weight = 0.0;
+  for (const View& view : observations.views) {
+    views.levels.push_back(MakeViewLevel(view, observations, scale));
     if (!view.validation) {
       for (const float w : views.levels.back().color_weight.data) {
         weight += 3.0 * static_cast<double>(w);

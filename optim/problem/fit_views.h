@@ -27,6 +27,9 @@ struct FitViews {
 /// Memory of a view's images; of fitted ones with what a problem keeps for each pixel.
 double BytesOfLevel(const ViewLevel& level, bool is_fitted);
 
+/// All but the images: names, and which views are fitted.
+FitViews ListViews(const ObservationSet& observations);
+
 FitViews MakeFitViews(const ObservationSet& observations, double scale);
 
 /// What multiplies (rendered - target) of each pixel: r, g, b, coverage; 0 = not compared. Frozen

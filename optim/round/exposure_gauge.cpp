@@ -50,6 +50,14 @@ bool ClampToBounds(const ParameterSet& set, std::vector<double>& values) {
 
 }  // namespace
 
+ExposureModel MakeExposureModel(const renderer::Scene& scene, const ExposurePrior& prior) {
+  ExposureModel exposure{{}, prior};
+  for (const renderer::Camera& sensor : scene.sensors) {
+    exposure.start_gains.push_back(sensor.gain);
+  }
+  return exposure;
+}
+
 void FixExposureGauge(const ParameterSet& set,
                       const std::vector<int>& fitted,
                       const ExposureModel& exposure,

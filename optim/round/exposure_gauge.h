@@ -8,6 +8,9 @@
 
 namespace pathfit::optim {
 
+/// The gains that the sensors have now.
+ExposureModel MakeExposureModel(const renderer::Scene& scene, const ExposurePrior& prior);
+
 /// Gains and lights share a factor that no photo can tell. Where every light of the scene is free
 /// (intensity or texels), moves the mean log gain of the fitted views back to that of
 /// `exposure.start_gains` and the factor into the lights; the images stay the same. Does nothing if

@@ -12,6 +12,7 @@
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/problem/image_problem.h"
 #include "optim/round/evaluation.h"
+#include "optim/round/exposure_gauge.h"
 #include "optim/round/mesh_levels.h"
 #include "optim/round/persistence.h"
 #include "optim/round/round_policy.h"
@@ -29,14 +30,6 @@ std::vector<int> Range(std::size_t count) {
   std::vector<int> indices(count);
   std::iota(indices.begin(), indices.end(), 0);
   return indices;
-}
-
-ExposureModel MakeExposureModel(const renderer::Scene& scene, const FitSpec& spec) {
-  ExposureModel exposure{{}, spec.exposure};
-  for (const renderer::Camera& sensor : scene.sensors) {
-    exposure.start_gains.push_back(sensor.gain);
-  }
-  return exposure;
 }
 
 bool HasKind(const ParameterSet& set, renderer::ParameterKind kind) {
@@ -90,7 +83,7 @@ class FitDriver {
         spec_(spec),
         observer_(observer),
         controls_(controls),
-        exposure_(MakeExposureModel(start, spec)),
+        exposure_(MakeExposureModel(start, spec.exposure)),
         all_(start,
              spec.unknowns,
              Range(spec.unknowns.size()),

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdlib>
-#include <fstream>
 #include <utility>
 
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_problem.h"
 #include "optim/problem/scene_image_source.h"
+#include "optim/round/exposure_gauge.h"
 #include "optim/round/mesh_levels.h"
+#include "optim/round/process_memory.h"
 #include "optim/round/round_policy.h"
 #include "optim/solver/trust_region_solver.h"
 
@@ -18,29 +18,13 @@ namespace {
 
 constexpr std::size_t kNumSampled = 4;  // views that are linearised
 
-/// Resident memory of this process; 0 where the system does not tell.
-double ResidentBytes() {
-  std::ifstream status("/proc/self/status");
-  const std::string key = "VmRSS:";
-  for (std::string line; std::getline(status, line);) {
-    if (line.starts_with(key)) return 1024.0 * std::strtod(line.c_str() + key.size(), nullptr);
-  }
-  return 0.0;
-}
-
 StageMemory ForecastStage(const renderer::Scene& scene,
                           const ObservationSet& observations,
                           const FitSpec& spec,
                           int stage) {
   const StageSpec& stage_spec = spec.stages[static_cast<std::size_t>(stage)];
   const double scale = stage_spec.image_scale;
-  FitViews views;
-  views.silhouettes = observations.mask_meaning == MaskMeaning::kSilhouette;
-  for (std::size_t i = 0; i < observations.views.size(); ++i) {
-    const View& view = observations.views[i];
-    (view.validation ? views.validation : views.fitted).push_back(static_cast<int>(i));
-    views.names.push_back(view.name);
-  }
+  FitViews views = ListViews(observations);
   const std::vector<int> fitted = views.fitted;
   const std::size_t num_sampled = std::min(kNumSampled, fitted.size());
   views.fitted.clear();
@@ -61,11 +45,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
 
   const renderer::Scene refined = RefineMeshes(scene, spec.unknowns, stage_spec.free, views).scene;
-  ExposureModel exposure;
-  exposure.prior = spec.exposure;
-  for (const renderer::Camera& sensor : refined.sensors) {
-    exposure.start_gains.push_back(sensor.gain);
-  }
+  const ExposureModel exposure = MakeExposureModel(refined, spec.exposure);
   const ParameterSet set(refined, spec.unknowns, stage_spec.free, fitted, exposure);
   SceneImageSource source(refined, set.layout(), cameras, spec.estimators, nullptr);
   ImageProblemOptions options;
@@ -93,7 +73,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
 std::vector<StageMemory> ForecastStages(const renderer::Scene& scene,
                                         const ObservationSet& observations,
                                         const FitSpec& spec) {
-  const MemoryItem loaded = {"scene and photos as loaded", ResidentBytes()};
+  const MemoryItem loaded = {"scene and photos as loaded", ProcessMemory("VmRSS:")};
   std::vector<StageMemory> stages;
   for (std::size_t stage = 0; stage < spec.stages.size(); ++stage) {
     stages.push_back(ForecastStage(scene, observations, spec, static_cast<int>(stage)));

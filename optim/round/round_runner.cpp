@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -18,6 +16,7 @@
 #include "optim/problem/vertex_guard.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
+#include "optim/round/process_memory.h"
 #include "optim/round/round_policy.h"
 #include "optim/solver/trust_region_solver.h"
 
@@ -35,18 +34,6 @@ constexpr double kPayingStep = 0.03;
 constexpr double kHidingNoise = 0.5;
 
 using Clock = std::chrono::steady_clock;
-
-/// Largest resident memory of this process so far; 0 where the system does not tell.
-double PeakResidentMegabytes() {
-  std::ifstream status("/proc/self/status");
-  const std::string key = "VmHWM:";
-  for (std::string line; std::getline(status, line);) {
-    if (line.starts_with(key)) {
-      return std::strtod(line.c_str() + key.size(), nullptr) / 1e3 * 1.024;
-    }
-  }
-  return 0.0;
-}
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -321,7 +308,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   AddIterate(state.average, level_round, report.spp, context.set, state.scene);
   state.round = round;
   state.step = report.step;
-  report.peak_rss_mb = PeakResidentMegabytes();
+  report.peak_rss_mb = ProcessMemory("VmHWM:") / 1e6;
   return report;
 }
 

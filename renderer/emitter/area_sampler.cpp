@@ -282,6 +282,12 @@ double AreaSampler::Importance(const Node& node, const Vec3& x) {
   return (node.two_sided ? both : 0.5 * (both + mean)) * node.weight * inverse;
 }
 
+std::optional<double> AreaSampler::ShareOfFirst(const Node* siblings, const Vec3& x) {
+  const double first = Importance(siblings[0], x);
+  const double both = first + Importance(siblings[1], x);
+  return both > 0.0 ? std::optional(first / both) : std::nullopt;
+}
+
 AreaSample AreaSampler::SampleIn(const Node& node, double u0, double u1) const {
   double remainder = 0.0;
   const int index = distribution_.SampleWithin(node.first, node.end, u0, remainder);
@@ -315,16 +321,14 @@ AreaChoice AreaSampler::SampleTowards(const Vec3& x, double u0, double u1) const
   double probability = 1.0;
   while (node->child >= 0) {
     const Node* child = &nodes_[static_cast<std::size_t>(node->child)];
-    const double left = Importance(child[0], x);
-    const double right = Importance(child[1], x);
-    if (!(left + right > 0.0)) {
+    const std::optional<double> share = ShareOfFirst(child, x);
+    if (!share) {
       return {};
     }
-    const double share = left / (left + right);
-    const bool goes_left = u0 < share;
-    u0 = goes_left ? u0 / share : (u0 - share) / (1.0 - share);
+    const bool goes_left = u0 < *share;
+    u0 = goes_left ? u0 / *share : (u0 - *share) / (1.0 - *share);
     u0 = std::min(u0, 1.0 - 0x1.0p-53);
-    probability *= goes_left ? share : 1.0 - share;
+    probability *= goes_left ? *share : 1.0 - *share;
     node = goes_left ? child : child + 1;
   }
   AreaChoice choice;
@@ -370,14 +374,11 @@ double AreaSampler::PdfTowards(const Vec3& x,
   while (nodes_[static_cast<std::size_t>(at)].parent >= 0) {
     const std::int32_t parent = nodes_[static_cast<std::size_t>(at)].parent;
     const std::int32_t left = nodes_[static_cast<std::size_t>(parent)].child;
-    const Node* children = &nodes_[static_cast<std::size_t>(left)];
-    const double a = Importance(children[0], x);
-    const double b = Importance(children[1], x);
-    if (!(a + b > 0.0)) {
+    const std::optional<double> share = ShareOfFirst(&nodes_[static_cast<std::size_t>(left)], x);
+    if (!share) {
       return 0.0;
     }
-    const double share = a / (a + b);
-    pdf *= at == left ? share : 1.0 - share;
+    pdf *= at == left ? *share : 1.0 - *share;
     at = parent;
   }
   return pdf;

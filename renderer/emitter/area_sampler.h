@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
@@ -89,6 +90,8 @@ class AreaSampler {
   /// Whether x draws directions to the node's sphere.
   [[nodiscard]] static bool SeesCone(const Node& node, const Vec3& x);
   [[nodiscard]] const Source* Find(TriangleId id) const;
+  /// Probability of the first of two siblings for x; empty if nothing of them reaches it.
+  [[nodiscard]] static std::optional<double> ShareOfFirst(const Node* siblings, const Vec3& x);
   [[nodiscard]] AreaSample SampleIn(const Node& node, double u0, double u1) const;
 
   std::vector<Source> sources_;  // in the order of the leaves; last those without area
