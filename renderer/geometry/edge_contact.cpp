@@ -222,7 +222,7 @@ int BorderAlong(const TriangleGeometry& triangle,
                 const Vec3& x,
                 const Vec3& along,
                 const RayCaster& caster) {
-  const std::array<Vec3, 3> corners = CornersOf(triangle);
+  const std::array<Vec3, 3> corners = triangle.Corners();
   double nearest = kOnBorder * caster.Offset(x);
   int border = -1;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -237,7 +237,7 @@ int BorderAlong(const TriangleGeometry& triangle,
 }
 
 Vec3 ApexOf(const TriangleGeometry& triangle, int border) {
-  return CornersOf(triangle)[static_cast<std::size_t>(border + 2) % 3];
+  return triangle.Corners()[static_cast<std::size_t>(border + 2) % 3];
 }
 
 Hit HitInside(TriangleId id, const PlaneHit& hit) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
+#include "renderer/geometry/triangle_kernel.h"
 
 namespace pathfit::renderer {
 
@@ -35,7 +36,8 @@ struct MeshSide {
   }
 };
 
-/// Sides of all triangles: those of one edge together, in the order of the triangles.
+/// Sides of all triangles: those of one edge together, in the order of the triangles. Precondition:
+/// indices in range.
 std::vector<MeshSide> SortedSides(const Mesh& mesh);
 
 /// Calls `visit(first, last)` with the iterators of each edge's sides.
@@ -66,6 +68,9 @@ inline Vec3 TwiceArea(const Mesh& mesh, const Triangle& t) {
   const Vec3& a = mesh.positions[Index(t[0])];
   return Cross(mesh.positions[Index(t[1])] - a, mesh.positions[Index(t[2])] - a);
 }
+
+/// Of all triangles.
+std::vector<TriangleGeometry> GeometryOf(const Mesh& mesh);
 
 inline double SquaredLongestEdge(const Mesh& mesh, const Triangle& t) {
   const Vec3& a = mesh.positions[Index(t[0])];

@@ -7,7 +7,7 @@
 
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_topology.h"
-#include "renderer/geometry/triangle_tree.h"
+#include "renderer/geometry/near_pairs.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -71,15 +71,18 @@ std::vector<MeshEdge> FoldedEdges(const Mesh& mesh, const std::vector<MeshEdge>&
 
 std::vector<std::int32_t> Crossing(const Mesh& mesh, const std::vector<std::int32_t>& parts) {
   std::vector<char> crosses(mesh.triangles.size(), 0);
-  const std::vector<Triangle>& triangles = mesh.triangles;
-  for (const auto& [i, j] : TriangleTree(mesh).OverlappingBoxes()) {
-    const Triangle& a = triangles[Index(i)];
-    const Triangle& b = triangles[Index(j)];
-    if (parts[Index(i)] == parts[Index(j)] && NumShared(a, b) < 2 &&
+  const std::vector<TriangleGeometry> geometry = GeometryOf(mesh);
+  std::vector<NearItem> items;
+  items.reserve(geometry.size());
+  for (const TriangleGeometry& triangle : geometry) items.push_back({&triangle});
+  ForEachNearPair(items, [&](std::size_t i, std::size_t j) {
+    const Triangle& a = mesh.triangles[i];
+    const Triangle& b = mesh.triangles[j];
+    if (parts[i] == parts[j] && NumShared(a, b) < 2 &&
         (AnyEdgePierces(mesh, a, b) || AnyEdgePierces(mesh, b, a))) {
-      crosses[Index(i)] = crosses[Index(j)] = 1;
+      crosses[i] = crosses[j] = 1;
     }
-  }
+  });
   std::vector<std::int32_t> found;
   for (std::size_t t = 0; t < crosses.size(); ++t) {
     if (crosses[t] != 0) found.push_back(static_cast<std::int32_t>(t));

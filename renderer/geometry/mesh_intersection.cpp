@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_topology.h"
 #include "renderer/geometry/near_pairs.h"
 #include "renderer/geometry/ray_caster.h"
@@ -18,17 +19,17 @@ constexpr double kAlong = 20.0;
 
 /// A mesh with what contacts depend on.
 struct Surface {
-  explicit Surface(const Mesh& of) : mesh(of), topology(MeshTopology::Build(of)) {
-    low = high = mesh.positions.front();
+  explicit Surface(const Mesh& of)
+      : mesh(of), topology(MeshTopology::Build(of)), triangles(GeometryOf(of)) {
+    Vec3 low = mesh.positions.front(), high = low;
     for (const Vec3& p : mesh.positions) {
       for (int i = 0; i < 3; ++i) {
         low[i] = std::min(low[i], p[i]);
         high[i] = std::max(high[i], p[i]);
       }
     }
-    for (const Triangle& t : mesh.triangles) {
-      triangles.push_back(TriangleGeometry::Make(Position(t[0]), Position(t[1]), Position(t[2])));
-    }
+    middle = (low + high) * 0.5;
+    extent = 0.5 * Norm(high - low);
     const auto part_of = [&](std::size_t f) { return static_cast<std::size_t>(topology.parts[f]); };
     for (std::size_t f = 0; f < triangles.size(); ++f) {
       volumes.resize(std::max(volumes.size(), part_of(f) + 1), 0.0);
@@ -46,24 +47,32 @@ struct Surface {
       }
     }
   }
-  [[nodiscard]] const Vec3& Position(std::int32_t i) const {
-    return mesh.positions[static_cast<std::size_t>(i)];
-  }
-  [[nodiscard]] double Extent() const { return 0.5 * Norm(high - low); }
-  [[nodiscard]] Vec3 Middle() const { return (low + high) * 0.5; }
 
   const Mesh& mesh;
   MeshTopology topology;
   std::vector<TriangleGeometry> triangles;
   std::vector<std::uint8_t> borders;  // by triangle: bits of its sides
   std::vector<double> volumes;        // by part, six times; 0: it is open
-  Vec3 low, high;
+  Vec3 middle;
+  double extent = 0.0;  // half the diagonal
 };
 
 /// Of the corners of a triangle over the plane of another one.
 Vec3 HeightsOver(const TriangleGeometry& plane, const TriangleGeometry& t) {
   const double at = Dot(plane.n, t.p0 - plane.p0);
   return {at, at + Dot(plane.n, t.e1), at + Dot(plane.n, t.e2)};
+}
+
+/// Whether the boxes around a segment and a triangle are farther apart than `slack`.
+bool IsApart(const Vec3& a, const Vec3& b, const TriangleGeometry& t, double slack) {
+  for (int i = 0; i < 3; ++i) {
+    const double low = t.p0[i] + std::min({0.0, t.e1[i], t.e2[i]});
+    const double high = t.p0[i] + std::max({0.0, t.e1[i], t.e2[i]});
+    if (std::max(a[i], b[i]) < low - slack || std::min(a[i], b[i]) > high + slack) {
+      return true;
+    }
+  }
+  return false;
 }
 
 /// Whether the segment a..b passes through the inside of a triangle.
@@ -82,8 +91,8 @@ bool Pierces(const Vec3& a, const Vec3& b, double depth, const TriangleGeometry&
 /// Whether triangles that lie in each other's plane cover each other.
 bool Cover(const TriangleGeometry& a, const TriangleGeometry& b, double depth) {
   for (const auto& [t, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
-    const std::array<Vec3, 3> corners = CornersOf(*t);
-    const std::array<Vec3, 3> others = CornersOf(*other);
+    const std::array<Vec3, 3> corners = t->Corners();
+    const std::array<Vec3, 3> others = other->Corners();
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3 side = corners[(i + 1) % 3] - corners[i];
       const Vec3 inward = Cross(t->n, side) * (1.0 / Norm(side));
@@ -109,10 +118,12 @@ class ContactSearch {
     std::vector<NearItem> items;
     std::vector<TriangleId> ids;
     for (std::size_t m = 0; m < surfaces_.size(); ++m) {
+      items.reserve(items.size() + surfaces_[m].triangles.size());
+      ids.reserve(items.capacity());
       for (const TriangleGeometry& t : surfaces_[m].triangles) {
         ids.push_back(
             {static_cast<int>(m), static_cast<std::int32_t>(&t - surfaces_[m].triangles.data())});
-        items.push_back({&t, kTouchDepth * surfaces_[m].Extent(), -1});
+        items.push_back({&t, kTouchDepth * surfaces_[m].extent, -1});
       }
     }
     ForEachNearPair(items, [&](std::size_t i, std::size_t k) {
@@ -141,47 +152,52 @@ class ContactSearch {
   }
 
   void LookAt(TriangleId a, TriangleId b) {
-    const double slack = kTouchDepth * std::max(Of(a).Extent(), Of(b).Extent());
-    const std::array<Vec3, 2> heights = {HeightsOver(Geometry(b), Geometry(a)),
-                                         HeightsOver(Geometry(a), Geometry(b))};
+    const std::array<TriangleId, 2> ids = {a, b};
+    const std::array<const TriangleGeometry*, 2> triangles = {&Geometry(a), &Geometry(b)};
+    const double slack = kTouchDepth * std::max(Of(a).extent, Of(b).extent);
+    const double depth = kTouchDepth * std::min(Of(a).extent, Of(b).extent);
     const auto beside = [slack](double h0, double h1) {
       return std::min(h0, h1) > slack || std::max(h0, h1) < -slack;
     };
-    for (const Vec3& h : heights) {
-      if (beside(std::min({h.x, h.y, h.z}), std::max({h.x, h.y, h.z}))) {
+    const std::array<unsigned, 2> joints = CommonSides(a, b);
+    bool in_plane = true;
+    std::array<Vec3, 2> heights;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Vec3 h = HeightsOver(*triangles[1 - k], *triangles[k]);
+      in_plane = in_plane && std::max({std::abs(h.x), std::abs(h.y), std::abs(h.z)}) < depth;
+      if (beside(std::min({h.x, h.y, h.z}), std::max({h.x, h.y, h.z})) ||
+          (!in_plane && joints[0] == 0b111U)) {
         return;
       }
+      heights[k] = h;
     }
-    const double depth = kTouchDepth * std::min(Of(a).Extent(), Of(b).Extent());
     MeshContact found{a.mesh, b.mesh};
     bool touch = false;
-    for (const auto& [id, other] : {std::pair(a, b), std::pair(b, a)}) {
-      const Triangle& t = Of(id).mesh.triangles[static_cast<std::size_t>(id.triangle)];
-      const std::array<Vec3, 3> corners = CornersOf(Geometry(id));
-      const bool joined = id.mesh == other.mesh && PartOf(id) == PartOf(other);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const TriangleGeometry& other = *triangles[1 - k];
       for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t k = (i + 1) % 3;
-        const Vec3& h = heights[id == a ? 0 : 1];
-        SegmentPart near;
-        if (beside(h[static_cast<int>(i)], h[static_cast<int>(k)]) ||
-            IsCorner(id.mesh, t[i], other) || IsCorner(id.mesh, t[k], other)) {
+        const std::size_t next = (i + 1) % 3;
+        if ((joints[k] >> i & 1U) != 0 ||
+            beside(heights[k][static_cast<int>(i)], heights[k][static_cast<int>(next)])) {
           continue;
         }
-        near.KeepNear(Geometry(other), corners[i], corners[k], slack);
+        const std::array<Vec3, 3> corners = triangles[k]->Corners();
+        SegmentPart near;
+        if (IsApart(corners[i], corners[next], other, 3.0 * slack)) {
+          continue;  // KeepNear, which costs more, goes a little farther at corners
+        }
+        near.KeepNear(other, corners[i], corners[next], slack);
         if (near.IsEmpty()) {
           continue;
         }
-        const double length = TouchedLength(corners[i], corners[k], id, other);
-        found.cut = found.cut || Pierces(corners[i], corners[k], depth, Geometry(other));
+        const bool joined = a.mesh == b.mesh && PartOf(a) == PartOf(b);
+        const double length = TouchedLength(corners[i], corners[next], near, ids[k], ids[1 - k]);
+        found.cut = found.cut || Pierces(corners[i], corners[next], depth, other);
         touch = touch || (!joined && length >= 0.0);
-        found.folded = found.folded || (joined && length > kAlong * depth && !IsBorder(id, i));
+        found.folded = found.folded || (joined && length > kAlong * depth && !IsBorder(ids[k], i));
       }
     }
-    const auto in_plane = [depth](const Vec3& h) {
-      return std::max({std::abs(h.x), std::abs(h.y), std::abs(h.z)}) < depth;
-    };
-    found.overlap = in_plane(heights[0]) && in_plane(heights[1]) &&
-                    Cover(Geometry(a), Geometry(b), depth) && !StandsOn(a, b);
+    found.overlap = in_plane && Cover(*triangles[0], *triangles[1], depth) && !StandsOn(a, b);
     if (touch || found.cut || found.overlap || found.folded) {
       MeshContact& all = contacts_.try_emplace({a.mesh, b.mesh}, found).first->second;
       all.cut = all.cut || found.cut;
@@ -200,9 +216,22 @@ class ContactSearch {
     return facing < 0.0 && (of_a != 0.0 || of_b != 0.0);
   }
 
-  [[nodiscard]] bool IsCorner(int mesh, std::int32_t vertex, TriangleId id) const {
-    const Triangle& t = Of(id).mesh.triangles[static_cast<std::size_t>(id.triangle)];
-    return mesh == id.mesh && (vertex == t[0] || vertex == t[1] || vertex == t[2]);
+  /// Of each of two triangles, as bits: the sides that end at a corner of the other one.
+  [[nodiscard]] std::array<unsigned, 2> CommonSides(TriangleId a, TriangleId b) const {
+    std::array<unsigned, 2> sides{};
+    if (a.mesh == b.mesh) {
+      const Triangle& t = Of(a).mesh.triangles[static_cast<std::size_t>(a.triangle)];
+      const Triangle& u = Of(b).mesh.triangles[static_cast<std::size_t>(b.triangle)];
+      constexpr std::array<unsigned, 3> kAtCorner = {5, 3, 6};
+      for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const unsigned common = t[i] == u[k] ? ~0U : 0U;
+          sides[0] |= common & kAtCorner[i];
+          sides[1] |= common & kAtCorner[k];
+        }
+      }
+    }
+    return sides;
   }
 
   /// Whether no other triangle shares a triangle's side from its corner `corner` on.
@@ -210,25 +239,16 @@ class ContactSearch {
     return (Of(id).borders[static_cast<std::size_t>(id.triangle)] >> corner & 1U) != 0;
   }
 
-  /// Of the part of an edge that touches a triangle; -1: none does.
-  [[nodiscard]] double TouchedLength(const Vec3& p,
-                                     const Vec3& q,
-                                     TriangleId of_edge,
-                                     TriangleId id) const {
+  /// Of what touches a triangle in the part of an edge that is near it; -1: nothing does.
+  [[nodiscard]] double TouchedLength(
+      const Vec3& p, const Vec3& q, SegmentPart near, TriangleId of_edge, TriangleId id) const {
     const Surface& a = Of(of_edge);
     const Surface& b = Of(id);
-    SegmentPart part;
-    part.KeepNear(Geometry(id), p, q, kTouchDepth * std::max(a.Extent(), b.Extent()));
-    if (part.IsEmpty()) {
-      return -1.0;
-    }
     // As near as rays can tell from there.
-    const Vec3 x = p + (q - p) * (0.5 * (part.begin + part.end));
-    const double offset =
-        RayCaster::kRayOffset * std::max(Norm(x - a.Middle()), Norm(x - b.Middle()));
-    part.KeepNear(
-        Geometry(id), p, q, std::max(kTouchDepth * std::min(a.Extent(), b.Extent()), offset));
-    return part.IsEmpty() ? -1.0 : Norm(q - p) * (part.end - part.begin);
+    const Vec3 x = p + (q - p) * (0.5 * (near.begin + near.end));
+    const double offset = RayCaster::kRayOffset * std::max(Norm(x - a.middle), Norm(x - b.middle));
+    near.KeepNear(Geometry(id), p, q, std::max(kTouchDepth * std::min(a.extent, b.extent), offset));
+    return near.IsEmpty() ? -1.0 : Norm(q - p) * (near.end - near.begin);
   }
 
   std::vector<Surface> surfaces_;

@@ -1,5 +1,6 @@
 #include "renderer/geometry/mesh_normals.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -115,11 +116,14 @@ double MeanShadingDeviation(const Mesh& mesh) {
     const Triangle& t = mesh.triangles[f];
     const auto p = [&](std::size_t i) { return mesh.positions[Index(t[i])]; };
     const Vec3 twice_area = Cross(p(1) - p(0), p(2) - p(0));
-    double largest = 0.0;
-    for (const std::int32_t corner : mesh.normal_triangles[f]) {
-      largest = std::max(largest, AngleBetween(twice_area, mesh.normals[Index(corner)]));
-    }
-    sum += largest * Norm(twice_area);
+    const auto cosine = [&](std::int32_t corner) {
+      const Vec3& normal = mesh.normals[Index(corner)];
+      return Dot(twice_area, normal) / Norm(normal);
+    };
+    const Triangle& corners = mesh.normal_triangles[f];
+    const auto farthest = std::min_element(
+        corners.begin(), corners.end(), [&](auto i, auto k) { return cosine(i) < cosine(k); });
+    sum += AngleBetween(twice_area, mesh.normals[Index(*farthest)]) * Norm(twice_area);
     area += Norm(twice_area);
   }
   return area > 0.0 ? sum / area : 0.0;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "renderer/core/check.h"
 #include "renderer/geometry/mesh_checks.h"
@@ -154,17 +155,41 @@ std::vector<std::int32_t> PartsOf(const std::vector<MeshEdge>& edges, std::size_
 
 }  // namespace
 
-std::vector<MeshSide> SortedSides(const Mesh& mesh) {
-  std::vector<MeshSide> sides;
-  sides.reserve(3 * mesh.triangles.size());
+std::vector<TriangleGeometry> GeometryOf(const Mesh& mesh) {
+  std::vector<TriangleGeometry> triangles;
+  triangles.reserve(mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      sides.push_back({EdgeKey(t[k], t[(k + 1) % 3]), sides.size()});
-    }
+    const auto p = [&](std::size_t i) { return mesh.positions[Index(t[i])]; };
+    triangles.push_back(TriangleGeometry::Make(p(0), p(1), p(2)));
   }
-  std::sort(sides.begin(), sides.end(), [](const MeshSide& a, const MeshSide& b) {
-    return std::pair(a.edge, a.side) < std::pair(b.edge, b.side);
+  return triangles;
+}
+
+std::vector<MeshSide> SortedSides(const Mesh& mesh) {
+  // Each side has its place among those of its lower vertex; few are left to be sorted.
+  std::vector<std::size_t> end_of(mesh.positions.size() + 1, 0);
+  const auto for_each_side = [&mesh](auto visit) {
+    std::size_t side = 0;
+    for (const Triangle& t : mesh.triangles) {
+      for (std::size_t k = 0; k < 3; ++k, ++side) visit(t[k], t[(k + 1) % 3], side);
+    }
+  };
+  for_each_side([&](std::int32_t from, std::int32_t to, std::size_t /*side*/) {
+    ++end_of[Index(std::min(from, to)) + 1];
   });
+  std::partial_sum(end_of.begin(), end_of.end(), end_of.begin());
+  std::vector<MeshSide> sides(3 * mesh.triangles.size());
+  for_each_side([&](std::int32_t from, std::int32_t to, std::size_t side) {
+    sides[end_of[Index(std::min(from, to))]++] = {EdgeKey(from, to), side};
+  });
+  auto first = sides.begin();
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const auto last = sides.begin() + static_cast<std::ptrdiff_t>(end_of[v]);
+    std::sort(first, last, [](const MeshSide& a, const MeshSide& b) {
+      return std::pair(a.edge, a.side) < std::pair(b.edge, b.side);
+    });
+    first = last;
+  }
   return sides;
 }
 
@@ -197,6 +222,7 @@ MeshTopology MeshTopology::Build(const Mesh& mesh) {
   }
   topology.parts = PartsOf(topology.edges, mesh.triangles.size());
   topology.neighbors.resize(mesh.positions.size());
+  for (std::vector<std::int32_t>& ring : topology.neighbors) ring.reserve(6);  // most have so many
   for (const MeshEdge& edge : topology.edges) {
     topology.neighbors[Index(edge.vertices[0])].push_back(edge.vertices[1]);
     topology.neighbors[Index(edge.vertices[1])].push_back(edge.vertices[0]);

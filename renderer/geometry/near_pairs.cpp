@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace pathfit::renderer {
 namespace {
 
 // Items of a node that is not divided.
-constexpr std::size_t kFew = 4;
+constexpr std::size_t kFew = 8;
 
 struct Box {
   Vec3 low, high;
@@ -29,7 +28,7 @@ struct Box {
 Box BoxAround(const NearItem& item) {
   const TriangleGeometry& t = *item.triangle;
   Box box{t.p0, t.p0};
-  for (const Vec3& p : CornersOf(t)) {
+  for (const Vec3& p : t.Corners()) {
     box.Include({p, p});
   }
   const Vec3 slack{item.slack, item.slack, item.slack};
@@ -50,11 +49,10 @@ class PairSearch {
  public:
   PairSearch(const std::vector<NearItem>& items,
              const std::function<void(std::size_t, std::size_t)>& visit)
-      : items_(items), visit_(visit), order_(items.size()) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    boxes_.reserve(items.size());
+      : items_(items), visit_(visit) {
+    entries_.reserve(items.size());
     for (const NearItem& item : items) {
-      boxes_.push_back(BoxAround(item));
+      entries_.push_back({BoxAround(item), entries_.size()});
     }
     nodes_.push_back(Cover(0, items.size()));
   }
@@ -72,15 +70,19 @@ class PairSearch {
     }
     for (std::size_t i = nodes_[n].begin; i < nodes_[n].end; ++i) {
       for (std::size_t k = i + 1; k < nodes_[n].end; ++k) {
-        Offer(order_[i], order_[k]);
+        Offer(entries_[i], entries_[k]);
       }
     }
   }
 
  private:
+  struct Entry {
+    Box box;
+    std::size_t item;
+  };
   struct Node {
     Box box;
-    std::size_t begin = 0, end = 0;  ///< into order_
+    std::size_t begin = 0, end = 0;  ///< into entries_
     std::int32_t label = -1;         ///< of all its items, -1 if they differ
     std::size_t child = 0;           ///< the first of two; 0: not divided yet
     [[nodiscard]] std::size_t Count() const { return end - begin; }
@@ -88,10 +90,10 @@ class PairSearch {
   };
 
   [[nodiscard]] Node Cover(std::size_t begin, std::size_t end) const {
-    Node node{boxes_[order_[begin]], begin, end, items_[order_[begin]].label};
+    Node node{entries_[begin].box, begin, end, LabelOf(entries_[begin])};
     for (std::size_t i = begin + 1; i < end; ++i) {
-      node.box.Include(boxes_[order_[i]]);
-      node.label = items_[order_[i]].label == node.label ? node.label : -1;
+      node.box.Include(entries_[i].box);
+      node.label = LabelOf(entries_[i]) == node.label ? node.label : -1;
     }
     return node;
   }
@@ -104,13 +106,19 @@ class PairSearch {
       int axis = size.x >= size.y ? 0 : 1;
       axis = size.z > size[axis] ? 2 : axis;
       const auto at = [&](std::size_t i) {
-        return order_.begin() + static_cast<std::ptrdiff_t>(i);
+        return entries_.begin() + static_cast<std::ptrdiff_t>(i);
       };
-      const std::size_t middle = (begin + end) / 2;
-      std::nth_element(at(begin), at(middle), at(end), [&](std::size_t i, std::size_t k) {
-        return boxes_[i].low[axis] + boxes_[i].high[axis] <
-               boxes_[k].low[axis] + boxes_[k].high[axis];
-      });
+      // In the middle of the space, which is quick, unless that leaves almost all on one side.
+      const double cut = nodes_[n].box.low[axis] + nodes_[n].box.high[axis];
+      std::size_t middle = static_cast<std::size_t>(
+          std::partition(at(begin), at(end), [=](const Entry& e) { return Twice(e, axis) < cut; }) -
+          entries_.begin());
+      if (std::min(middle - begin, end - middle) < (end - begin) / 8 + 1) {
+        middle = (begin + end) / 2;
+        std::nth_element(at(begin), at(middle), at(end), [=](const Entry& a, const Entry& b) {
+          return Twice(a, axis) < Twice(b, axis);
+        });
+      }
       const std::size_t child = nodes_.size();
       nodes_.push_back(Cover(begin, middle));
       nodes_.push_back(Cover(middle, end));
@@ -118,6 +126,9 @@ class PairSearch {
     }
     return nodes_[n].child;
   }
+
+  /// Where the middle of an entry is along an axis.
+  static double Twice(const Entry& e, int axis) { return e.box.low[axis] + e.box.high[axis]; }
 
   void Between(std::size_t a, std::size_t b) {
     if (!MayCount(nodes_[a].label, nodes_[b].label) || !nodes_[a].box.Meets(nodes_[b].box)) {
@@ -128,7 +139,7 @@ class PairSearch {
         std::swap(a, b);
       }
       for (std::size_t i = nodes_[a].begin; i < nodes_[a].end; ++i) {
-        With(order_[i], b);
+        With(entries_[i], b);
       }
       return;
     }
@@ -140,33 +151,33 @@ class PairSearch {
     Between(child + 1, b);
   }
 
-  void With(std::size_t item, std::size_t n) {
-    if (!MayCount(items_[item].label, nodes_[n].label) || !boxes_[item].Meets(nodes_[n].box) ||
-        IsBesidePlane(nodes_[n].box, items_[item])) {
+  void With(const Entry& entry, std::size_t n) {
+    if (!MayCount(LabelOf(entry), nodes_[n].label) || !entry.box.Meets(nodes_[n].box) ||
+        IsBesidePlane(nodes_[n].box, items_[entry.item])) {
       return;
     }
     if (nodes_[n].Count() <= kFew) {
       for (std::size_t i = nodes_[n].begin; i < nodes_[n].end; ++i) {
-        Offer(item, order_[i]);
+        Offer(entry, entries_[i]);
       }
       return;
     }
     const std::size_t child = Divide(n);
-    With(item, child);
-    With(item, child + 1);
+    With(entry, child);
+    With(entry, child + 1);
   }
 
-  void Offer(std::size_t i, std::size_t k) {
-    if (MayCount(items_[i].label, items_[k].label) && boxes_[i].Meets(boxes_[k])) {
-      visit_(i, k);
+  void Offer(const Entry& a, const Entry& b) {
+    if (MayCount(LabelOf(a), LabelOf(b)) && a.box.Meets(b.box)) {
+      visit_(a.item, b.item);
     }
   }
+  [[nodiscard]] std::int32_t LabelOf(const Entry& entry) const { return items_[entry.item].label; }
   static bool MayCount(std::int32_t a, std::int32_t b) { return a != b || a < 0; }
 
   const std::vector<NearItem>& items_;
   const std::function<void(std::size_t, std::size_t)>& visit_;
-  std::vector<std::size_t> order_;
-  std::vector<Box> boxes_;
+  std::vector<Entry> entries_;
   std::vector<Node> nodes_;
 };
 
@@ -199,7 +210,7 @@ void SegmentPart::KeepNear(const TriangleGeometry& triangle,
   };
   keep_below(triangle.n, triangle.p0, 0.0);
   keep_below(-triangle.n, triangle.p0, 0.0);
-  const std::array<Vec3, 3> corners = CornersOf(triangle);
+  const std::array<Vec3, 3> corners = triangle.Corners();
   Vec3 longest, from;
   double length = 0.0;
   for (std::size_t i = 0; i < 3 && !IsEmpty(); ++i) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -36,9 +35,5 @@ struct SegmentPart {
   void KeepNear(const TriangleGeometry& triangle, const Vec3& a, const Vec3& b, double slack);
   [[nodiscard]] bool IsEmpty() const { return !(begin <= end); }
 };
-
-inline std::array<Vec3, 3> CornersOf(const TriangleGeometry& t) {
-  return {t.p0, t.p0 + t.e1, t.p0 + t.e2};
-}
 
 }  // namespace pathfit::renderer

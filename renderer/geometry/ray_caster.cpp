@@ -8,6 +8,7 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/embree_compat.h"
+#include "renderer/geometry/mesh_checks.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -263,12 +264,8 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes,
     }
     include(box.low, all);
     include(box.high, all);
-    for (const Triangle& t : mesh->triangles) {
-      const auto corner = [&](int i) {
-        return mesh->positions[static_cast<std::size_t>(t[static_cast<std::size_t>(i)])];
-      };
-      triangles_.push_back(TriangleGeometry::Make(corner(0), corner(1), corner(2)));
-    }
+    const std::vector<TriangleGeometry> triangles = GeometryOf(*mesh);
+    triangles_.insert(triangles_.end(), triangles.begin(), triangles.end());
   }
   extent_ = triangles_.empty() ? 1.0 : all.HalfDiagonal();
   if (frame.has_value()) {

@@ -19,6 +19,7 @@ struct TriangleGeometry {
     t.n = normal / t.double_area;
     return t;
   }
+  [[nodiscard]] std::array<Vec3, 3> Corners() const { return {p0, p0 + e1, p0 + e2}; }
   [[nodiscard]] Vec3 Point(double b1, double b2) const { return p0 + e1 * b1 + e2 * b2; }
 };
 

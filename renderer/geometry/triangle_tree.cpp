@@ -21,13 +21,6 @@ double SquaredDistanceToBox(const Vec3& x, const Vec3& low, const Vec3& high) {
   return sum;
 }
 
-bool Overlap(const Vec3& low_a, const Vec3& high_a, const Vec3& low_b, const Vec3& high_b) {
-  for (int i = 0; i < 3; ++i) {
-    if (high_a[i] < low_b[i] || high_b[i] < low_a[i]) return false;
-  }
-  return true;
-}
-
 void Grow(const Vec3& low, const Vec3& high, Vec3& to_low, Vec3& to_high) {
   for (int i = 0; i < 3; ++i) {
     to_low[i] = std::min(to_low[i], low[i]);
@@ -35,8 +28,7 @@ void Grow(const Vec3& low, const Vec3& high, Vec3& to_low, Vec3& to_high) {
   }
 }
 
-std::array<double, 3> WeightsOf(const Vec3& x, const std::array<Vec3, 3>& corners) {
-  const TriangleGeometry t = TriangleGeometry::Make(corners[0], corners[1], corners[2]);
+std::array<double, 3> WeightsOf(const Vec3& x, const TriangleGeometry& t) {
   const Vec3 from = x - t.p0;
   const double inverse = 1.0 / t.double_area;
   const double b1 = std::clamp(Dot(t.n, Cross(from, t.e2)) * inverse, 0.0, 1.0);
@@ -46,7 +38,8 @@ std::array<double, 3> WeightsOf(const Vec3& x, const std::array<Vec3, 3>& corner
 
 }  // namespace
 
-TriangleTree::TriangleTree(const Mesh& mesh) : order_(mesh.triangles.size()) {
+TriangleTree::TriangleTree(const Mesh& mesh)
+    : triangles_(GeometryOf(mesh)), order_(mesh.triangles.size()) {
   std::vector<Vec3> middles;
   for (const Triangle& t : mesh.triangles) {
     const std::array<Vec3, 3> p = {
@@ -54,7 +47,6 @@ TriangleTree::TriangleTree(const Mesh& mesh) : order_(mesh.triangles.size()) {
     Box box{p[0], p[0]};
     Grow(p[1], p[1], box.low, box.high);
     Grow(p[2], p[2], box.low, box.high);
-    corners_.push_back(p);
     boxes_.push_back(box);
     middles.push_back((box.low + box.high) * 0.5);
   }
@@ -118,8 +110,7 @@ ClosestPoint TriangleTree::Find(const Vec3& x, const Vec3* outward) const {
     }
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const std::int32_t t = order_[Index(i)];
-      const std::array<Vec3, 3>& p = corners_[Index(t)];
-      const TriangleGeometry triangle = TriangleGeometry::Make(p[0], p[1], p[2]);
+      const TriangleGeometry& triangle = triangles_[Index(t)];
       if (outward != nullptr && Dot(triangle.n, *outward) <= 0.0) continue;
       const Vec3 y = ClosestPointOfTriangle(x, triangle);
       const double square = SquaredNorm(y - x);
@@ -131,39 +122,9 @@ ClosestPoint TriangleTree::Find(const Vec3& x, const Vec3* outward) const {
     }
   }
   if (best.triangle >= 0) {
-    best.weights = WeightsOf(best.position, corners_[Index(best.triangle)]);
+    best.weights = WeightsOf(best.position, triangles_[Index(best.triangle)]);
   }
   return best;
-}
-
-std::vector<std::pair<std::int32_t, std::int32_t>> TriangleTree::OverlappingBoxes() const {
-  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
-  std::vector<std::pair<std::int32_t, std::int32_t>> stack = {{0, 0}};
-  while (!stack.empty()) {
-    const auto [ia, ib] = stack.back();
-    stack.pop_back();
-    const Node& a = nodes_[Index(ia)];
-    const Node& b = nodes_[Index(ib)];
-    if (!Overlap(a.box.low, a.box.high, b.box.low, b.box.high)) continue;
-    if (a.right == 0 && b.right == 0) {
-      for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
-        for (std::int32_t j = ia == ib ? i + 1 : b.first; j < b.first + b.count; ++j) {
-          const auto [low, high] = std::minmax(order_[Index(i)], order_[Index(j)]);
-          const Box& box = boxes_[Index(low)];
-          const Box& other = boxes_[Index(high)];
-          if (Overlap(box.low, box.high, other.low, other.high)) pairs.emplace_back(low, high);
-        }
-      }
-    } else if (ia == ib) {
-      stack.insert(stack.end(), {{ia + 1, ia + 1}, {ia + 1, a.right}, {a.right, a.right}});
-    } else if (b.right == 0 || (a.right > 0 && a.count >= b.count)) {
-      stack.insert(stack.end(), {{ia + 1, ib}, {a.right, ib}});
-    } else {
-      stack.insert(stack.end(), {{ia, ib + 1}, {ia, b.right}});
-    }
-  }
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
 }
 
 }  // namespace pathfit::renderer

@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "renderer/geometry/mesh.h"
+#include "renderer/geometry/triangle_kernel.h"
 
 namespace pathfit::renderer {
 
@@ -17,7 +17,7 @@ struct ClosestPoint {
 };
 
 /// Tree of bounding boxes over the triangles of a mesh, in double precision: what asks for
-/// distances and pairs rather than rays.
+/// distances rather than rays.
 class TriangleTree {
  public:
   /// Precondition: ValidateMesh passed, but for crossing or folded triangles. Changes of the mesh
@@ -29,9 +29,6 @@ class TriangleTree {
   /// wall does not find the other; if there are none, all do.
   [[nodiscard]] ClosestPoint Closest(const Vec3& x) const;
   [[nodiscard]] ClosestPoint Closest(const Vec3& x, const Vec3& outward) const;
-
-  /// Pairs of different triangles whose boxes overlap, i < j, in ascending order.
-  [[nodiscard]] std::vector<std::pair<std::int32_t, std::int32_t>> OverlappingBoxes() const;
 
  private:
   struct Box {
@@ -47,7 +44,7 @@ class TriangleTree {
   std::int32_t Build(std::int32_t first, std::int32_t count, const std::vector<Vec3>& middles);
   [[nodiscard]] ClosestPoint Find(const Vec3& x, const Vec3* outward) const;
 
-  std::vector<std::array<Vec3, 3>> corners_;
+  std::vector<TriangleGeometry> triangles_;
   std::vector<Box> boxes_;  // by triangle
   std::vector<std::int32_t> order_;
   std::vector<Node> nodes_;

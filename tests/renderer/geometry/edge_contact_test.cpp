@@ -218,7 +218,7 @@ TEST(NearPairs, AreThoseOfAllPairs) {
       // Near for sure: a corner or the middle of a side of one is near the other.
       bool near = false;
       for (const auto& [t, other] : {std::pair(i, k), std::pair(k, i)}) {
-        const std::array<Vec3, 3> corners = CornersOf(triangles[t]);
+        const std::array<Vec3, 3> corners = triangles[t].Corners();
         for (std::size_t c = 0; c < 3; ++c) {
           SegmentPart part;
           part.KeepNear(triangles[other], corners[c], corners[(c + 1) % 3], 0.02);

@@ -74,35 +74,5 @@ TEST(TriangleTree, FindsTheNearestPointAsASearchThroughAllDoes) {
   }
 }
 
-TEST(TriangleTree, FindsAllPairsOfBoxesThatOverlap) {
-  const Mesh ball = MakeIcosphere(1, 1.0);
-  const auto pairs = TriangleTree(ball).OverlappingBoxes();
-  std::size_t expected = 0;
-  const auto low = [&](const Triangle& t, int axis) {
-    double least = 1e300;
-    for (const auto v : t)
-      least = std::min(least, ball.positions[static_cast<std::size_t>(v)][axis]);
-    return least;
-  };
-  const auto high = [&](const Triangle& t, int axis) {
-    double most = -1e300;
-    for (const auto v : t) most = std::max(most, ball.positions[static_cast<std::size_t>(v)][axis]);
-    return most;
-  };
-  const std::vector<Triangle>& triangles = ball.triangles;
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    for (std::size_t j = i + 1; j < triangles.size(); ++j) {
-      bool overlap = true;
-      for (int axis = 0; axis < 3; ++axis) {
-        overlap = overlap && low(triangles[i], axis) <= high(triangles[j], axis) &&
-                  low(triangles[j], axis) <= high(triangles[i], axis);
-      }
-      expected += static_cast<std::size_t>(overlap);
-    }
-  }
-  EXPECT_EQ(pairs.size(), expected);
-  EXPECT_TRUE(std::is_sorted(pairs.begin(), pairs.end()));
-}
-
 }  // namespace
 }  // namespace pathfit::renderer
