@@ -92,6 +92,18 @@ bool SensorPlaneCuts(const CameraModel& camera, const Mesh& mesh) {
   return false;
 }
 
+std::vector<Eye> EyesOf(const Scene& scene) {
+  std::vector<Eye> eyes;
+  for (const Camera& sensor : scene.sensors) {
+    if (sensor.projection == ProjectionKind::kOrthographic) {
+      eyes.push_back({-CameraModel(sensor).RayThrough(0.5, 0.5).direction, 0.0});
+    } else {
+      eyes.push_back({sensor.world_from_camera.translation, 1.0});
+    }
+  }
+  return eyes;
+}
+
 void AddLimitsOf(const MeshContact& contact,
                  const Scene& scene,
                  const ParameterLayout& layout,
@@ -180,7 +192,7 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
   for (const Mesh& m : placed) {
     meshes.push_back(&m);
   }
-  for (const MeshContact& contact : MeshContacts(meshes)) {
+  for (const MeshContact& contact : MeshContacts(meshes, EyesOf(scene))) {
     AddLimitsOf(contact, scene, layout, limits);
   }
   for (const Camera& sensor : scene.sensors) {

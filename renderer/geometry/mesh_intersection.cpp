@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numbers>
+#include <optional>
 #include <utility>
 
 #include "renderer/geometry/mesh_checks.h"
@@ -30,12 +32,12 @@ struct Surface {
     }
     middle = (low + high) * 0.5;
     extent = 0.5 * Norm(high - low);
-    const auto part_of = [&](std::size_t f) { return static_cast<std::size_t>(topology.parts[f]); };
     for (std::size_t f = 0; f < triangles.size(); ++f) {
-      volumes.resize(std::max(volumes.size(), part_of(f) + 1), 0.0);
+      volumes.resize(std::max(volumes.size(), PartOf(f) + 1), 0.0);
       const TriangleGeometry& t = triangles[f];
-      volumes[part_of(f)] += Dot(t.p0 - low, Cross(t.e1, t.e2));
+      volumes[PartOf(f)] += Dot(t.p0 - low, Cross(t.e1, t.e2));
     }
+    holds_eye.resize(volumes.size());
     borders.resize(triangles.size());
     for (const MeshEdge& edge : topology.edges) {
       if (edge.faces[1] < 0) {
@@ -43,16 +45,34 @@ struct Surface {
         const Triangle& t = mesh.triangles[f];
         borders[f] |= static_cast<std::uint8_t>(
             1U << (std::find(t.begin(), t.end(), edge.vertices[0]) - t.begin()));
-        volumes[part_of(f)] = 0.0;
+        volumes[PartOf(f)] = 0.0;
       }
     }
+  }
+
+  [[nodiscard]] std::size_t PartOf(std::size_t triangle) const {
+    return static_cast<std::size_t>(topology.parts[triangle]);
+  }
+  /// Solid angle of a part from x, with the sign of its winding: 4 pi or 0 if it is closed.
+  [[nodiscard]] double AngleSeen(std::size_t part, const Vec3& x) const {
+    double sum = 0.0;
+    for (std::size_t f = 0; f < triangles.size(); ++f) {
+      if (PartOf(f) == part) {
+        const Vec3 a = triangles[f].p0 - x, b = a + triangles[f].e1, c = a + triangles[f].e2;
+        const double la = Norm(a), lb = Norm(b), lc = Norm(c);
+        sum += 2.0 * std::atan2(Dot(a, Cross(b, c)),
+                                la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la + Dot(c, a) * lb);
+      }
+    }
+    return sum;
   }
 
   const Mesh& mesh;
   MeshTopology topology;
   std::vector<TriangleGeometry> triangles;
-  std::vector<std::uint8_t> borders;  // by triangle: bits of its sides
-  std::vector<double> volumes;        // by part, six times; 0: it is open
+  std::vector<std::uint8_t> borders;           // by triangle: bits of its sides
+  std::vector<double> volumes;                 // by part, six times; 0: it is open
+  std::vector<std::optional<bool>> holds_eye;  // by part, where somebody asked
   Vec3 middle;
   double extent = 0.0;  // half the diagonal
 };
@@ -107,7 +127,8 @@ bool Cover(const TriangleGeometry& a, const TriangleGeometry& b, double depth) {
 
 class ContactSearch {
  public:
-  explicit ContactSearch(const std::vector<const Mesh*>& meshes) {
+  ContactSearch(const std::vector<const Mesh*>& meshes, const std::vector<Eye>& eyes)
+      : eyes_(eyes) {
     surfaces_.reserve(meshes.size());
     for (const Mesh* mesh : meshes) {
       surfaces_.emplace_back(*mesh);
@@ -143,12 +164,8 @@ class ContactSearch {
   [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
     return Of(id).triangles[static_cast<std::size_t>(id.triangle)];
   }
-  [[nodiscard]] std::int32_t PartOf(TriangleId id) const {
-    return Of(id).topology.parts[static_cast<std::size_t>(id.triangle)];
-  }
-  /// Of the triangle's part; 0: open.
-  [[nodiscard]] double Volume(TriangleId id) const {
-    return Of(id).volumes[static_cast<std::size_t>(PartOf(id))];
+  [[nodiscard]] std::size_t PartOf(TriangleId id) const {
+    return Of(id).PartOf(static_cast<std::size_t>(id.triangle));
   }
 
   void LookAt(TriangleId a, TriangleId b) {
@@ -197,7 +214,7 @@ class ContactSearch {
         found.folded = found.folded || (joined && length > kAlong * depth && !IsBorder(ids[k], i));
       }
     }
-    found.overlap = in_plane && Cover(*triangles[0], *triangles[1], depth) && !StandsOn(a, b);
+    found.overlap = in_plane && Cover(*triangles[0], *triangles[1], depth) && AreSeen(a, b);
     if (touch || found.cut || found.overlap || found.folded) {
       MeshContact& all = contacts_.try_emplace({a.mesh, b.mesh}, found).first->second;
       all.cut = all.cut || found.cut;
@@ -206,14 +223,32 @@ class ContactSearch {
     }
   }
 
-  /// Whether one of two triangles in one plane belongs to a closed part and turns its back to the
-  /// other.
-  [[nodiscard]] bool StandsOn(TriangleId a, TriangleId b) const {
-    const double of_a = Volume(a);
-    const double of_b = Volume(b);
-    const double facing =
-        Dot(Geometry(a).n, Geometry(b).n) * (of_a < 0.0 ? -1.0 : 1.0) * (of_b < 0.0 ? -1.0 : 1.0);
-    return facing < 0.0 && (of_a != 0.0 || of_b != 0.0);
+  /// Whether an eye is before one of the two sides of triangles in one plane that no body hides.
+  [[nodiscard]] bool AreSeen(TriangleId a, TriangleId b) {
+    const Vec3& n = Geometry(a).n;
+    std::array<bool, 2> is_hidden{};  // where n comes from, and where it points
+    for (const TriangleId id : {a, b}) {
+      const double volume = Of(id).volumes[PartOf(id)];
+      if (volume != 0.0 && !HoldsEye(id)) {
+        is_hidden[volume * Dot(n, Geometry(id).n) < 0.0 ? 1 : 0] = true;
+      }
+    }
+    return std::any_of(eyes_.begin(), eyes_.end(), [&](const Eye& eye) {
+      return !is_hidden[Dot(n, eye.at - Geometry(a).p0 * eye.w) > 0.0 ? 1 : 0];
+    });
+  }
+
+  /// Whether one is inside the triangle's part, which is closed.
+  [[nodiscard]] bool HoldsEye(TriangleId id) {
+    Surface& surface = surfaces_[static_cast<std::size_t>(id.mesh)];
+    std::optional<bool>& known = surface.holds_eye[PartOf(id)];
+    if (!known.has_value()) {
+      known = std::any_of(eyes_.begin(), eyes_.end(), [&](const Eye& eye) {
+        return eye.w != 0.0 && Norm(eye.at - surface.middle) < surface.extent &&
+               std::abs(surface.AngleSeen(PartOf(id), eye.at)) > 2.0 * std::numbers::pi;
+      });
+    }
+    return *known;
   }
 
   /// Of each of two triangles, as bits: the sides that end at a corner of the other one.
@@ -251,14 +286,16 @@ class ContactSearch {
     return near.IsEmpty() ? -1.0 : Norm(q - p) * (near.end - near.begin);
   }
 
+  const std::vector<Eye>& eyes_;
   std::vector<Surface> surfaces_;
   std::map<std::pair<int, int>, MeshContact> contacts_;
 };
 
 }  // namespace
 
-std::vector<MeshContact> MeshContacts(const std::vector<const Mesh*>& meshes) {
-  return ContactSearch(meshes).Run();
+std::vector<MeshContact> MeshContacts(const std::vector<const Mesh*>& meshes,
+                                      const std::vector<Eye>& eyes) {
+  return ContactSearch(meshes, eyes).Run();
 }
 
 }  // namespace pathfit::renderer

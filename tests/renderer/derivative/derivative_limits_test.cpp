@@ -55,6 +55,17 @@ TEST(DerivativeLimits, SurfacesInOnePlaneAndMeshesThatMeetThemselves) {
   ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0), "in one plane");
   EXPECT_TRUE(Limits(scene, ParameterKind::kBaseColor, 0).empty());
 
+  // On a cube it is seen from above, whichever way it is wound; the floor it stands on is not.
+  scene.meshes[1].mesh = tests::Plate(0.1, 0.1, 0.2);
+  scene.meshes.push_back({"cube", MakeCube(), 0, {}});
+  for (Vec3& p : scene.meshes[2].mesh.positions) p = p * 0.1 + Vec3{0.03, 0.02, 0.1};
+  for (int turned = 0; turned < 2; ++turned) {
+    ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0),
+              "'ball' and 'cube' lie on each other in one plane");
+    for (Triangle& t : scene.meshes[1].mesh.triangles) std::swap(t[1], t[2]);
+  }
+  scene.meshes.pop_back();
+
   const auto two_cubes = [&](double distance) {
     Mesh& mesh = scene.meshes[1].mesh;
     mesh = MakeCube();

@@ -14,7 +14,12 @@ Mesh CubeAt(const Vec3& center) {
   return cube;
 }
 
-std::vector<MeshContact> Pairs(const Mesh& a, const Mesh& b) { return MeshContacts({&a, &b}); }
+const std::vector<Eye> kAbove = {{{0.3, 0.2, 90.0}}};
+std::vector<MeshContact> Pairs(const Mesh& a,
+                               const Mesh& b,
+                               const std::vector<Eye>& eyes = kAbove) {
+  return MeshContacts({&a, &b}, eyes);
+}
 const std::vector<MeshContact> kNone;
 const std::vector<MeshContact> kTouch = {{0, 1, false}};
 const std::vector<MeshContact> kCut = {{0, 1, true}};
@@ -57,7 +62,7 @@ Mesh AsOne(Mesh mesh, const Mesh& other) {
   }
   return mesh;
 }
-std::vector<MeshContact> Own(const Mesh& mesh) { return MeshContacts({&mesh}); }
+std::vector<MeshContact> Own(const Mesh& mesh) { return MeshContacts({&mesh}, kAbove); }
 
 TEST(MeshIntersection, OfSurfacesInOnePlane) {
   const std::vector<MeshContact> overlap = {{0, 1, false, true}};
@@ -67,8 +72,20 @@ TEST(MeshIntersection, OfSurfacesInOnePlane) {
   EXPECT_EQ(Pairs(plate, Turned(plate)), overlap) << "neither is a body";
   EXPECT_EQ(Pairs(plate, Rectangle(1, 2, 1)), kTouch) << "side by side";
   EXPECT_EQ(Pairs(plate, Rectangle(0, 2, 1.001)), kNone);
-  EXPECT_EQ(Pairs(MakeCube(), plate), overlap) << "a label on a cube's top";
-  EXPECT_EQ(Pairs(MakeCube(), Turned(plate)), kTouch) << "a plate on which it stands";
+  const std::vector<Eye> below = {{{0.0, 0.0, -90.0}}};
+  const std::vector<Eye> downwards = {{{0.0, 0.1, 1.0}, 0.0}};
+  const std::vector<Eye> inside = {{{0.5, -0.3, 0.2}}};
+  for (const Mesh& either : {plate, Turned(plate)}) {
+    EXPECT_EQ(Pairs(MakeCube(), either), overlap) << "a label on a cube's top";
+    EXPECT_EQ(Pairs(either, MakeCube(), downwards), overlap) << "for a parallel sensor";
+    EXPECT_EQ(Pairs(MakeCube(), either, below), kTouch) << "a plate on which it stands";
+    EXPECT_EQ(Pairs(either, MakeCube(), inside), overlap) << "a mat in a room";
+  }
+  EXPECT_EQ(Pairs(MakeCube(), Turned(plate), {}), kTouch) << "nobody looks";
+  Mesh box = MakeCube();
+  for (Vec3& p : box.positions) p = p * 0.4 + Vec3{0.0, 0.0, 0.6};
+  EXPECT_EQ(Pairs(MakeCube(), box, inside), kTouch) << "hangs from the ceiling of a room";
+  EXPECT_EQ(Pairs(MakeCube(), box), overlap) << "let into a block";
   Mesh open = MakeCube();
   std::erase_if(open.triangles.Edit(), [&](const Triangle& t) {
     return open.positions[static_cast<std::size_t>(t[0])].z +
