@@ -29,10 +29,14 @@ class StopAfterStage final : public optim::FitObserver {
       : next_(next), context_(context), stage_(context.line.stop_after), cancel_(cancel) {}
 
   void OnRound(const optim::RoundReport& report) override { next_.OnRound(report); }
-  void OnStage(const optim::StageReport& report,
-               const std::vector<renderer::Film>& images,
-               const std::vector<renderer::Image>& photos) override {
-    next_.OnStage(report, images, photos);
+  void OnView(const std::string& stage,
+              std::size_t view,
+              const renderer::Film& image,
+              const renderer::Image& photo) override {
+    next_.OnView(stage, view, image, photo);
+  }
+  void OnStage(const optim::StageReport& report) override {
+    next_.OnStage(report);
     if (report.stage == stage_) {
       reached_ = true;
       cancel_ = true;

@@ -85,10 +85,10 @@ void FitRecorder::OnRound(const optim::RoundReport& report) {
   record_.SetTimes(report.wall_s, report.peak_rss_mb);
 }
 
-void FitRecorder::RecordView(std::size_t view,
-                             const std::string& stage,
-                             const renderer::Film& film,
-                             const Image& photo) {
+void FitRecorder::OnView(const std::string& stage,
+                         std::size_t view,
+                         const renderer::Film& film,
+                         const Image& photo) {
   const optim::View& observed = observations_.views[view];
   const fs::path folder = run_.Images() / view_folders_[view];
   renderer::CreateFolders(folder);
@@ -97,12 +97,14 @@ void FitRecorder::RecordView(std::size_t view,
   };
   const Image fit = renderer::ColorImage(film);
   const Image fit_encoded = EncodedImage(fit);
-  const Image mask =
-      observed.mask.Empty() ? Image() : renderer::ResizeArea(observed.mask, fit.width, fit.height);
+  const Image mask = observed.mask.Empty()
+                         ? Image()
+                         : renderer::ResizeArea(observed.mask.Unpack(), fit.width, fit.height);
   const Image difference = DifferenceImage(fit, photo, mask);
 
   if (!fs::exists(thumbnail("photo"))) {
-    WriteJpeg(thumbnail("photo"), EncodedImage(ReducedImage(observed.photo, kThumbnailPx)));
+    WriteJpeg(thumbnail("photo"),
+              EncodedImage(ReducedImage(observed.photo.Unpack(), kThumbnailPx)));
   }
   if (stage == "start") WriteJpeg(thumbnail("start"), fit_encoded);
   WriteJpeg(thumbnail("result"), fit_encoded);
@@ -119,12 +121,8 @@ void FitRecorder::RecordView(std::size_t view,
   renderer::WriteExr(folder / (prefix + "_difference.exr"), Subtracted(fit, photo));
 }
 
-void FitRecorder::OnStage(const optim::StageReport& report,
-                          const std::vector<renderer::Film>& images,
-                          const std::vector<Image>& photos) {
-  PATHFIT_CHECK(images.size() == observations_.views.size() && photos.size() == images.size());
-  PATHFIT_CHECK(report.views.size() == images.size());
-  for (std::size_t i = 0; i < images.size(); ++i) RecordView(i, report.stage, images[i], photos[i]);
+void FitRecorder::OnStage(const optim::StageReport& report) {
+  PATHFIT_CHECK(report.views.size() == observations_.views.size());
   AddStage(report, history_);
   WriteHistory(run_.History(), history_);
   UpdateRecord();

@@ -39,9 +39,11 @@ class FitRecorder final : public optim::FitObserver {
               int resume_step);
 
   void OnRound(const optim::RoundReport& report) override;
-  void OnStage(const optim::StageReport& report,
-               const std::vector<renderer::Film>& images,
-               const std::vector<renderer::Image>& photos) override;
+  void OnView(const std::string& stage,
+              std::size_t view,
+              const renderer::Film& film,
+              const renderer::Image& photo) override;
+  void OnStage(const optim::StageReport& report) override;
   void OnMessage(const std::string& text) override;
   void OnWarning(const std::string& text) override;
 
@@ -57,10 +59,6 @@ class FitRecorder final : public optim::FitObserver {
   [[nodiscard]] const FitHistory& history() const { return history_; }
 
  private:
-  void RecordView(std::size_t view,
-                  const std::string& stage,
-                  const renderer::Film& film,
-                  const renderer::Image& photo);
   void UpdateRecord();
   /// history.json and metrics.csv
   void WriteRounds() const;

@@ -21,6 +21,9 @@ using renderer::Image;
 
 constexpr int kFirstSwappingOrientation = 5;  // EXIF: 5 to 8 exchange width and height
 
+// Averages of files with so few bits are known less well than 16 bits tell.
+constexpr int kMaxBitsOfRounded = 8;
+
 std::string Join(const std::vector<std::string>& problems) {
   std::string text = std::to_string(problems.size()) +
                      (problems.size() == 1 ? " problem" : " problems") +
@@ -31,6 +34,17 @@ std::string Join(const std::vector<std::string>& problems) {
 
 std::string SizeText(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
+}
+
+/// To whole parts of the largest: they are packed into half the memory of floats.
+void RoundTo16Bits(Image& image) {
+  constexpr double kParts = 65535.0;
+  const auto largest = static_cast<double>(std::ranges::max(image.data));
+  if (largest <= 0.0) return;
+  for (float& v : image.data) {
+    const double parts = std::round(kParts / largest * static_cast<double>(v));
+    v = static_cast<float>(parts * largest / kParts);
+  }
 }
 
 /// Whether `size` is `of` times or divided by a whole number above one, to half a pixel; both sides
@@ -215,19 +229,21 @@ class FrameLoader {
     result.facts.exif_orientation = photo.exif_orientation;
     for (const float v : photo.clipped.data) result.facts.clipped_pixels += v > 0.0F ? 1 : 0;
     result.facts.pixels = static_cast<std::int64_t>(photo.photo.width) * photo.photo.height;
-    view.photo = std::move(photo.photo);
-    view.clipped = std::move(photo.clipped);
-    view.mask = std::move(mask);
-    const int longest = std::max(view.photo.width, view.photo.height);
-    if (options_.max_size_px <= 0 || longest <= options_.max_size_px) return;
-    const double scale = static_cast<double>(options_.max_size_px) / longest;
-    const int width = std::max(1, static_cast<int>(std::lround(view.photo.width * scale)));
-    const int height = std::max(1, static_cast<int>(std::lround(view.photo.height * scale)));
-    view.camera = renderer::ScaledCamera(view.camera, width, height);
-    for (Image* image : {&view.photo, &view.clipped, &view.mask}) {
-      if (!image->Empty()) *image = renderer::ResizeArea(*image, width, height);
+    const int longest = std::max(photo.photo.width, photo.photo.height);
+    if (options_.max_size_px > 0 && longest > options_.max_size_px) {
+      const double scale = static_cast<double>(options_.max_size_px) / longest;
+      const int width = std::max(1, static_cast<int>(std::lround(photo.photo.width * scale)));
+      const int height = std::max(1, static_cast<int>(std::lround(photo.photo.height * scale)));
+      view.camera = renderer::ScaledCamera(view.camera, width, height);
+      for (Image* image : {&photo.photo, &photo.clipped, &mask}) {
+        if (!image->Empty()) *image = renderer::ResizeArea(*image, width, height);
+      }
+      if (photo.bits <= kMaxBitsOfRounded) RoundTo16Bits(photo.photo);
+      result.facts.reduced = true;
     }
-    result.facts.reduced = true;
+    view.photo = photo.photo;
+    view.clipped = photo.clipped;
+    view.mask = mask;
   }
 
   const ObservationOptions& options_;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "optim/observation/packed_image.h"
 #include "renderer/image/image.h"
 #include "renderer/sensor/camera.h"
 
@@ -16,11 +17,11 @@ enum class MaskMeaning { kNone, kSilhouette, kIgnore };
 struct View {
   std::string name;  ///< file name of the photo
   renderer::Camera camera;
-  renderer::Image photo;  ///< 3 channels, linear Rec.709; size of the camera
-  renderer::Image mask;   ///< 1 channel, 0..1, 1 = object (or data); empty without masks
+  PackedImage photo;  ///< 3 channels, linear Rec.709; size of the camera
+  PackedImage mask;   ///< 1 channel, 0..1, 1 = object (or data); empty without masks
   /// 1 channel: share of each pixel that was at or above the clipping level in the file; empty if
   /// none is.
-  renderer::Image clipped;
+  PackedImage clipped;
   bool validation = false;  ///< never fitted, always reported
 };
 
@@ -41,6 +42,28 @@ struct ViewLevel {
   renderer::Image color_weight;
 };
 ViewLevel MakeViewLevel(const View& view, const ObservationSet& observations, double scale);
+
+/// A level in few bytes beside its view's: what is small is kept, a photo of nearly full size is
+/// averaged again whenever it is unpacked.
+class PackedLevel {
+ public:
+  /// `view` must outlive it.
+  PackedLevel(const View& view, const ObservationSet& observations, double scale);
+  explicit PackedLevel(const ViewLevel& level);
+
+  [[nodiscard]] const renderer::Camera& camera() const { return camera_; }
+  [[nodiscard]] ViewLevel Unpack() const;
+  [[nodiscard]] renderer::Image ColorWeight() const { return color_weight_.Unpack(); }
+  [[nodiscard]] bool HasClipped() const { return !clipped_.Empty(); }
+  /// Beside what its view takes.
+  [[nodiscard]] std::size_t MemoryBytes() const { return bytes_; }
+
+ private:
+  renderer::Camera camera_;
+  PackedImage photo_, mask_, clipped_, color_weight_;
+  const View* view_ = nullptr;  ///< whose photo it is, if there is none of its own
+  std::size_t bytes_ = 0;
+};
 
 /// Intersection over union of a rendered coverage (> 1/2) and a mask (> 1/2), both of one channel
 /// and the same size; 1 when both are empty.

@@ -26,16 +26,17 @@ constexpr double kMinSpread = 1e-5;
 }  // namespace
 
 SilhouetteField::SilhouetteView SilhouetteField::MakeView(const View& view) {
+  const renderer::Image mask = view.mask.Unpack();
   SilhouetteView out{.camera = renderer::CameraModel(view.camera),
-                     .distance = renderer::SignedDistanceToMask(view.mask),
+                     .distance = renderer::SignedDistanceToMask(mask),
                      .focal = std::sqrt(view.camera.fx * view.camera.fy),
                      .low = {1e9, 1e9},
                      .high = {-1e9, -1e9},
                      .centroid = {}};
   double count = 0.0;
-  for (int y = 0; y < view.mask.height; ++y) {
-    for (int x = 0; x < view.mask.width; ++x) {
-      if (view.mask.At(x, y, 0) <= 0.5F) continue;
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (mask.At(x, y, 0) <= 0.5F) continue;
       out.low = {std::min(out.low.x, static_cast<double>(x)),
                  std::min(out.low.y, static_cast<double>(y))};
       out.high = {std::max(out.high.x, x + 1.0), std::max(out.high.y, y + 1.0)};

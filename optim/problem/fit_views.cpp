@@ -20,24 +20,15 @@ FitViews MakeFitViews(const ObservationSet& observations, double scale) {
   FitViews views = ListViews(observations);
   double weight = 0.0;
   for (const View& view : observations.views) {
-    views.levels.push_back(MakeViewLevel(view, observations, scale));
+    views.levels.emplace_back(view, observations, scale);
     if (!view.validation) {
-      for (const float w : views.levels.back().color_weight.data) {
+      for (const float w : views.levels.back().ColorWeight().data) {
         weight += 3.0 * static_cast<double>(w);
       }
     }
   }
   views.num_channels = std::max(1.0, weight);
   return views;
-}
-
-double BytesOfLevel(const ViewLevel& level, bool is_fitted) {
-  std::size_t bytes = is_fitted ? level.clipped.data.size() : 0;
-  for (const renderer::Image* image :
-       {&level.photo, &level.mask, &level.clipped, &level.color_weight}) {
-    bytes += image->data.size() * sizeof(float);
-  }
-  return static_cast<double>(bytes);
 }
 
 std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const renderer::Film& average) {
@@ -53,12 +44,11 @@ std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const render
   return censored;
 }
 
-RowScales MakeRowScales(const FitViews& views,
-                        int view,
+RowScales MakeRowScales(const ViewLevel& level,
+                        bool silhouettes,
                         const LossSpec& loss,
                         const std::vector<unsigned char>& censored) {
-  const ViewLevel& level = views.levels[static_cast<std::size_t>(view)];
-  const bool has_mask = views.silhouettes && !level.mask.Empty();
+  const bool has_mask = silhouettes && !level.mask.Empty();
   RowScales scales(level.color_weight.data.size());
   for (std::size_t p = 0; p < scales.size(); ++p) {
     const double root = std::sqrt(static_cast<double>(level.color_weight.data[p]));

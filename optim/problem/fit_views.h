@@ -13,7 +13,7 @@ namespace pathfit::optim {
 
 /// All views at one pyramid level, and which of them are fitted.
 struct FitViews {
-  std::vector<ViewLevel> levels;  ///< by view
+  std::vector<PackedLevel> levels;  ///< by view
   std::vector<std::string> names;
   std::vector<int> fitted, validation;
   bool silhouettes = false;  ///< masks are evidence: coverage residuals exist
@@ -24,12 +24,10 @@ struct FitViews {
   double num_channels = 1.0;
 };
 
-/// Memory of a view's images; of fitted ones with what a problem keeps for each pixel.
-double BytesOfLevel(const ViewLevel& level, bool is_fitted);
-
 /// All but the images: names, and which views are fitted.
 FitViews ListViews(const ObservationSet& observations);
 
+/// `observations` must outlive them.
 FitViews MakeFitViews(const ObservationSet& observations, double scale);
 
 /// What multiplies (rendered - target) of each pixel: r, g, b, coverage; 0 = not compared. Frozen
@@ -42,8 +40,8 @@ std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const render
 
 /// Square root of the pixel's weight, divided by (photo + floor) for relative residuals, times
 /// silhouette_weight for coverage; 0 for censored channels.
-RowScales MakeRowScales(const FitViews& views,
-                        int view,
+RowScales MakeRowScales(const ViewLevel& level,
+                        bool silhouettes,
                         const LossSpec& loss,
                         const std::vector<unsigned char>& censored);
 

@@ -14,6 +14,12 @@ constexpr double kSmallDecrease = 0.1;
 
 }  // namespace
 
+double ImageProblem::BytesOfView(const PackedLevel& level, bool uses_gram) {
+  const double pixels = static_cast<double>(level.camera().width) * level.camera().height;
+  const double kept = (level.HasClipped() ? 1.0 : 0.0) + (uses_gram ? sizeof(float) : 0.0);
+  return static_cast<double>(level.MemoryBytes()) + kept * pixels;
+}
+
 ImageProblem::ImageProblem(ImageSource& source,
                            const FitViews& views,
                            const ParameterSet& set,
@@ -26,7 +32,7 @@ ImageProblem::ImageProblem(ImageSource& source,
       roots_(set, std::max(views.fitted.size(), options.expected_views)) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
   for (const int view : views.fitted) {
-    size_.images_bytes += BytesOfLevel(views.levels[static_cast<std::size_t>(view)], true);
+    size_.images_bytes += BytesOfView(views.levels[static_cast<std::size_t>(view)], uses_gram_);
   }
 }
 
@@ -68,7 +74,7 @@ void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
 
 void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& values) {
   const int view = views_.fitted[index];
-  const auto& level = views_.levels[static_cast<std::size_t>(view)];
+  const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
   const std::string& name = views_.names[static_cast<std::size_t>(view)];
   JacobianSink sink_a(level.photo.width, level.photo.height);
   const renderer::Film a = source_.RenderDerivative(view, options_.samples.a, sink_a);
@@ -80,7 +86,8 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
   CheckFinite(b, name);
   const renderer::Film average = AverageFilm(a, b);
   censored_.push_back(CensoredChannels(level, average));
-  const RowScales scales = MakeRowScales(views_, view, options_.loss, censored_.back());
+  const RowScales scales =
+      MakeRowScales(level, views_.silhouettes, options_.loss, censored_.back());
   quality_.push_back(MeasureView(level, average, views_.silhouettes));
   double rows_bytes = 0.0;
   roots_.BeginView();
@@ -117,9 +124,9 @@ void ImageProblem::RenderTrial(const std::vector<double>& values) {
     CheckFinite(a, name);
     const renderer::Film b = source_.RenderPrimal(view, options_.samples.b);
     CheckFinite(b, name);
-    const RowScales scales = MakeRowScales(views_, view, options_.loss, censored_[i]);
-    const std::vector<float> costs =
-        AddSplitHalfCosts(views_.levels[static_cast<std::size_t>(view)], scales, a, b, costs_);
+    const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
+    const RowScales scales = MakeRowScales(level, views_.silhouettes, options_.loss, censored_[i]);
+    const std::vector<float> costs = AddSplitHalfCosts(level, scales, a, b, costs_);
     if (uses_gram_) {
       for (std::size_t p = 0; p < costs.size(); ++p) {
         const auto change =

@@ -64,6 +64,9 @@ class ImageProblem {
   /// the squares of all residuals.
   [[nodiscard]] double offset_squared() const { return offset_squared_; }
 
+  /// Memory of a fitted view's images beside its photo, with what is kept for each pixel.
+  static double BytesOfView(const PackedLevel& level, bool uses_gram);
+
   /// Above this many free scalars the normal equations are not formed densely unless asked for.
   static constexpr std::size_t kMaxGramScalars = 500;
   static bool FormsNormalEquations(LinearSolverChoice choice, std::size_t num_scalars) {

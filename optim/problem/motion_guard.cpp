@@ -40,8 +40,8 @@ MotionGuard::Seen MotionGuard::See(const std::vector<double>& values) const {
   std::vector<renderer::CameraModel> cameras;
   for (const int view : views_.fitted) {
     const auto v = static_cast<std::size_t>(view);
-    cameras.emplace_back(renderer::ScaledCamera(
-        scene.sensors[v], views_.levels[v].photo.width, views_.levels[v].photo.height));
+    const renderer::Camera& level = views_.levels[v].camera();
+    cameras.emplace_back(renderer::ScaledCamera(scene.sensors[v], level.width, level.height));
   }
   Seen seen;
   for (const renderer::SceneMesh& mesh : scene.meshes) {
@@ -76,7 +76,7 @@ double MotionGuard::LargestMotion(const std::vector<double>& values) const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < moved[m].size(); ++i) {
       const auto view = static_cast<std::size_t>(views_.fitted[i / per_view]);
-      const renderer::Camera& camera = views_.levels[view].camera;
+      const renderer::Camera& camera = views_.levels[view].camera();
       const auto& before = start_[m][i];
       if (before && IsInside(*before, camera)) {
         const double dx = moved[m][i] ? moved[m][i]->x - before->x : camera.width;

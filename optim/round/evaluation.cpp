@@ -34,42 +34,51 @@ void Average(StageReport& report) {
 
 }  // namespace
 
-EvaluatedCost EvaluateCost(const ImageSource& source,
-                           const FitViews& views,
-                           const LossSpec& loss,
-                           const SampleHalves& samples,
-                           double priors_in_solver_units) {
-  ImageCosts costs;
-  std::vector<std::vector<float>> pixels;
-  for (const int view : views.fitted) {
-    const auto v = static_cast<std::size_t>(view);
-    const renderer::Film a = source.RenderPrimal(view, samples.a);
-    const renderer::Film b = source.RenderPrimal(view, samples.b);
-    CheckFinite(a, views.names[v]);
-    CheckFinite(b, views.names[v]);
-    const RowScales scales =
-        MakeRowScales(views, view, loss, CensoredChannels(views.levels[v], AverageFilm(a, b)));
-    pixels.push_back(AddSplitHalfCosts(views.levels[v], scales, a, b, costs));
-    for (float& share : pixels.back()) {
-      share /= static_cast<float>(views.num_channels);
-    }
-  }
-  return {costs.colors / views.num_channels,
-          costs.coverage / views.num_channels,
-          priors_in_solver_units / views.num_channels,
-          std::move(pixels)};
+bool CostComparison::IsSurelyWorse(std::size_t i, std::size_t j) const {
+  const double variance = squared_differences[i * costs.size() + j];
+  return costs[i].Total() - costs[j].Total() > kSure * std::sqrt(variance);
 }
 
-bool IsSurelyWorse(const EvaluatedCost& worse, const EvaluatedCost& better) {
-  double variance = 0.0;
-  for (std::size_t v = 0; v < worse.pixels.size(); ++v) {
-    for (std::size_t p = 0; p < worse.pixels[v].size(); ++p) {
-      const auto difference =
-          static_cast<double>(worse.pixels[v][p]) - static_cast<double>(better.pixels[v][p]);
-      variance += difference * difference;
+CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
+                            const FitViews& views,
+                            const LossSpec& loss,
+                            const SampleHalves& samples) {
+  const std::size_t n = scenes.size();
+  std::vector<ImageCosts> sums(n);
+  CostComparison comparison;
+  comparison.squared_differences.resize(n * n);
+  for (const int view : views.fitted) {
+    const auto v = static_cast<std::size_t>(view);
+    const ViewLevel level = views.levels[v].Unpack();
+    std::vector<std::vector<float>> pixels;
+    for (std::size_t i = 0; i < n; ++i) {
+      const renderer::Film a = scenes[i].source->RenderPrimal(view, samples.a);
+      const renderer::Film b = scenes[i].source->RenderPrimal(view, samples.b);
+      CheckFinite(a, views.names[v]);
+      CheckFinite(b, views.names[v]);
+      const RowScales scales =
+          MakeRowScales(level, views.silhouettes, loss, CensoredChannels(level, AverageFilm(a, b)));
+      pixels.push_back(AddSplitHalfCosts(level, scales, a, b, sums[i]));
+      for (float& share : pixels.back()) {
+        share /= static_cast<float>(views.num_channels);
+      }
+      for (std::size_t j = 0; j < i; ++j) {
+        double& sum = comparison.squared_differences[i * n + j];
+        for (std::size_t p = 0; p < pixels[i].size(); ++p) {
+          const auto difference =
+              static_cast<double>(pixels[i][p]) - static_cast<double>(pixels[j][p]);
+          sum += difference * difference;
+        }
+        comparison.squared_differences[j * n + i] = sum;
+      }
     }
   }
-  return worse.Total() - better.Total() > kSure * std::sqrt(variance);
+  for (std::size_t i = 0; i < n; ++i) {
+    comparison.costs.push_back({sums[i].colors / views.num_channels,
+                                sums[i].coverage / views.num_channels,
+                                scenes[i].priors_in_solver_units / views.num_channels});
+  }
+  return comparison;
 }
 
 ReportedView RenderForReport(const ImageSource& source,
@@ -77,7 +86,7 @@ ReportedView RenderForReport(const ImageSource& source,
                              int view,
                              const SampleHalves& samples,
                              bool estimate_gain) {
-  const ViewLevel& level = views.levels[static_cast<std::size_t>(view)];
+  const ViewLevel level = views.levels[static_cast<std::size_t>(view)].Unpack();
   const renderer::Film a = source.RenderPrimal(view, samples.a);
   const renderer::Film b = source.RenderPrimal(view, samples.b);
   ReportedView reported;
@@ -106,8 +115,8 @@ std::unique_ptr<SceneImageSource> FitEvaluation::MakeSource(const renderer::Scen
                                                             const renderer::ParameterLayout& layout,
                                                             const FitViews& views) const {
   std::vector<renderer::Camera> cameras;
-  for (const ViewLevel& level : views.levels) {
-    cameras.push_back(level.camera);
+  for (const PackedLevel& level : views.levels) {
+    cameras.push_back(level.camera());
   }
   return std::make_unique<SceneImageSource>(
       scene, layout, std::move(cameras), spec_.estimators, cancel_);
@@ -117,9 +126,10 @@ SampleHalves FitEvaluation::Samples(int stage, int spp) const {
   return MakeHalves(spec_.seed, stage, 0, SampleUse::kEvaluation, {.spp = spp});
 }
 
-ReportImages FitEvaluation::Report(const SampleHalves& samples,
-                                   renderer::Scene& scene,
-                                   StageReport& report) const {
+void FitEvaluation::Report(const SampleHalves& samples,
+                           FitObserver& observer,
+                           renderer::Scene& scene,
+                           StageReport& report) const {
   const double scale = spec_.stages.back().image_scale;
   std::optional<FitViews> other;
   if (!views_ || views_scale_ != scale) {
@@ -127,7 +137,6 @@ ReportImages FitEvaluation::Report(const SampleHalves& samples,
   }
   const FitViews& views = other ? *other : *views_;
   const auto source = MakeSource(scene, {}, views);
-  ReportImages images;
   for (std::size_t v = 0; v < views.levels.size(); ++v) {
     const View& view = observations_.views[v];
     ReportedView reported = RenderForReport(
@@ -143,11 +152,9 @@ ReportImages FitEvaluation::Report(const SampleHalves& samples,
                             reported.quality.psnr_srgb,
                             reported.quality.iou,
                             sensor.gain});
-    images.rendered.push_back(std::move(reported.film));
-    images.photos.push_back(views.levels[v].photo);
+    observer.OnView(report.stage, v, reported.film, views.levels[v].Unpack().photo);
   }
   Average(report);
-  return images;
 }
 
 }  // namespace pathfit::optim

@@ -15,22 +15,31 @@
 
 namespace pathfit::optim {
 
-/// Cost of the source's present parameters on one sample set, in reported units: photos,
-/// silhouettes and priors.
+/// Cost of a scene on one sample set, in reported units: photos, silhouettes and priors.
 struct EvaluatedCost {
   double image = 0.0, silhouette = 0.0, priors = 0.0;
-  std::vector<std::vector<float>> pixels;  ///< by fitted view: shares of image and silhouette
   [[nodiscard]] double Total() const { return image + silhouette + priors; }
 };
-/// Whether `worse` costs more than `better`, on the same samples, than their noise explains, as if
-/// all that differs between pixels were noise.
-bool IsSurelyWorse(const EvaluatedCost& worse, const EvaluatedCost& better);
 
-EvaluatedCost EvaluateCost(const ImageSource& source,
-                           const FitViews& views,
-                           const LossSpec& loss,
-                           const SampleHalves& samples,
-                           double priors_in_solver_units);
+/// Costs on the same samples.
+struct CostComparison {
+  std::vector<EvaluatedCost> costs;
+  std::vector<double> squared_differences;  ///< of all pixels' shares, each with each
+  /// Whether i costs more than j than their noise explains, as if all that differs between pixels
+  /// were noise.
+  [[nodiscard]] bool IsSurelyWorse(std::size_t i, std::size_t j) const;
+};
+
+struct ComparedScene {
+  std::unique_ptr<SceneImageSource> source;
+  double priors_in_solver_units = 0.0;
+};
+
+/// One view at a time, so that its pixels are kept of no other.
+CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
+                            const FitViews& views,
+                            const LossSpec& loss,
+                            const SampleHalves& samples);
 
 /// One view rendered for a report. Of a held-out view only `gain_factor`, a single number, is
 /// estimated from its own photo (1 unless `estimate_gain`); the film has it applied.
@@ -44,12 +53,6 @@ ReportedView RenderForReport(const ImageSource& source,
                              int view,
                              const SampleHalves& samples,
                              bool estimate_gain);
-
-/// By view.
-struct ReportImages {
-  std::vector<renderer::Film> rendered;
-  std::vector<renderer::Image> photos;
-};
 
 /// The photos of a fit at the resolutions of its stages, and renderings to compare with them.
 class FitEvaluation {
@@ -81,11 +84,13 @@ class FitEvaluation {
   /// Enough for pictures that people look at.
   static int SppOfPictures(const StageSpec& stage) { return std::max(64, stage.max_spp); }
 
-  /// Fills the report's views and means. They are rendered at the last stage's resolution, since
-  /// reports of stages compare only at one. Sets the estimated gains in `scene`.
-  ReportImages Report(const SampleHalves& samples,
-                      renderer::Scene& scene,
-                      StageReport& report) const;
+  /// Fills the report's views and means, and shows the pictures to `observer`. They are rendered at
+  /// the last stage's resolution, since reports of stages compare only at one. Sets the estimated
+  /// gains in `scene`.
+  void Report(const SampleHalves& samples,
+              FitObserver& observer,
+              renderer::Scene& scene,
+              StageReport& report) const;
 
  private:
   const ObservationSet& observations_;

@@ -210,7 +210,7 @@ class FitDriver {
     });
     int smallest_side = std::numeric_limits<int>::max();
     for (const View& view : observations_.views) {
-      smallest_side = std::min({smallest_side, view.photo.width, view.photo.height});
+      smallest_side = std::min({smallest_side, view.photo.width(), view.photo.height()});
     }
     const ParameterSet set = FreeSet(state_.stage_start, stage);
     // What is held moves nothing: a stage that frees nothing has one level, which is skipped.
@@ -348,10 +348,12 @@ class FitDriver {
     std::vector<double> latest(candidates.size());
     for (const int spp : {kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
       const SampleHalves samples = evaluation_.Samples(state_.stage, spp);
-      std::vector<EvaluatedCost> costs;
+      std::vector<ComparedScene> scenes;
       for (const std::size_t index : open) {
-        costs.push_back(Cost(candidates[index].scene, stage, views, samples));
+        scenes.push_back(ToCompare(candidates[index].scene, stage, views));
       }
+      const CostComparison comparison = CompareCosts(scenes, views, spec_.loss, samples);
+      const std::vector<EvaluatedCost>& costs = comparison.costs;
       const auto best = static_cast<std::size_t>(
           std::min_element(costs.begin(),
                            costs.end(),
@@ -370,7 +372,7 @@ class FitDriver {
         if (candidates[open[i]].name == "start") {
           report.cost_before = costs[i].Total();
         }
-        if (i == best || !IsSurelyWorse(costs[i], costs[best])) {
+        if (i == best || !comparison.IsSurelyWorse(i, best)) {
           still_open.push_back(open[i]);
         }
       }
@@ -385,22 +387,19 @@ class FitDriver {
     }
   }
 
-  [[nodiscard]] EvaluatedCost Cost(const renderer::Scene& scene,
-                                   const StageSpec& stage,
-                                   const FitViews& views,
-                                   const SampleHalves& samples) const {
+  [[nodiscard]] ComparedScene ToCompare(const renderer::Scene& scene,
+                                        const StageSpec& stage,
+                                        const FitViews& views) const {
     const Model model = MakeModel(scene, stage, views);
     const double priors = PriorCost(
         model.priors, model.set, model.set.ThetaFromValues(model.set.layout().Gather(scene)));
-    const auto source = evaluation_.MakeSource(scene, {}, views);
-    return EvaluateCost(*source, views, spec_.loss, samples, priors);
+    return {evaluation_.MakeSource(scene, {}, views), priors};
   }
 
   void Report(StageReport report, int spp) {
-    const ReportImages images =
-        evaluation_.Report(evaluation_.Samples(state_.stage, spp), state_.scene, report);
+    evaluation_.Report(evaluation_.Samples(state_.stage, spp), observer_, state_.scene, report);
     report.wall_s = WallSeconds();
-    observer_.OnStage(report, images.rendered, images.photos);
+    observer_.OnStage(report);
     result_.stages.push_back(std::move(report));
   }
 

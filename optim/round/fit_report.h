@@ -73,10 +73,13 @@ class FitObserver {
   FitObserver& operator=(const FitObserver&) = delete;
   virtual ~FitObserver() = default;
   virtual void OnRound(const RoundReport& report) = 0;
-  /// `images[i]`: rendering of view i at the last stage's resolution; `photos[i]`, same size.
-  virtual void OnStage(const StageReport& report,
-                       const std::vector<renderer::Film>& images,
-                       const std::vector<renderer::Image>& photos) = 0;
+  /// Rendering of a view for the report of a stage, at the last stage's resolution, and the photo
+  /// at that size; of all views, before the report.
+  virtual void OnView(const std::string& stage,
+                      std::size_t view,
+                      const renderer::Film& image,
+                      const renderer::Image& photo) = 0;
+  virtual void OnStage(const StageReport& report) = 0;
   virtual void OnMessage(const std::string& text) = 0;
   /// What may spoil the result.
   virtual void OnWarning(const std::string& text) = 0;

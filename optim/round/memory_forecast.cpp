@@ -31,17 +31,10 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   for (std::size_t i = 0; i < num_sampled; ++i) {
     views.fitted.push_back(fitted[i * fitted.size() / num_sampled]);
   }
-  double images_bytes = 0.0;
   std::vector<renderer::Camera> cameras;
   for (std::size_t i = 0; i < observations.views.size(); ++i) {
-    const View& view = observations.views[i];
-    ViewLevel level = MakeViewLevel(view, observations, scale);
-    images_bytes += BytesOfLevel(level, !view.validation);
-    cameras.push_back(level.camera);
-    if (std::ranges::find(views.fitted, static_cast<int>(i)) == views.fitted.end()) {
-      level.photo = level.mask = level.clipped = level.color_weight = {};
-    }
-    views.levels.push_back(std::move(level));
+    views.levels.emplace_back(observations.views[i], observations, scale);
+    cameras.push_back(views.levels.back().camera());
   }
 
   const renderer::Scene refined = RefineMeshes(scene, spec.unknowns, stage_spec.free, views).scene;
@@ -57,7 +50,13 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   ImageProblem problem(source, views, set, options);
   problem.Linearize(set.layout().Gather(refined));
   ProblemSize size = problem.size();
-  size.images_bytes = images_bytes;
+  size.images_bytes = 0.0;
+  for (std::size_t i = 0; i < views.levels.size(); ++i) {
+    const PackedLevel& level = views.levels[i];
+    size.images_bytes += observations.views[i].validation
+                             ? static_cast<double>(level.MemoryBytes())
+                             : ImageProblem::BytesOfView(level, problem.UsesGram());
+  }
 
   StageMemory memory;
   memory.num_scalars = size.num_scalars;

@@ -44,7 +44,7 @@ Footprint FootprintOn(const Mesh& world, const FitViews& views) {
   std::vector<double> medians;
   Footprint footprint;
   for (const int view : views.fitted) {
-    const renderer::Camera& camera = views.levels[static_cast<std::size_t>(view)].camera;
+    const renderer::Camera& camera = views.levels[static_cast<std::size_t>(view)].camera();
     const renderer::CameraModel model(camera);
     std::vector<double> sizes;
     double low_u = camera.width, high_u = 0.0, low_v = camera.height, high_v = 0.0;

@@ -15,7 +15,7 @@ set(PATHFIT_PUBLIC_HEADERS
   renderer/scene/parameter_kinds.h renderer/scene/parameter_layout.h renderer/derivative/derivative_sink.h renderer/derivative/film_sink.h
   renderer/renderer.h
   # Photos in, moved parameters out.
-  optim/observation/observation.h optim/observation/load_observations.h
+  optim/observation/observation.h optim/observation/load_observations.h optim/observation/packed_image.h
   optim/parameter/unknown_spec.h optim/parameter/parameter_set.h
   optim/problem/loss_spec.h optim/round/fit_spec.h optim/round/fit_report.h optim/problem/quadratic_model.h
   optim/checkpoint/fit_state.h optim/round/fit.h

@@ -49,13 +49,13 @@ class SyntheticFit {
   }
 
   void Stage(const std::string& name, int rounds, double wrong) {
-    std::vector<renderer::Film> films;
-    std::vector<renderer::Image> photos;
     for (int i = 0; i < static_cast<int>(set_.views.size()); ++i) {
-      films.push_back(DiscFilm(kWidth / 2, kHeight / 2, i, wrong));
-      photos.push_back(renderer::ColorImage(DiscFilm(kWidth / 2, kHeight / 2, i, 0.0)));
+      recorder_->OnView(name,
+                        static_cast<std::size_t>(i),
+                        DiscFilm(kWidth / 2, kHeight / 2, i, wrong),
+                        renderer::ColorImage(DiscFilm(kWidth / 2, kHeight / 2, i, 0.0)));
     }
-    recorder_->OnStage(MakeStage(name, rounds, wrong, set_), films, photos);
+    recorder_->OnStage(MakeStage(name, rounds, wrong, set_));
   }
   void Rounds(int first, int last) {
     for (int step = first; step <= last; ++step) {

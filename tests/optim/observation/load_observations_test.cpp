@@ -124,18 +124,20 @@ TEST_F(LoadObservationsTest, KnownPointLandsOnTheSamePlaceAtHalfSize) {
   options_.max_size_px = 100;
   ObservationSet set = LoadObservations(options_);
   ASSERT_EQ(set.views.size(), 1U);
-  EXPECT_EQ(set.views[0].photo.width, 100);
-  EXPECT_EQ(set.views[0].photo.height, 60);
+  EXPECT_EQ(set.views[0].photo.width(), 100);
+  EXPECT_EQ(set.views[0].photo.height(), 60);
   set.views[0].camera.cy -= 30.0;  // brings the point into the picture, for the pixel below
   const std::optional<renderer::Projection> p =
       renderer::CameraModel(set.views[0].camera).Project({-1.75, -1.0, -0.5});
   ASSERT_TRUE(p.has_value());
   EXPECT_NEAR(p->u, 0.5 * u, 1e-9);
   EXPECT_NEAR(p->v, 0.5 * v, 1e-9);
-  EXPECT_NEAR(
-      set.views[0].photo.At(static_cast<int>(p->u), static_cast<int>(p->v), 0), 1.0F, 1e-6F);
-  EXPECT_NEAR(
-      set.views[0].photo.At(static_cast<int>(p->u) + 1, static_cast<int>(p->v), 0), 0.0F, 1e-6F);
+  EXPECT_NEAR(set.views[0].photo.Unpack().At(static_cast<int>(p->u), static_cast<int>(p->v), 0),
+              1.0F,
+              1e-6F);
+  EXPECT_NEAR(set.views[0].photo.Unpack().At(static_cast<int>(p->u) + 1, static_cast<int>(p->v), 0),
+              0.0F,
+              1e-6F);
 }
 
 TEST_F(LoadObservationsTest, EightBitsAreMadeLinearBeforeAveraging) {
@@ -148,13 +150,13 @@ TEST_F(LoadObservationsTest, EightBitsAreMadeLinearBeforeAveraging) {
   }
   Write("a.png", photo);
   const double expected = renderer::LinearFromSrgb(128.0 / 255.0);
-  EXPECT_NEAR(LoadObservations(options_).views[0].photo.At(2, 1, 1), expected, 1e-6);
-  EXPECT_EQ(LoadObservations(options_).views[0].photo.At(2, 1, 0), 0.0F);
+  EXPECT_NEAR(LoadObservations(options_).views[0].photo.Unpack().At(2, 1, 1), expected, 1e-6);
+  EXPECT_EQ(LoadObservations(options_).views[0].photo.Unpack().At(2, 1, 0), 0.0F);
   options_.max_size_px = 4;
-  EXPECT_NEAR(LoadObservations(options_).views[0].photo.At(2, 1, 1), 0.5 * expected, 1e-6);
+  EXPECT_NEAR(LoadObservations(options_).views[0].photo.Unpack().At(2, 1, 1), 0.5 * expected, 1e-6);
   options_.max_size_px = 0;
   options_.transfer = Transfer::kLinear;
-  EXPECT_NEAR(LoadObservations(options_).views[0].photo.At(2, 1, 1), 128.0 / 255.0, 1e-6);
+  EXPECT_NEAR(LoadObservations(options_).views[0].photo.Unpack().At(2, 1, 1), 128.0 / 255.0, 1e-6);
 }
 
 TEST_F(LoadObservationsTest, ClippingIsCountedOnEncodedValues) {
@@ -165,11 +167,11 @@ TEST_F(LoadObservationsTest, ClippingIsCountedOnEncodedValues) {
   Write("a.png", photo);
   const View view = LoadObservations(options_).views[0];
   ASSERT_FALSE(view.clipped.Empty());
-  EXPECT_EQ(view.clipped.At(3, 1, 0), 1.0F);
-  EXPECT_EQ(view.clipped.At(4, 1, 0), 0.0F);
+  EXPECT_EQ(view.clipped.Unpack().At(3, 1, 0), 1.0F);
+  EXPECT_EQ(view.clipped.Unpack().At(4, 1, 0), 0.0F);
   ExpectAssumption("3.125 % of all");
   options_.max_size_px = 4;
-  EXPECT_NEAR(LoadObservations(options_).views[0].clipped.At(1, 0, 0), 0.25F, 1e-6F);
+  EXPECT_NEAR(LoadObservations(options_).views[0].clipped.Unpack().At(1, 0, 0), 0.25F, 1e-6F);
   options_.clip_above = 1.0;
   EXPECT_TRUE(LoadObservations(options_).views[0].clipped.Empty());
 }
@@ -177,13 +179,13 @@ TEST_F(LoadObservationsTest, ClippingIsCountedOnEncodedValues) {
 TEST_F(LoadObservationsTest, ExifOrientationIsIgnoredUnlessAskedFor) {
   folder_.WriteText("turned.jpg", BytesFromHex(kTurnedJpeg));
   WriteCameras({"turned.jpg"});
-  EXPECT_EQ(LoadObservations(options_).views[0].photo.width, 8);
+  EXPECT_EQ(LoadObservations(options_).views[0].photo.width(), 8);
   ExpectAssumption("EXIF rotation, which was ignored");
   WriteCameras({"turned.jpg"}, "", 4, 8);
   ExpectOneProblem(
       {"turned.jpg", "8x4", "4x8", "swapped", "EXIF orientation 6", "'sensor'", "use 'exif'"});
   options_.apply_exif_orientation = true;
-  EXPECT_EQ(LoadObservations(options_).views[0].photo.height, 8);
+  EXPECT_EQ(LoadObservations(options_).views[0].photo.height(), 8);
   ExpectAssumption("applied");
   WriteCameras({"turned.jpg"});
   ExpectOneProblem({"swapped", "EXIF orientation 6", "'exif'", "use 'sensor'"});
@@ -281,8 +283,8 @@ TEST_F(LoadObservationsTest, FindsMasksByEveryName) {
     mask.At(2, 1, 0) = 1.0F;
     const fs::path path = Write(name, mask);
     const ObservationSet set = LoadObservations(options_);
-    EXPECT_EQ(set.views[0].mask.At(2, 1, 0), 1.0F) << name;
-    EXPECT_EQ(set.views[0].mask.At(3, 1, 0), 0.0F) << name;
+    EXPECT_EQ(set.views[0].mask.Unpack().At(2, 1, 0), 1.0F) << name;
+    EXPECT_EQ(set.views[0].mask.Unpack().At(3, 1, 0), 0.0F) << name;
     ExpectAssumption("1 of 1 matched (1 from " + options_.masks.folder.string() +
                      "); black means the object");
     fs::remove(path);
@@ -315,10 +317,10 @@ TEST_F(LoadObservationsTest, MaskPathOfTheCameraFileIsUsed) {
   WritePhoto("a.png");
   ExpectOneProblem({"a.png: has no mask", "m/x.png"});
   WritePhoto("m/x.png", 8, 4, 1.0F);
-  EXPECT_EQ(LoadObservations(options_).views[0].mask.At(0, 0, 0), 1.0F);
+  EXPECT_EQ(LoadObservations(options_).views[0].mask.Unpack().At(0, 0, 0), 1.0F);
   ExpectAssumption("1 by mask_path");
   options_.masks.invert = true;
-  EXPECT_EQ(LoadObservations(options_).views[0].mask.At(0, 0, 0), 0.0F);
+  EXPECT_EQ(LoadObservations(options_).views[0].mask.Unpack().At(0, 0, 0), 0.0F);
   ExpectAssumption("show nothing at all: a.png");
   WritePhoto("m/x.png", 4, 2, 1.0F);
   ExpectOneProblem({"m/x.png: 4x2 pixels", "its photo", "8x4"});
@@ -330,8 +332,8 @@ TEST_F(LoadObservationsTest, AlphaIsAMaskOnlyIfItSaysSomething) {
   folder_.WriteText("a.png", BytesFromHex(kOpaquePng));
   ExpectOneProblem({"a.png: has no mask", "mask_path", "alpha channel with transparent pixels"});
   folder_.WriteText("a.png", BytesFromHex(kHolePng));
-  EXPECT_EQ(LoadObservations(options_).views[0].mask.At(5, 2, 0), 0.0F);
-  EXPECT_EQ(LoadObservations(options_).views[0].mask.At(4, 2, 0), 1.0F);
+  EXPECT_EQ(LoadObservations(options_).views[0].mask.Unpack().At(5, 2, 0), 0.0F);
+  EXPECT_EQ(LoadObservations(options_).views[0].mask.Unpack().At(4, 2, 0), 1.0F);
   ExpectAssumption("1 from alpha channels");
   WritePhoto("a.png");
   options_.masks.alpha = true;

@@ -17,14 +17,16 @@ View MakeView() {
   view.camera.cx = 6.0;
   view.camera.cy = 4.0;
   view.photo = ConstantImage(12, 8, 3, 0.25F);
-  view.mask = ConstantImage(12, 8, 1, 0.0F);
+  Image mask = ConstantImage(12, 8, 1, 0.0F);
   for (int y = 0; y < 8; ++y) {
     for (int x = 4; x < 10; ++x) {
-      view.mask.At(x, y, 0) = 1.0F;
+      mask.At(x, y, 0) = 1.0F;
     }
   }
-  view.clipped = ConstantImage(12, 8, 1, 0.0F);
-  view.clipped.At(0, 0, 0) = 1.0F;
+  view.mask = mask;
+  Image clipped = ConstantImage(12, 8, 1, 0.0F);
+  clipped.At(0, 0, 0) = 1.0F;
+  view.clipped = clipped;
   return view;
 }
 

@@ -163,7 +163,7 @@ TEST(CarveVisualHull, IsTheSameEachTime) {
 
 TEST(CarveVisualHull, IgnoresValidationViews) {
   ObservationSet set = BallFromAllSides();
-  std::fill(set.views[3].mask.data.begin(), set.views[3].mask.data.end(), 0.0F);
+  set.views[3].mask = ConstantImage(kSize, kSize, 1, 0.0F);
   ExpectMessage(set, {.resolution = 32}, "view4 is black everywhere");
   set.views[3].validation = true;
   ExpectHullOfTheBall(CarveVisualHull(set, {.resolution = 32}));
@@ -173,11 +173,10 @@ TEST(CarveVisualHull, KeepsOnlyTheLargestPart) {
   ObservationSet set = BallFromAllSides();
   for (View& view : set.views) {
     const Image second = BallMask(view.camera, kCenter + Vec3{0.0, 0.62, 0.0}, 0.05);
-    std::transform(second.data.begin(),
-                   second.data.end(),
-                   view.mask.data.begin(),
-                   view.mask.data.begin(),
-                   [](float a, float b) { return std::max(a, b); });
+    Image both = view.mask.Unpack();
+    std::ranges::transform(
+        second.data, both.data, both.data.begin(), [](float a, float b) { return std::max(a, b); });
+    view.mask = both;
   }
   ExpectHullOfTheBall(CarveVisualHull(set, {.resolution = 48}));
 }
@@ -189,8 +188,8 @@ TEST(CarveVisualHull, WorksFromFiles) {
   for (std::size_t i = 0; i < ball.views.size(); ++i) {
     const View& view = ball.views[i];
     const std::string name = "v" + std::to_string(10 + i) + ".png";
-    renderer::WritePng8(folder.WriteText(name, ""), view.photo);
-    renderer::WritePng8(folder.WriteText("masks/" + name, ""), view.mask);
+    renderer::WritePng8(folder.WriteText(name, ""), view.photo.Unpack());
+    renderer::WritePng8(folder.WriteText("masks/" + name, ""), view.mask.Unpack());
     const renderer::Transform& t = view.camera.world_from_camera;
     frames += std::string(i == 0 ? "" : ",") + "{\"file_path\": \"" + name +
               "\", \"transform_matrix\": [";

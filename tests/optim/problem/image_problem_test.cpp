@@ -166,14 +166,14 @@ TEST_F(ImageProblemTest, RefusesSumsThatOverflow) {
 }
 
 TEST_F(ImageProblemTest, CensorsClippedChannelsThatAreRenderedBrighter) {
-  optim::ViewLevel& level = fit_.views.levels[0];
+  optim::ViewLevel level = fit_.views.levels[0].Unpack();
   level.clipped = renderer::Image(32, 16, 1);
   level.clipped.data[5] = 1.0F;
   renderer::Film film(32, 16);
   film.pixels[5] = {100.0, -100.0, 100.0, 1.0};
   film.pixels[6] = {100.0, 100.0, 100.0, 1.0};
   const optim::RowScales scales =
-      optim::MakeRowScales(fit_.views, 0, {}, optim::CensoredChannels(level, film));
+      optim::MakeRowScales(level, false, {}, optim::CensoredChannels(level, film));
   EXPECT_EQ(scales[5][0], 0.0F);
   EXPECT_EQ(scales[5][1], 1.0F);
   EXPECT_EQ(scales[5][2], 0.0F);

@@ -121,7 +121,7 @@ inline LinearFit MakeLinearFit(int width, int height, int num_views, int reach) 
     level.color_weight = renderer::Image(width, height, 1);
     level.color_weight.data.assign(level.color_weight.data.size(), 1.0F);
     level.camera = CameraAt({0, 0, 4}, {0, 0, 0}, 50.0, width, height);
-    fit.views.levels.push_back(std::move(level));
+    fit.views.levels.emplace_back(level);
     fit.views.names.push_back("photo" + std::to_string(v));
     fit.views.fitted.push_back(v);
     fit.views.num_channels += 3.0 * width * height;

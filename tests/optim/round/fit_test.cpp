@@ -258,7 +258,6 @@ TEST_F(FitTest, ReportsEveryRoundAndStage) {
   ASSERT_EQ(observer.stages.size(), 3U);
   EXPECT_EQ(observer.stages[0].stage, "start");
   EXPECT_EQ(observer.num_images, 4U);
-  EXPECT_EQ(observer.num_photos, 4U);
   EXPECT_EQ(result.stages[2].stop_reason, "max_rounds");
   const optim::RoundReport& last = observer.rounds.back();
   EXPECT_EQ(last.step, 6);

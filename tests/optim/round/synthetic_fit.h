@@ -7,6 +7,7 @@
 
 #include "optim/observation/observation.h"
 #include "optim/round/fit.h"
+#include "renderer/core/check.h"
 #include "renderer/renderer.h"
 #include "tests/support/test_scenes.h"
 
@@ -86,22 +87,28 @@ class RecordingObserver : public optim::FitObserver {
       cancel.store(true);
     }
   }
-  void OnStage(const optim::StageReport& report,
-               const std::vector<renderer::Film>& images,
-               const std::vector<renderer::Image>& photos) override {
-    stages.push_back(report);
-    num_images = images.size();
-    num_photos = photos.size();
+  void OnView(const std::string& stage,
+              std::size_t view,
+              const renderer::Film& image,
+              const renderer::Image& photo) override {
+    PATHFIT_CHECK(image.width == photo.width && image.height == photo.height);
+    num_images = stage == stage_ ? num_images + 1 : 1;
+    PATHFIT_CHECK(view + 1 == num_images);
+    stage_ = stage;
   }
+  void OnStage(const optim::StageReport& report) override { stages.push_back(report); }
   void OnMessage(const std::string& text) override { messages.push_back(text); }
   void OnWarning(const std::string& text) override { warnings.push_back(text); }
 
   std::vector<optim::RoundReport> rounds;
   std::vector<optim::StageReport> stages;
   std::vector<std::string> messages, warnings;
-  std::size_t num_images = 0, num_photos = 0;
-  int cancel_after = 0;  ///< raise `cancel` after so many rounds; 0 = never
+  std::size_t num_images = 0;  ///< of the last stage
+  int cancel_after = 0;        ///< raise `cancel` after so many rounds; 0 = never
   renderer::CancelFlag cancel{false};
+
+ private:
+  std::string stage_;
 };
 
 }  // namespace pathfit::tests
