@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/geometry/mesh_repair.h"
 #include "renderer/io/mesh_file.h"
+#include "renderer/math/box.h"
 
 namespace pathfit::app {
 namespace {
@@ -191,18 +191,11 @@ void CheckFileMesh(const std::filesystem::path& path, bool is_repaired, const Na
 }
 
 Vec3 MiddleOf(const std::vector<NamedPart>& parts) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Vec3 low{kInfinity, kInfinity, kInfinity};
-  Vec3 high{-kInfinity, -kInfinity, -kInfinity};
+  renderer::Box box;
   for (const NamedPart& part : parts) {
-    for (const Vec3& p : part.mesh.positions) {
-      for (int c = 0; c < 3; ++c) {
-        low[c] = std::min(low[c], p[c]);
-        high[c] = std::max(high[c], p[c]);
-      }
-    }
+    box.Include(renderer::BoxAround(part.mesh.positions));
   }
-  return (low + high) * 0.5;
+  return box.Middle();
 }
 
 }  // namespace

@@ -11,10 +11,12 @@
 #include "optim/observation/voxel_surface.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
+#include "renderer/math/box.h"
 
 namespace pathfit::optim {
 namespace {
 
+using renderer::Box;
 using renderer::Mesh;
 using renderer::SceneError;
 using renderer::Triangle;
@@ -46,14 +48,7 @@ constexpr double kMaxTurn = 0.3;   // least cosine between a triangle's normals 
 constexpr double kMinArea = 1e-4;  // twice the area, in squared voxels
 constexpr int kMaxReverts = 20;
 
-struct Box {
-  Vec3 low, high;
-  [[nodiscard]] Vec3 Extent() const { return high - low; }
-  [[nodiscard]] double LongestSide() const {
-    const Vec3 extent = Extent();
-    return std::max({extent.x, extent.y, extent.z});
-  }
-};
+double LongestSide(const Box& box) { return box.Size()[box.LongestAxis()]; }
 
 VoxelGrid MakeGrid(const Vec3& origin, double spacing, const std::array<int, 3>& size) {
   VoxelGrid grid{.origin = origin, .spacing = spacing, .size = size, .values = {}};
@@ -87,8 +82,8 @@ struct Carving {
 };
 
 Carving CarveCoarsely(const SilhouetteField& field, const Box& box) {
-  const double spacing = box.LongestSide() / kSearchResolution;
-  const Vec3 extent = box.Extent();
+  const double spacing = LongestSide(box) / kSearchResolution;
+  const Vec3 extent = box.Size();
   const std::array<int, 3> size = {
       CellsAlong(extent.x, spacing), CellsAlong(extent.y, spacing), CellsAlong(extent.z, spacing)};
   VoxelGrid grid = MakeGrid(box.low + Vec3{0.5, 0.5, 0.5} * spacing, spacing, size);
@@ -145,7 +140,7 @@ Box FindBox(const SilhouetteField& field) {
           "other sides, or "
           "start from a mesh file");
     }
-    const Vec3 extent = box.Extent();
+    const Vec3 extent = box.Size();
     for (int a = 0; a < 3; ++a) {
       box.low[a] -= carving.touches[static_cast<std::size_t>(a)] ? 0.5 * extent[a] : 0.0;
       box.high[a] += carving.touches[static_cast<std::size_t>(a) + 3] ? 0.5 * extent[a] : 0.0;
@@ -153,7 +148,7 @@ Box FindBox(const SilhouetteField& field) {
     carving = CarveCoarsely(field, box);
   }
   for (int i = 0; carving.found && i < kMaxTightenings; ++i) {
-    const bool done = carving.box.LongestSide() > kTightEnough * box.LongestSide();
+    const bool done = LongestSide(carving.box) > kTightEnough * LongestSide(box);
     box = carving.box;
     if (done) return box;
     carving = CarveCoarsely(field, box);
@@ -163,8 +158,8 @@ Box FindBox(const SilhouetteField& field) {
 }
 
 VoxelGrid CarveFinely(const SilhouetteField& field, const Box& box, int resolution) {
-  const double spacing = box.LongestSide() / resolution;
-  const Vec3 extent = box.Extent();
+  const double spacing = LongestSide(box) / resolution;
+  const Vec3 extent = box.Size();
   const std::array<int, 3> size = {CellsAlong(extent.x, spacing) + 1 + 2 * kPadding,
                                    CellsAlong(extent.y, spacing) + 1 + 2 * kPadding,
                                    CellsAlong(extent.z, spacing) + 1 + 2 * kPadding};

@@ -7,6 +7,7 @@
 
 #include "renderer/core/parallel.h"
 #include "renderer/geometry/tangent_wedge.h"
+#include "renderer/math/box.h"
 #include "renderer/math/frame.h"
 
 namespace pathfit::renderer {
@@ -27,7 +28,7 @@ struct Key {
 using Range = std::span<Key>;
 
 struct Moments {
-  Vec3 low, high;        // box of the ends
+  Box box;               // of the ends
   Vec3 sum;              // of normals
   Vec3 diagonal, mixed;  // of the sum of n n^T: (xx, yy, zz), (xy, xz, yz)
 };
@@ -97,17 +98,14 @@ class Builder {
 };
 
 void Builder::MakeKeys() {
-  Vec3 low = edges_.empty() ? Vec3{} : edges_[0].a;
-  Vec3 high = low;
+  Box box;
   double total = 0.0;
   for (const BoundaryEdge& e : edges_) {
-    for (int i = 0; i < 3; ++i) {
-      low[i] = std::min({low[i], e.a[i], e.b[i]});
-      high[i] = std::max({high[i], e.a[i], e.b[i]});
-    }
+    box.Include(e.a);
+    box.Include(e.b);
     total += e.weight * e.Length();
   }
-  const double size = Norm(high - low);
+  const double size = Norm(box.Size());
   const double scale = size > 0.0 ? 1.0 / size : 0.0;
   weight_scale_ = total > 0.0 ? 1.0 / total : 0.0;
   keys_.reserve(edges_.size());
@@ -121,7 +119,7 @@ void Builder::MakeKeys() {
     }
     Key key;
     key.edge = static_cast<std::int32_t>(i);
-    const Vec3 middle = ((e.a - low) + (e.b - low)) * (0.5 * scale);
+    const Vec3 middle = ((e.a - box.low) + (e.b - box.low)) * (0.5 * scale);
     const Vec3 normal = (e.n0 + e.n1) * 0.5;
     for (int k = 0; k < 3; ++k) {
       key.at[static_cast<std::size_t>(k)] = static_cast<float>(middle[k]);
@@ -222,13 +220,10 @@ void Builder::Append(const Subtree& subtree, EdgeHierarchy& out) {
 
 Moments Builder::MomentsOf(Range range) const {
   Moments m;
-  m.low = m.high = Edge(range.front()).a;
   for (const Key& key : range) {
     const BoundaryEdge& e = Edge(key);
-    for (int i = 0; i < 3; ++i) {
-      m.low[i] = std::min({m.low[i], e.a[i], e.b[i]});
-      m.high[i] = std::max({m.high[i], e.a[i], e.b[i]});
-    }
+    m.box.Include(e.a);
+    m.box.Include(e.b);
     for (const Vec3& n : {e.n0, e.n1}) {
       m.sum += n;
       m.diagonal += {n.x * n.x, n.y * n.y, n.z * n.z};
@@ -256,10 +251,9 @@ Frame PrincipalFrame(const Moments& m) {
 
 void Builder::SetLane(EdgeNode& node, std::size_t lane, Range range) const {
   const Moments moments = MomentsOf(range);
-  const Vec3 center = (moments.low + moments.high) * 0.5;
+  const Vec3 center = moments.box.Middle();
   const Frame frame = PrincipalFrame(moments);
-  Vec3 low = frame.ToLocal(Edge(range.front()).n0);
-  Vec3 high = low;
+  Box normals;
   double squared_radius = 0.0;
   double thickness = 0.0;
   double weight = 0.0;
@@ -271,18 +265,14 @@ void Builder::SetLane(EdgeNode& node, std::size_t lane, Range range) const {
     squared_radius = std::max({squared_radius, SquaredNorm(a), SquaredNorm(b)});
     for (const Vec3& n : {e.n0, e.n1}) {
       thickness = std::max({thickness, std::abs(Dot(n, a)), std::abs(Dot(n, b))});
-      const Vec3 local = frame.ToLocal(n);
-      for (int i = 0; i < 3; ++i) {
-        low[i] = std::min(low[i], local[i]);
-        high[i] = std::max(high[i], local[i]);
-      }
+      normals.Include(frame.ToLocal(n));
     }
     const double length = e.weight * Norm(b - a) * weight_scale_;
     weight += length;
     arcs += length * wedges_[static_cast<std::size_t>(key.edge)];
   }
-  const Vec3 middle = (low + high) * 0.5;
-  const Vec3 half = (high - low) * 0.5 + Vec3{1.0, 1.0, 1.0} * kRounding;
+  const Vec3 middle = normals.Middle();
+  const Vec3 half = normals.Size() * 0.5 + Vec3{1.0, 1.0, 1.0} * kRounding;
   double squared_round = 0.0;
   for (const Key& key : range) {
     for (const Vec3& n : {Edge(key).n0, Edge(key).n1}) {

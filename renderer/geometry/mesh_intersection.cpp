@@ -12,6 +12,7 @@
 #include "renderer/geometry/mesh_topology.h"
 #include "renderer/geometry/near_pairs.h"
 #include "renderer/geometry/ray_caster.h"
+#include "renderer/math/box.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -23,19 +24,13 @@ constexpr double kAlong = 20.0;
 struct Surface {
   explicit Surface(const Mesh& of)
       : mesh(of), topology(MeshTopology::Build(of)), triangles(GeometryOf(of)) {
-    Vec3 low = mesh.positions.front(), high = low;
-    for (const Vec3& p : mesh.positions) {
-      for (int i = 0; i < 3; ++i) {
-        low[i] = std::min(low[i], p[i]);
-        high[i] = std::max(high[i], p[i]);
-      }
-    }
-    middle = (low + high) * 0.5;
-    extent = 0.5 * Norm(high - low);
+    const Box box = BoxAround(mesh.positions);
+    middle = box.Middle();
+    extent = box.HalfDiagonal();
     for (std::size_t f = 0; f < triangles.size(); ++f) {
       volumes.resize(std::max(volumes.size(), PartOf(f) + 1), 0.0);
       const TriangleGeometry& t = triangles[f];
-      volumes[PartOf(f)] += Dot(t.p0 - low, Cross(t.e1, t.e2));
+      volumes[PartOf(f)] += Dot(t.p0 - box.low, Cross(t.e1, t.e2));
     }
     holds_eye.resize(volumes.size());
     borders.resize(triangles.size());
@@ -84,15 +79,11 @@ Vec3 HeightsOver(const TriangleGeometry& plane, const TriangleGeometry& t) {
 }
 
 /// Whether the boxes around a segment and a triangle are farther apart than `slack`.
-bool IsApart(const Vec3& a, const Vec3& b, const TriangleGeometry& t, double slack) {
-  for (int i = 0; i < 3; ++i) {
-    const double low = t.p0[i] + std::min({0.0, t.e1[i], t.e2[i]});
-    const double high = t.p0[i] + std::max({0.0, t.e1[i], t.e2[i]});
-    if (std::max(a[i], b[i]) < low - slack || std::min(a[i], b[i]) > high + slack) {
-      return true;
-    }
-  }
-  return false;
+bool AreApart(const Vec3& a, const Vec3& b, const TriangleGeometry& t, double slack) {
+  const Vec3 around{slack, slack, slack};
+  Box segment = BoxAround(std::array{a, b});
+  segment.Include({segment.low - around, segment.high + around});
+  return !segment.Meets(BoxAround(t.Corners()));
 }
 
 /// Whether the segment a..b passes through the inside of a triangle.
@@ -200,7 +191,7 @@ class ContactSearch {
         }
         const std::array<Vec3, 3> corners = triangles[k]->Corners();
         SegmentPart near;
-        if (IsApart(corners[i], corners[next], other, 3.0 * slack)) {
+        if (AreApart(corners[i], corners[next], other, 3.0 * slack)) {
           continue;  // KeepNear, which costs more, goes a little farther at corners
         }
         near.KeepNear(other, corners[i], corners[next], slack);

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "renderer/math/box.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -10,27 +11,8 @@ namespace {
 // Items of a node that is not divided.
 constexpr std::size_t kFew = 8;
 
-struct Box {
-  Vec3 low, high;
-
-  void Include(const Box& other) {
-    for (int i = 0; i < 3; ++i) {
-      low[i] = std::min(low[i], other.low[i]);
-      high[i] = std::max(high[i], other.high[i]);
-    }
-  }
-  [[nodiscard]] bool Meets(const Box& other) const {
-    return low.x <= other.high.x && other.low.x <= high.x && low.y <= other.high.y &&
-           other.low.y <= high.y && low.z <= other.high.z && other.low.z <= high.z;
-  }
-};
-
-Box BoxAround(const NearItem& item) {
-  const TriangleGeometry& t = *item.triangle;
-  Box box{t.p0, t.p0};
-  for (const Vec3& p : t.Corners()) {
-    box.Include({p, p});
-  }
+Box BoxOf(const NearItem& item) {
+  const Box box = BoxAround(item.triangle->Corners());
   const Vec3 slack{item.slack, item.slack, item.slack};
   return {box.low - slack, box.high + slack};
 }
@@ -38,7 +20,7 @@ Box BoxAround(const NearItem& item) {
 /// Whether the box, which holds its own slack, lies beside the triangle's plane.
 bool IsBesidePlane(const Box& box, const NearItem& item) {
   const TriangleGeometry& t = *item.triangle;
-  const Vec3 half = (box.high - box.low) * 0.5;
+  const Vec3 half = box.Size() * 0.5;
   const double reach =
       std::abs(t.n.x) * half.x + std::abs(t.n.y) * half.y + std::abs(t.n.z) * half.z;
   return std::abs(Dot(t.n, box.low + half - t.p0)) > reach + item.slack;
@@ -52,7 +34,7 @@ class PairSearch {
       : items_(items), visit_(visit) {
     entries_.reserve(items.size());
     for (const NearItem& item : items) {
-      entries_.push_back({BoxAround(item), entries_.size()});
+      entries_.push_back({BoxOf(item), entries_.size()});
     }
     nodes_.push_back(Cover(0, items.size()));
   }
@@ -86,7 +68,7 @@ class PairSearch {
     std::int32_t label = -1;         ///< of all its items, -1 if they differ
     std::size_t child = 0;           ///< the first of two; 0: not divided yet
     [[nodiscard]] std::size_t Count() const { return end - begin; }
-    [[nodiscard]] double Size() const { return SquaredNorm(box.high - box.low); }
+    [[nodiscard]] double Size() const { return SquaredNorm(box.Size()); }
   };
 
   [[nodiscard]] Node Cover(std::size_t begin, std::size_t end) const {
@@ -102,9 +84,7 @@ class PairSearch {
     if (nodes_[n].child == 0) {
       const std::size_t begin = nodes_[n].begin;
       const std::size_t end = nodes_[n].end;
-      const Vec3 size = nodes_[n].box.high - nodes_[n].box.low;
-      int axis = size.x >= size.y ? 0 : 1;
-      axis = size.z > size[axis] ? 2 : axis;
+      const int axis = nodes_[n].box.LongestAxis();
       const auto at = [&](std::size_t i) {
         return entries_.begin() + static_cast<std::ptrdiff_t>(i);
       };

@@ -244,26 +244,14 @@ RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 void RayCaster::Build(const std::vector<const Mesh*>& meshes,
                       const std::vector<bool>& aside,
                       const std::optional<RayFrame>& frame) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const Vec3 infinite{kInfinity, kInfinity, kInfinity};
-  const auto include = [](const Vec3& p, Box& box) {
-    for (int i = 0; i < 3; ++i) {
-      box.low[i] = std::min(box.low[i], p[i]);
-      box.high[i] = std::max(box.high[i], p[i]);
-    }
-  };
-  Box all{infinite, -infinite};
+  Box all;
   first_triangle_.clear();
   triangles_.clear();
   bounds_.clear();
   for (const Mesh* mesh : meshes) {
     first_triangle_.push_back(static_cast<std::int64_t>(triangles_.size()));
-    Box& box = bounds_.emplace_back(Box{infinite, -infinite});
-    for (const Vec3& p : mesh->positions) {
-      include(p, box);
-    }
-    include(box.low, all);
-    include(box.high, all);
+    bounds_.push_back(BoxAround(mesh->positions));
+    all.Include(bounds_.back());
     const std::vector<TriangleGeometry> triangles = GeometryOf(*mesh);
     triangles_.insert(triangles_.end(), triangles.begin(), triangles.end());
   }
@@ -280,7 +268,7 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes,
   }
   handles_->scene = rtcNewScene(handles_->device);
   rtcSetSceneFlags(handles_->scene,
-                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | kEmbreeFilterFlag));
+                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | EmbreeQuery::kSceneFlag));
   pieces_.clear();
   for (const Mesh* mesh : meshes) {
     pieces_.push_back(
@@ -297,9 +285,12 @@ namespace {
 // Barycentric weights this far outside are on a triangle's border.
 constexpr double kBorder = 1e-9;
 
-struct IgnoringQuery : EmbreeFilteredContext {
-  const RayCaster* caster = nullptr;
-  const Ray* ray = nullptr;
+void SkipIgnored(const RTCFilterFunctionNArguments* arguments);
+struct IgnoringQuery : EmbreeQuery {
+  IgnoringQuery(const RayCaster& of, const Ray& along, std::span<const TriangleId> left_out)
+      : EmbreeQuery(SkipIgnored), caster(of), ray(along), ignored(left_out) {}
+  const RayCaster& caster;
+  const Ray& ray;
   std::span<const TriangleId> ignored;
 };
 
@@ -307,16 +298,16 @@ struct IgnoringQuery : EmbreeFilteredContext {
 /// mesh passes the neighbours of the edge's triangles closer than Embree can tell.
 void SkipIgnored(const RTCFilterFunctionNArguments* arguments) {
   // The context is the base of an IgnoringQuery.
-  const auto* context = reinterpret_cast<const EmbreeFilteredContext*>(arguments->context);
-  const auto& query = *static_cast<const IgnoringQuery*>(context);
-  const TriangleId id = query.caster->TriangleOf(RTCHitN_geomID(arguments->hit, arguments->N, 0),
-                                                 RTCHitN_primID(arguments->hit, arguments->N, 0));
+  const auto& query =
+      *static_cast<const IgnoringQuery*>(reinterpret_cast<const EmbreeQuery*>(arguments->context));
+  const TriangleId id = query.caster.TriangleOf(RTCHitN_geomID(arguments->hit, arguments->N, 0),
+                                                RTCHitN_primID(arguments->hit, arguments->N, 0));
   if (std::find(query.ignored.begin(), query.ignored.end(), id) != query.ignored.end()) {
     arguments->valid[0] = 0;
     return;
   }
   const PlaneHit hit =
-      IntersectPlane(query.caster->Geometry(id), query.ray->origin, query.ray->direction);
+      IntersectPlane(query.caster.Geometry(id), query.ray.origin, query.ray.direction);
   if (!(std::min({hit.b1, hit.b2, 1.0 - hit.b1 - hit.b2}) > -kBorder)) {
     arguments->valid[0] = 0;
   }
@@ -331,30 +322,26 @@ std::optional<Hit> RayCaster::Intersect(const Ray& ray) const {
 std::optional<Hit> RayCaster::IntersectIgnoring(const Ray& ray,
                                                 double min_distance,
                                                 std::span<const TriangleId> ignored) const {
-  RTCRayHit query;
-  FillRay(ray, frame_.center, min_distance, std::numeric_limits<double>::infinity(), query.ray);
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCRayHit hit;
+  FillRay(ray, frame_.center, min_distance, std::numeric_limits<double>::infinity(), hit.ray);
+  hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   if (ignored.empty()) {
-    EmbreeIntersect(handles_->scene, query);
+    EmbreeQuery().Intersect(handles_->scene, hit);
   } else {
-    IgnoringQuery context;
-    context.caster = this;
-    context.ray = &ray;
-    context.ignored = ignored;
-    EmbreeIntersectFiltered(handles_->scene, SkipIgnored, context, query);
+    IgnoringQuery(*this, ray, ignored).Intersect(handles_->scene, hit);
   }
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
+  if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
     return std::nullopt;
   }
-  return Refined(query.hit.geomID, query.hit.primID, ray);
+  return Refined(hit.hit.geomID, hit.hit.primID, ray);
 }
 
 bool RayCaster::Occluded(const Ray& ray, double max_distance) const {
-  RTCRay query;
-  FillRay(ray, frame_.center, 0.0, max_distance, query);
-  EmbreeOccluded(handles_->scene, query);
-  return query.tfar < 0.0F;
+  RTCRay segment;
+  FillRay(ray, frame_.center, 0.0, max_distance, segment);
+  EmbreeQuery().Occluded(handles_->scene, segment);
+  return segment.tfar < 0.0F;
 }
 
 namespace {
@@ -363,8 +350,11 @@ namespace {
 constexpr float kRivalry = 1e-5F;
 
 /// A packet and which of its rays have rivals: triangles almost as far as the nearest.
-struct RivalQuery : EmbreeFilteredContext {
-  RivalQuery() { nearest.fill(std::numeric_limits<float>::infinity()); }
+void NoteRivals(const RTCFilterFunctionNArguments* arguments);
+struct RivalQuery : EmbreeQuery {
+  explicit RivalQuery(bool coherent) : EmbreeQuery(NoteRivals, coherent) {
+    nearest.fill(std::numeric_limits<float>::infinity());
+  }
   std::array<float, kPacket> nearest;
   std::array<bool, kPacket> rivals{};
 };
@@ -372,8 +362,7 @@ struct RivalQuery : EmbreeFilteredContext {
 /// Notes rivals, and lets Embree look as far as they may be.
 void NoteRivals(const RTCFilterFunctionNArguments* arguments) {
   // The context is the base of a RivalQuery.
-  auto* const context = reinterpret_cast<EmbreeFilteredContext*>(arguments->context);
-  auto& query = *static_cast<RivalQuery*>(context);
+  auto& query = *static_cast<RivalQuery*>(reinterpret_cast<EmbreeQuery*>(arguments->context));
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] == 0) {
       continue;
@@ -406,8 +395,8 @@ void RayCaster::IntersectTogether(std::span<const Ray> rays,
     packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
-  RivalQuery query;
-  EmbreeIntersectFiltered(handles_->scene, NoteRivals, query, mask, coherent, packet);
+  RivalQuery query(coherent);
+  query.Intersect(handles_->scene, mask, packet);
   for (std::size_t i = 0; i < count; ++i) {
     if (query.rivals[i]) {
       hits[i] = Intersect(rays[i]);  // which one is found depends on the order of the search
@@ -430,7 +419,7 @@ void RayCaster::OccludedTogether(std::span<const Segment> segments,
     FillRay<kPacket>(
         segments[i].ray, frame_.center, 0.0, segments[i].length, packet, static_cast<unsigned>(i));
   }
-  EmbreeOccluded(handles_->scene, mask, packet);
+  EmbreeQuery().Occluded(handles_->scene, mask, packet);
   for (std::size_t i = 0; i < count; ++i) {
     occluded[i] = packet.tfar[i] < 0.0F;
   }

@@ -12,6 +12,7 @@
 #include "renderer/geometry/mesh.h"
 #include "renderer/geometry/ray.h"
 #include "renderer/geometry/triangle_kernel.h"
+#include "renderer/math/box.h"
 
 namespace pathfit::renderer {
 
@@ -27,12 +28,6 @@ struct RayFrame {
 /// stored in pieces: else all of a large triangle would be as inexact as its corners.
 class RayCaster {
  public:
-  /// Axis-aligned.
-  struct Box {
-    Vec3 low, high;
-    [[nodiscard]] double HalfDiagonal() const { return 0.5 * Norm(high - low); }
-  };
-
   RayCaster();
   ~RayCaster();
   RayCaster(RayCaster&&) noexcept;

@@ -12,20 +12,13 @@ namespace {
 
 constexpr std::int32_t kLeafSize = 4;
 
-double SquaredDistanceToBox(const Vec3& x, const Vec3& low, const Vec3& high) {
+double SquaredDistance(const Vec3& x, const Box& box) {
   double sum = 0.0;
   for (int i = 0; i < 3; ++i) {
-    const double d = std::max({low[i] - x[i], x[i] - high[i], 0.0});
+    const double d = std::max({box.low[i] - x[i], x[i] - box.high[i], 0.0});
     sum += d * d;
   }
   return sum;
-}
-
-void Grow(const Vec3& low, const Vec3& high, Vec3& to_low, Vec3& to_high) {
-  for (int i = 0; i < 3; ++i) {
-    to_low[i] = std::min(to_low[i], low[i]);
-    to_high[i] = std::max(to_high[i], high[i]);
-  }
 }
 
 std::array<double, 3> WeightsOf(const Vec3& x, const TriangleGeometry& t) {
@@ -41,14 +34,9 @@ std::array<double, 3> WeightsOf(const Vec3& x, const TriangleGeometry& t) {
 TriangleTree::TriangleTree(const Mesh& mesh)
     : triangles_(GeometryOf(mesh)), order_(mesh.triangles.size()) {
   std::vector<Vec3> middles;
-  for (const Triangle& t : mesh.triangles) {
-    const std::array<Vec3, 3> p = {
-        mesh.positions[Index(t[0])], mesh.positions[Index(t[1])], mesh.positions[Index(t[2])]};
-    Box box{p[0], p[0]};
-    Grow(p[1], p[1], box.low, box.high);
-    Grow(p[2], p[2], box.low, box.high);
-    boxes_.push_back(box);
-    middles.push_back((box.low + box.high) * 0.5);
+  for (const TriangleGeometry& triangle : triangles_) {
+    boxes_.push_back(BoxAround(triangle.Corners()));
+    middles.push_back(boxes_.back().Middle());
   }
   std::iota(order_.begin(), order_.end(), 0);
   nodes_.reserve(order_.size());
@@ -59,16 +47,15 @@ std::int32_t TriangleTree::Build(std::int32_t first,
                                  std::int32_t count,
                                  const std::vector<Vec3>& middles) {
   const auto index = static_cast<std::int32_t>(nodes_.size());
-  nodes_.push_back({boxes_[Index(order_[Index(first)])], first, count, 0});
-  Box spread{middles[Index(order_[Index(first)])], middles[Index(order_[Index(first)])]};
+  nodes_.push_back({{}, first, count, 0});
+  Box spread;
   for (std::int32_t i = first; i < first + count; ++i) {
     const std::size_t t = Index(order_[Index(i)]);
-    Grow(boxes_[t].low, boxes_[t].high, nodes_.back().box.low, nodes_.back().box.high);
-    Grow(middles[t], middles[t], spread.low, spread.high);
+    nodes_.back().box.Include(boxes_[t]);
+    spread.Include(middles[t]);
   }
   if (count <= kLeafSize) return index;
-  const Vec3 size = spread.high - spread.low;
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+  const int axis = spread.LongestAxis();
   const auto begin = order_.begin() + first;
   // Ties are broken by number, so that the tree is the same everywhere.
   std::nth_element(begin, begin + count / 2, begin + count, [&](std::int32_t a, std::int32_t b) {
@@ -100,8 +87,7 @@ ClosestPoint TriangleTree::Find(const Vec3& x, const Vec3* outward) const {
       std::array<std::pair<double, std::int32_t>, 2> children;
       for (std::size_t k = 0; k < 2; ++k) {
         const std::int32_t child = k == 0 ? index + 1 : node.right;
-        const Box& box = nodes_[Index(child)].box;
-        children[k] = {SquaredDistanceToBox(x, box.low, box.high), child};
+        children[k] = {SquaredDistance(x, nodes_[Index(child)].box), child};
       }
       std::sort(children.begin(), children.end());
       stack.push_back(children[1]);

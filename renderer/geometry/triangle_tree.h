@@ -6,6 +6,7 @@
 
 #include "renderer/geometry/mesh.h"
 #include "renderer/geometry/triangle_kernel.h"
+#include "renderer/math/box.h"
 
 namespace pathfit::renderer {
 
@@ -31,9 +32,6 @@ class TriangleTree {
   [[nodiscard]] ClosestPoint Closest(const Vec3& x, const Vec3& outward) const;
 
  private:
-  struct Box {
-    Vec3 low, high;
-  };
   /// Of triangles order_[first .. first + count); inner if right > 0, with its left child behind
   /// it.
   struct Node {

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "renderer/math/vector.h"
+
+namespace pathfit::renderer {
+
+/// Axis-aligned. It holds nothing until something is included: then low > high.
+struct Box {
+  Vec3 low = Vec3{1, 1, 1} * std::numeric_limits<double>::infinity();
+  Vec3 high = -low;
+
+  void Include(const Vec3& x) {
+    for (int i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], x[i]);
+      high[i] = std::max(high[i], x[i]);
+    }
+  }
+  void Include(const Box& other) {
+    for (int i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], other.low[i]);
+      high[i] = std::max(high[i], other.high[i]);
+    }
+  }
+  [[nodiscard]] bool Meets(const Box& other) const {
+    return low.x <= other.high.x && other.low.x <= high.x && low.y <= other.high.y &&
+           other.low.y <= high.y && low.z <= other.high.z && other.low.z <= high.z;
+  }
+  [[nodiscard]] Vec3 Middle() const { return (low + high) * 0.5; }
+  [[nodiscard]] Vec3 Size() const { return high - low; }
+  [[nodiscard]] double HalfDiagonal() const { return 0.5 * Norm(Size()); }
+  /// 0, 1 or 2.
+  [[nodiscard]] int LongestAxis() const {
+    const Vec3 size = Size();
+    return size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+  }
+};
+
+template <class Points>
+Box BoxAround(const Points& points) {
+  Box box;
+  for (const Vec3& x : points) {
+    box.Include(x);
+  }
+  return box;
+}
+
+}  // namespace pathfit::renderer
