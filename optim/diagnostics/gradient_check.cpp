@@ -92,13 +92,6 @@ double StudentQuantile(double tail, double nu) {
   return boost::math::quantile(boost::math::complement(distribution, std::max(tail, 1e-300)));
 }
 
-/// Whether one of the layout's kinds is such a one.
-bool Any(const renderer::ParameterLayout& layout, bool (*is)(renderer::ParameterKind)) {
-  return std::any_of(layout.groups().begin(), layout.groups().end(), [&](const auto& group) {
-    return is(group.kind);
-  });
-}
-
 /// Values that a scalar of a group may have. One that is outside already (a colour above 1) has no
 /// limit there, so that it is not moved far.
 std::pair<double, double> RangeOf(const renderer::Scene& scene,
@@ -224,9 +217,9 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
 
   renderer::RenderOptions render = options.render;
   render.with_image = false;
-  const bool moves = Any(layout, renderer::MovesGeometry);
+  const bool moves = layout.AnyKind(renderer::MovesGeometry);
   // Whether samples can change sides of an edge.
-  const bool moves_edges = Any(layout, renderer::MovesEdges);
+  const bool moves_edges = layout.AnyKind(renderer::MovesEdges);
   GradientCheckResult result;
   result.quantum = Film(camera.width, camera.height);
   for (int r = 0; r < options.replicates; ++r) {

@@ -33,19 +33,10 @@ const renderer::Mesh& MeshOf(const Context& context, const ParameterGroup& group
   return context.scene.meshes[static_cast<std::size_t>(group.object)].mesh;
 }
 
-double MeanEdgeLength(const renderer::Mesh& mesh, const renderer::MeshTopology& topology) {
-  double sum = 0.0;
-  for (const renderer::MeshEdge& edge : topology.edges) {
-    sum += Norm(mesh.positions[static_cast<std::size_t>(edge.vertices[0])] -
-                mesh.positions[static_cast<std::size_t>(edge.vertices[1])]);
-  }
-  return sum / static_cast<double>(std::max<std::size_t>(1, topology.edges.size()));
-}
-
 void AddLaplacian(const Context& context, const ParameterGroup& group, double weight) {
   const renderer::Mesh& mesh = MeshOf(context, group);
   const auto topology = renderer::MeshTopology::Build(mesh);
-  const double edge = MeanEdgeLength(mesh, topology);
+  const double edge = topology.MeanEdgeLength(mesh);
   const double scale =
       std::sqrt(context.num_channels * weight / static_cast<double>(group.num_blocks)) / edge;
   for (std::int32_t v = 0; v < group.num_blocks; ++v) {

@@ -68,23 +68,6 @@ Footprint FootprintOn(const Mesh& world, const FitViews& views) {
   return footprint;
 }
 
-double Area(const Mesh& mesh) {
-  double sum = 0.0;
-  for (const renderer::Triangle& t : std::as_const(mesh.triangles)) {
-    sum += 0.5 * Norm(renderer::TwiceArea(mesh, t));
-  }
-  return sum;
-}
-
-double MeanEdge(const Mesh& mesh, const renderer::MeshTopology& topology) {
-  double sum = 0.0;
-  for (const renderer::MeshEdge& edge : topology.edges) {
-    sum += Norm(mesh.positions[renderer::Index(edge.vertices[0])] -
-                mesh.positions[renderer::Index(edge.vertices[1])]);
-  }
-  return sum / static_cast<double>(topology.edges.size());
-}
-
 /// Of triangles with equal sides; a vertex has two of them.
 double VerticesOf(double area, double edge) { return area / (std::sqrt(0.75) * edge * edge); }
 double EdgeOf(double area, double vertices) {
@@ -155,7 +138,7 @@ class Leveller {
       Say(item, "stays as it is: no fitted view sees it");
       return;
     }
-    const double edge = MeanEdge(mesh, topology);
+    const double edge = topology.MeanEdgeLength(mesh);
     const renderer::MeshFolds folds = renderer::CountFolds(mesh);
     const bool is_near = edge < kNear * wanted && wanted < kNear * edge;
     if (is_near && folds.Total() == 0) return;
@@ -190,7 +173,7 @@ class Leveller {
     const Mesh world = renderer::WorldMesh(item);
     const Footprint footprint = FootprintOn(world, views_);
     if (footprint.size == 0.0) return 0.0;
-    const double area = Area(world);
+    const double area = SurfaceArea(world);
     const double most = std::clamp(footprint.pixels / kPixelsPerVertex, kMinVertices, kMaxVertices);
     const double vertices =
         std::clamp(VerticesOf(area, kEdgePixels * footprint.size), kMinVertices, most);

@@ -52,14 +52,6 @@ double Shape(const Vec3& a, const Vec3& b, const Vec3& c) {
   return longest > 0.0 ? Norm(Cross(b - a, c - a)) / longest : 0.0;
 }
 
-double Area(const renderer::Mesh& mesh) {
-  double sum = 0.0;
-  for (const renderer::Triangle& t : std::as_const(mesh.triangles)) {
-    sum += 0.5 * Norm(renderer::TwiceArea(mesh, t));
-  }
-  return sum;
-}
-
 class Remesher {
  public:
   Remesher(const renderer::Mesh& mesh, double edge)
@@ -67,7 +59,7 @@ class Remesher {
         longest_(kLongest * edge * kLongest * edge),
         shortest_(kShortest * edge * kShortest * edge),
         most_vertices_(4.0 * static_cast<double>(mesh.positions.size()) +
-                       kMostPerSquare * Area(mesh) / (edge * edge)) {
+                       kMostPerSquare * SurfaceArea(mesh) / (edge * edge)) {
     const std::vector<renderer::Vec3>& positions = mesh.positions;
     for (const Vec3& p : positions) {
       kernel_.add_vertex({p.x, p.y, p.z});

@@ -15,10 +15,19 @@
 namespace pathfit::renderer {
 namespace {
 
-bool AnyMoves(const ParameterLayout& layout) {
+bool AnyMoves(const ParameterLayout& layout) { return layout.AnyKind(MovesGeometry); }
+
+bool CameraMoves(const ParameterLayout& layout) {
+  return layout.AnyKind([](ParameterKind kind) {
+    return MovesGeometry(kind) && TraitsOf(kind).list == ObjectList::kSensors;
+  });
+}
+
+bool MeshMoves(const ParameterLayout& layout, int mesh) {
   const auto& groups = layout.groups();
-  return std::any_of(
-      groups.begin(), groups.end(), [](const auto& g) { return MovesGeometry(g.kind); });
+  return std::any_of(groups.begin(), groups.end(), [mesh](const ParameterGroup& g) {
+    return MovesMeshes(g.kind) && g.object == mesh;
+  });
 }
 
 // Mean angle, rad, beyond which triangles are coarse: about its square of the light is concerned.
@@ -32,20 +41,6 @@ std::string Degrees(double radians) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.0f", radians * 180.0 * std::numbers::inv_pi);
   return text.data();
-}
-
-bool CameraMoves(const ParameterLayout& layout) {
-  const auto& groups = layout.groups();
-  return std::any_of(groups.begin(), groups.end(), [](const auto& g) {
-    return MovesGeometry(g.kind) && TraitsOf(g.kind).list == ObjectList::kSensors;
-  });
-}
-
-bool MeshMoves(const ParameterLayout& layout, int mesh) {
-  const auto& groups = layout.groups();
-  return std::any_of(groups.begin(), groups.end(), [&](const auto& g) {
-    return MovesMeshes(g.kind) && g.object == mesh;
-  });
 }
 
 /// Meshes made of a delta material.
@@ -143,6 +138,28 @@ void AddLimitsOf(const MeshContact& contact,
   }
 }
 
+void AddPlaneCuts(const Scene& scene,
+                  const std::vector<Mesh>& placed,
+                  const ParameterLayout& layout,
+                  std::vector<std::string>& limits) {
+  for (const Camera& sensor : scene.sensors) {
+    if (sensor.projection != ProjectionKind::kOrthographic) {
+      continue;
+    }
+    const CameraModel camera(sensor);
+    for (std::size_t m = 0; m < placed.size(); ++m) {
+      if ((CameraMoves(layout) || MeshMoves(layout, static_cast<int>(m))) &&
+          SensorPlaneCuts(camera, placed[m])) {
+        limits.push_back(
+            "'" + scene.meshes[m].name + "' is cut by the plane in which the rays of '" +
+            sensor.name +
+            "' start: that the line of the cut moves is not in the derivative by moving "
+            "things; move the sensor back");
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
@@ -195,22 +212,7 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
   for (const MeshContact& contact : MeshContacts(meshes, EyesOf(scene))) {
     AddLimitsOf(contact, scene, layout, limits);
   }
-  for (const Camera& sensor : scene.sensors) {
-    if (sensor.projection != ProjectionKind::kOrthographic) {
-      continue;
-    }
-    const CameraModel camera(sensor);
-    for (std::size_t m = 0; m < placed.size(); ++m) {
-      if ((CameraMoves(layout) || MeshMoves(layout, static_cast<int>(m))) &&
-          SensorPlaneCuts(camera, placed[m])) {
-        limits.push_back(
-            "'" + scene.meshes[m].name + "' is cut by the plane in which the rays of '" +
-            sensor.name +
-            "' start: that the line of the cut moves is not in the derivative by moving "
-            "things; move the sensor back");
-      }
-    }
-  }
+  AddPlaneCuts(scene, placed, layout, limits);
   for (const Emitter& emitter : scene.emitters) {
     const auto* projector = std::get_if<ProjectorEmitter>(&emitter.light);
     if (projector != nullptr) {

@@ -60,14 +60,9 @@ class MotionAdjoint {
     const std::array<Vec3, 3> gradients = BarycentricGradients(t);
     const std::array<G, 3> by_normal = PullNormal(t, d_n);
     const std::array<double, 3> weights = {1.0 - b1 - b2, b1, b2};
-    const Mesh& mesh = world_.mesh(id.mesh);
-    const Triangle& corners = mesh.triangles[static_cast<std::size_t>(id.triangle)];
-    for (std::size_t i = 0; i < 3; ++i) {
-      Vertex(id.mesh,
-             corners[i],
-             mesh.positions[static_cast<std::size_t>(corners[i])],
-             d_x * weights[i] + by_normal[i] + Outer(gradients[i], d_log_area));
-    }
+    Corners(id, [&](std::size_t i) {
+      return d_x * weights[i] + by_normal[i] + Outer(gradients[i], d_log_area);
+    });
   }
   /// Point only.
   void MaterialPoint(TriangleId id, double b1, double b2, const G& d_x) {
@@ -80,14 +75,7 @@ class MotionAdjoint {
       return;
     }
     const std::array<double, 3> weights = {1.0 - b1 - b2, b1, b2};
-    const Mesh& mesh = world_.mesh(id.mesh);
-    const Triangle& corners = mesh.triangles[static_cast<std::size_t>(id.triangle)];
-    for (std::size_t i = 0; i < 3; ++i) {
-      Vertex(id.mesh,
-             corners[i],
-             mesh.positions[static_cast<std::size_t>(corners[i])],
-             d_x * weights[i]);
-    }
+    Corners(id, [&](std::size_t i) { return d_x * weights[i]; });
   }
 
   /// A stored vertex normal m (world, not yet normalised or turned) of a mesh.
@@ -215,6 +203,15 @@ class MotionAdjoint {
   }
 
  private:
+  template <class Adjoint>
+  void Corners(TriangleId id, const Adjoint& adjoint) {
+    const Mesh& mesh = world_.mesh(id.mesh);
+    const Triangle& corners = mesh.triangles[static_cast<std::size_t>(id.triangle)];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3& x = mesh.positions[static_cast<std::size_t>(corners[i])];
+      Vertex(id.mesh, corners[i], x, adjoint(i));
+    }
+  }
   using MeshBlocks = ActiveParameters::MeshBlocks;
 
   void PixelIntrinsics(const Vec3& x, const Scalar& d_u, const Scalar& d_v) {

@@ -69,6 +69,14 @@ inline Vec3 TwiceArea(const Mesh& mesh, const Triangle& t) {
   return Cross(mesh.positions[Index(t[1])] - a, mesh.positions[Index(t[2])] - a);
 }
 
+inline double SurfaceArea(const Mesh& mesh) {
+  double sum = 0.0;
+  for (const Triangle& t : mesh.triangles) {
+    sum += 0.5 * Norm(TwiceArea(mesh, t));
+  }
+  return sum;
+}
+
 /// Of all triangles.
 std::vector<TriangleGeometry> GeometryOf(const Mesh& mesh);
 

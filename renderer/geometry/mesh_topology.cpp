@@ -237,6 +237,14 @@ MeshTopology MeshTopology::Build(const Mesh& mesh) {
 
 void MeshTopology::UpdateSolid(const Mesh& mesh) { solid = closed && IsWoundOutwards(mesh); }
 
+double MeshTopology::MeanEdgeLength(const Mesh& mesh) const {
+  double sum = 0.0;
+  for (const MeshEdge& edge : edges) {
+    sum += Norm(mesh.positions[Index(edge.vertices[0])] - mesh.positions[Index(edge.vertices[1])]);
+  }
+  return sum / static_cast<double>(edges.size());
+}
+
 std::vector<std::array<std::int32_t, 3>> MeshTopology::EdgesOfTriangles() const {
   std::vector<std::array<std::int32_t, 3>> edges_of(parts.size(), {-1, -1, -1});
   for (std::size_t e = 0; e < edges.size(); ++e) {

@@ -32,6 +32,7 @@ struct MeshTopology {
   static MeshTopology Build(const Mesh& mesh);
   /// For new positions: only `solid` depends on them.
   void UpdateSolid(const Mesh& mesh);
+  [[nodiscard]] double MeanEdgeLength(const Mesh& mesh) const;
   /// The three edges of each triangle.
   [[nodiscard]] std::vector<std::array<std::int32_t, 3>> EdgesOfTriangles() const;
 };

@@ -84,6 +84,10 @@ void ParameterLayout::Add(ParameterKind kind, int object) {
   groups_.push_back(std::move(group));
 }
 
+bool ParameterLayout::AnyKind(bool (*is)(ParameterKind)) const {
+  return std::any_of(groups_.begin(), groups_.end(), [is](const auto& g) { return is(g.kind); });
+}
+
 std::int32_t ParameterLayout::FirstBlock(ParameterKind kind, int object) const {
   const auto found = std::find_if(groups_.begin(), groups_.end(), [&](const auto& g) {
     return g.kind == kind && g.object == object;

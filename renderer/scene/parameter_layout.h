@@ -52,6 +52,8 @@ class ParameterLayout {
   [[nodiscard]] const std::vector<ParameterGroup>& groups() const { return groups_; }
   [[nodiscard]] std::int32_t NumBlocks() const { return num_blocks_; }
   [[nodiscard]] std::int64_t NumScalars() const { return num_scalars_; }
+  /// Whether a group is of such a kind.
+  [[nodiscard]] bool AnyKind(bool (*is)(ParameterKind)) const;
   /// First block of a kind of an object, -1 if it is not active.
   [[nodiscard]] std::int32_t FirstBlock(ParameterKind kind, int object) const;
   /// The group that a block belongs to; `block` must be in [0, NumBlocks()).

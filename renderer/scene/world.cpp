@@ -43,14 +43,11 @@ const EdgeContacts& World::contacts() const {
 
 void World::SetParameters(const ParameterLayout& layout, const std::vector<double>& values) {
   layout.Scatter(values, scene_);
-  const auto any = [&](auto is) {
-    const auto& groups = layout.groups();
-    return std::any_of(groups.begin(), groups.end(), [&](const auto& g) { return is(g.kind); });
-  };
-  const bool meshes_moved = any(MovesMeshes);
+  const bool meshes_moved = layout.AnyKind(MovesMeshes);
   if (meshes_moved) {
     PlaceMeshes();
-  } else if (any([](ParameterKind kind) { return TraitsOf(kind).list == ObjectList::kMeshes; })) {
+  } else if (layout.AnyKind(
+                 [](ParameterKind kind) { return TraitsOf(kind).list == ObjectList::kMeshes; })) {
     meshes_ = WorldMeshes(scene_);
   }
   const auto changes_lights = [](ParameterKind kind) {
@@ -58,7 +55,7 @@ void World::SetParameters(const ParameterLayout& layout, const std::vector<doubl
     return list == ObjectList::kEmitters || list == ObjectList::kTextures ||
            kind == ParameterKind::kUvs;
   };
-  if (meshes_moved || any(changes_lights)) {
+  if (meshes_moved || layout.AnyKind(changes_lights)) {
     light_samplers_ = LightSamplers::Make(*this);
   }
 }
