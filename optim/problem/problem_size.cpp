@@ -63,10 +63,14 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
   } else {
     solving.push_back({"solver's Jacobian (double, twice)", 16.0 * roots.jacobian_cells});
     solving.push_back({"product terms of J^T J", 12.0 * roots.product_cells});
-    const double fill = std::min(0.5 * n * n, kFillPerUnknown * n * std::log2(n + 2.0));
-    solving.push_back({"Cholesky factor", 16.0 * fill});
+    solving.push_back({"Cholesky factor", 16.0 * FactorCells(n)});
   }
   return TotalBytes(linearising) > TotalBytes(solving) ? linearising : solving;
+}
+
+double FactorCells(double num_scalars) {
+  return std::min(0.5 * num_scalars * num_scalars,
+                  kFillPerUnknown * num_scalars * std::log2(num_scalars + 2.0));
 }
 
 double TotalBytes(const std::vector<MemoryItem>& items) {

@@ -38,6 +38,9 @@ struct MemoryItem {
 std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind kind);
 double TotalBytes(const std::vector<MemoryItem>& items);
 
+/// Of the Cholesky factor of a surface mesh's unknowns.
+double FactorCells(double num_scalars);
+
 /// Throws MemoryError with a table if the forecast exceeds `max_bytes` (0 = no limit) or the
 /// solver's 32-bit indices.
 void CheckFits(const ProblemSize& size, LinearSolverKind kind, double max_bytes);

@@ -24,7 +24,6 @@ namespace pathfit::optim {
 namespace {
 
 constexpr int kValidationSpp = 8;  // per round: a trend, not a result
-constexpr double kNoisyRound = 0.05;
 // Errors below this share of what a parameter has moved by or is (a factor, of logarithms), or of
 // the error by photos and beliefs, are not worth more samples.
 constexpr double kPrecision = 2e-3;
@@ -122,7 +121,6 @@ SolveOutcome Solve(const StageContext& context,
                                                                   context.spec.max_memory_bytes);
   options.radius =
       TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
-  options.eta = report.noise_relative > kNoisyRound ? 0.1 : 0.01;
   options.admits = [&](const std::vector<double>& trial) {
     return guard.Admits(trial) && cameras.Admits(trial) && motion.Admits(trial);
   };

@@ -15,9 +15,9 @@ namespace pathfit::optim {
 std::string CeresVersion();
 
 /// Linear solver of a round whose Jacobian is stored (the dense normal equations are chosen before,
-/// by the number of unknowns: ImageProblem::kMaxGramScalars). Cholesky for small problems and for
-/// surfaces whose pixels depend on nearby vertices only; conjugate gradients where far couplings
-/// (bounces, many texels) would fill the factor. Throws MemoryError if not even conjugate
+/// by the number of unknowns: ImageProblem::kMaxGramScalars). Cholesky where its products and its
+/// factor take less than a few dozen iterations of conjugate gradients, which is below a thousand
+/// unknowns or so. Throws MemoryError if not even conjugate
 /// gradients, or the solver asked for, fits.
 LinearSolverKind ChooseLinearSolver(LinearSolverChoice choice,
                                     const ProblemSize& size,
@@ -26,7 +26,7 @@ LinearSolverKind ChooseLinearSolver(LinearSolverChoice choice,
 struct SolveOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kGram;
   double radius = 1.0;     ///< trust region, first and largest
-  double eta = 0.1;        ///< relative accuracy of conjugate gradients
+  double eta = 0.01;       ///< relative accuracy of conjugate gradients
   int max_rejections = 8;  ///< trials after the first before the round gives up
   /// Whether a trial (values in units of the scene) may be rendered at all; empty = always.
   std::function<bool(const std::vector<double>&)> admits;

@@ -36,16 +36,18 @@ ProblemSize Sized(double num_scalars, double num_panels, double blocks) {
   return size;
 }
 
-TEST(LinearSolverPolicy, TakesCholeskyForSmallOrLocalProblems) {
-  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(7700, 19e3, 17), 0.0),
+TEST(LinearSolverPolicy, TakesCholeskyForSmallProblems) {
+  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(600, 1500, 17), 0.0),
             LinearSolverKind::kCholesky);
-  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(7700, 19e3, 45), 0.0),
-            LinearSolverKind::kCholesky);
-  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 150e3, 17), 0.0),
+  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kCholesky, Sized(120e3, 150e3, 17), 0.0),
             LinearSolverKind::kCholesky);
 }
 
-TEST(LinearSolverPolicy, TakesConjugateGradientsWhereTheFactorWouldFillOrNotFit) {
+TEST(LinearSolverPolicy, TakesConjugateGradientsWhereTheFactorCostsMoreOrDoesNotFit) {
+  for (const double blocks : {17.0, 45.0}) {
+    EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(7700, 19e3, blocks), 0.0),
+              LinearSolverKind::kCgnr);
+  }
   EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(30e3, 150e3, 45), 0.0),
             LinearSolverKind::kCgnr);
   EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 150e3, 17), 3e9),
