@@ -84,7 +84,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const CameraModel model(camera);
   const PathContext context = MakeContext(*world_, model, options);
   const ActiveParameters active = ActiveParameters::Make(scene(), layout, model, sensor);
-  const NearMotion near_motion(world_->caster(), active, options);
+  const NearMotion near_motion(world_->caster(), context.lights, active, options);
   const AdjointContext adjoint{context, model, active, options.form, &near_motion};
   Film film = options.with_image ? Film(camera.width, camera.height) : Film();
   RenderStats sum;
@@ -94,6 +94,9 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const PixelBounds bounds = all_paths || options.max_bounces > 1
                                  ? PixelBounds{0, 0, camera.width, camera.height}
                                  : BoundsOfMeshes(*world_, model, active.touches);
+  if (options.terms.interior) {
+    sink.BeginTerm(DerivativeTerm::kInterior, options.spp * bounds.NumPixels());
+  }
   ForEachRow(interior ? camera.height : 0, services, sum, [&](int y, RenderStats& row_stats) {
     PixelDerivative interior_of(adjoint, options, all_paths ? nullptr : &active.touches);
     DerivativeAccumulator& entries = interior_of.sum();

@@ -138,9 +138,9 @@ auto& Filled(T& value) {
 template <class T>
 using FilledType = std::remove_reference_t<decltype(Filled(std::declval<T&>()))>;
 
-template <class T>
-T& Reach(T& value) {
-  return value;
+template <class T, class M>
+auto& Reach(T& value, M member) {
+  return value.*member;
 }
 template <class T, class M, class... Rest>
 auto& Reach(T& value, M member, Rest... rest) {

@@ -10,6 +10,7 @@ using optim::FitSpec;
 using optim::LinearSolverChoice;
 using optim::LossSpec;
 using optim::ResidualKind;
+using optim::StageBudget;
 using optim::StageSpec;
 using optim::UnknownSpec;
 using renderer::DerivativeForm;
@@ -275,22 +276,24 @@ SchemaNode StagesSchema() {
                   Key("max_rounds", &StageSpec::max_rounds) |
                       Doc("Solves at most, each with new samples; a stage ends by itself.") |
                       From(1, 10000),
-                  Key("spp", kSamples, &SampleBudget::spp) |
+                  Key("spp", kSamples, &StageBudget::spp) |
                       Doc("Samples per pixel in the first round, of both halves together.") |
                       From(2, kMost),
                   Key("max_spp", &StageSpec::max_spp) |
                       Doc("Samples per pixel that no round passes.") | From(2, kMost),
                   Key("spp_growth", &StageSpec::spp_growth) |
                       Doc("Factor of spp from round to round.") | From(1.0, 10.0),
-                  Key("sppe", kSamples, &SampleBudget::sppe) |
+                  Key("sppe", kSamples, &StageBudget::sppe) |
                       Doc("Samples of silhouettes, borders and creases, per pixel of their length, "
-                          "in the first round; grows as spp does, and so do the three below.") |
+                          "in the first round; grows as spp does. Found from measured variances, "
+                          "as are "
+                          "the three below, unless given.") |
                       From(0.0, kMost),
-                  Key("spp_direct", kSamples, &SampleBudget::spp_direct) |
+                  Key("spp_direct", kSamples, &StageBudget::spp_direct) |
                       Doc("Samples per pixel of edges that throw shadows.") | From(0.0, kMost),
-                  Key("spp_indirect", kSamples, &SampleBudget::spp_indirect) |
+                  Key("spp_indirect", kSamples, &StageBudget::spp_indirect) |
                       Doc("Samples per pixel of edges between two surfaces.") | From(0.0, kMost),
-                  Key("spp_pixel", kSamples, &SampleBudget::spp_pixel) |
+                  Key("spp_pixel", kSamples, &StageBudget::spp_pixel) |
                       Doc("Samples per pixel of pixel borders; only with `form: material` in "
                           "`render`.") |
                       From(0.0, kMost),

@@ -14,6 +14,7 @@ struct Fields<optim::RoundReport> {
     constexpr const char* kPsnr = "PSNR inside the mask, linear values";
     constexpr const char* kIou = "Mask IoU";
     constexpr const char* kStep = "Step length";
+    constexpr const char* kBoundaries = "Samples of boundaries per pixel";
     visit(Figure{.key = "step", .doc = "Rounds of all stages, counted from 1."}, r.step);
     visit(Figure{.key = "stage"}, r.stage);
     visit(Figure{.key = "stage_index"}, r.stage_index);
@@ -58,7 +59,15 @@ struct Fields<optim::RoundReport> {
                  .doc = "Samples per pixel.",
                  .chart = "Samples per pixel",
                  .by_stage = "max"},
-          r.spp);
+          r.samples.spp);
+    visit(Figure{.key = "sppe", .label = "silhouettes, per pixel of length", .chart = kBoundaries},
+          r.samples.sppe);
+    visit(Figure{.key = "spp_direct", .label = "shadows", .chart = kBoundaries},
+          r.samples.spp_direct);
+    visit(Figure{.key = "spp_indirect", .label = "between surfaces", .chart = kBoundaries},
+          r.samples.spp_indirect);
+    visit(Figure{.key = "spp_pixel", .label = "pixel borders", .chart = kBoundaries},
+          r.samples.spp_pixel);
     visit(Figure{.key = "noise_rel",
                  .doc = "RMS of the half difference of two renderings over RMS of the residual.",
                  .chart = "Sampling noise in the residual"},

@@ -230,6 +230,11 @@ class Codec {
                  {"radius_factor", state.radius_factor},
                  {"damping", state.damping},
                  {"rejected_in_row", state.rejected_in_row},
+                 {"split",
+                  {state.split.sppe,
+                   state.split.spp_direct,
+                   state.split.spp_indirect,
+                   state.split.spp_pixel}},
                  {"newer_start", state.average.newer_start},
                  {"costs", arrays.Add(state.costs)},
                  {"model",
@@ -280,6 +285,11 @@ class Codec {
     json.at("radius_factor").get_to(state.radius_factor);
     json.at("damping").get_to(state.damping);
     json.at("rejected_in_row").get_to(state.rejected_in_row);
+    const Json& split = json.at("split");
+    split.at(0).get_to(state.split.sppe);
+    split.at(1).get_to(state.split.spp_direct);
+    split.at(2).get_to(state.split.spp_indirect);
+    split.at(3).get_to(state.split.spp_pixel);
     json.at("newer_start").get_to(state.average.newer_start);
     ReadArray(arrays, json.at("costs"), state.costs);
     const Json& model = json.at("model");

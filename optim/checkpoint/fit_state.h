@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "optim/problem/quadratic_model.h"
+#include "renderer/render_options.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::optim {
@@ -29,6 +30,11 @@ struct AverageState {
 /// Whether `round` rounds of some samples per pixel can have these weights.
 bool HasWeightsOfRounds(const AverageState& average, int round);
 
+/// Budgets of the boundary terms per interior sample (spp is 1 and stays it) that a stage begins
+/// with; its rounds improve them (SplitMeter).
+inline constexpr renderer::SampleBudget kStartSplit{
+    .spp = 1, .sppe = 0.5, .spp_direct = 0.1, .spp_indirect = 0.1, .spp_pixel = 0.5};
+
 /// Everything a fit needs to continue to the same bits, besides the scene it started from and its
 /// specification. Scenes may differ from the start in the values of unknowns and in the shape of
 /// meshes (connectivity), textures and environments (size); the lists of objects are the start's.
@@ -47,7 +53,8 @@ struct FitState {
   double radius_factor = 1.0;  ///< on the noise-derived trust radius, shrunk by rejections
   double damping = 0.0;        ///< kappa of the proximal metric (round/step_control.h)
   int rejected_in_row = 0;
-  std::vector<double> costs;  ///< of the level's rounds, at their start
+  renderer::SampleBudget split = kStartSplit;  ///< for the next round, per interior sample
+  std::vector<double> costs;                   ///< of the level's rounds, at their start
   QuadraticModel model;  ///< of the level's rounds, where normal equations are formed; else empty
   int within_error = 0;  ///< rounds in a row whose step its own error explains, by the model
   int still = 0;         ///< rounds in a row whose step moved nothing by more than kStillPixels

@@ -12,6 +12,33 @@ constexpr double kSure = 3.0;
 // A step that promises a larger share of the cost may lead out of the model, however noisy it is.
 constexpr double kSmallDecrease = 0.1;
 
+/// One half of a view's linearisation.
+struct Half {
+  Half(const ImageSource& source,
+       int view,
+       const SampleSet& samples,
+       const ViewLevel& level,
+       bool by_terms)
+      : sink(level.photo.width, level.photo.height), terms(level.photo.width, level.photo.height) {
+    if (by_terms) {
+      film = source.RenderDerivative(view, samples, terms);
+      terms.Finish();
+      for (const auto& part : terms.parts()) {
+        if (part) {
+          sink.Add(part->sink);
+        }
+      }
+    } else {
+      film = source.RenderDerivative(view, samples, sink);
+    }
+    sink.Finish();
+  }
+
+  renderer::Film film;
+  JacobianSink sink;
+  TermSink terms;  ///< empty unless asked for
+};
+
 }  // namespace
 
 double ImageProblem::BytesOfView(const PackedLevel& level, bool uses_gram) {
@@ -29,6 +56,7 @@ ImageProblem::ImageProblem(ImageSource& source,
       set_(set),
       options_(options),
       uses_gram_(FormsNormalEquations(options.linear_solver, set.NumScalars())),
+      split_meter_(set),
       roots_(set, std::max(views.fitted.size(), options.expected_views)) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
   for (const int view : views.fitted) {
@@ -72,39 +100,52 @@ void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
       at_start_.hessian, at_start_.gradient, costs_.signal_squared, costs_.noise_squared);
 }
 
+bool ImageProblem::IsMeasured(std::size_t index) const {
+  const std::size_t count = views_.fitted.size();
+  const std::size_t turned = (index + options_.first_measured) % count;
+  // One of each run of views, as many as wanted.
+  return turned * options_.num_measured / count != (turned + 1) * options_.num_measured / count;
+}
+
 void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& values) {
   const int view = views_.fitted[index];
   const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
   const std::string& name = views_.names[static_cast<std::size_t>(view)];
-  JacobianSink sink_a(level.photo.width, level.photo.height);
-  const renderer::Film a = source_.RenderDerivative(view, options_.samples.a, sink_a);
-  sink_a.Finish();
+  const bool is_measured = IsMeasured(index);
+  const Half half_a(source_, view, options_.samples.a, level, is_measured);
+  const Half half_b(source_, view, options_.samples.b, level, is_measured);
+  const renderer::Film& a = half_a.film;
+  const renderer::Film& b = half_b.film;
   CheckFinite(a, name);
-  JacobianSink sink_b(level.photo.width, level.photo.height);
-  const renderer::Film b = source_.RenderDerivative(view, options_.samples.b, sink_b);
-  sink_b.Finish();
   CheckFinite(b, name);
   const renderer::Film average = AverageFilm(a, b);
   censored_.push_back(CensoredChannels(level, average));
   const RowScales scales =
       MakeRowScales(level, views_.silhouettes, options_.loss, censored_.back());
   quality_.push_back(MeasureView(level, average, views_.silhouettes));
+  if (is_measured) {
+    split_meter_.AddTerms({a, b, half_a.terms, half_b.terms, level, scales, values, name});
+  }
+  const bool with_spreads = uses_gram_ || is_measured;
   double rows_bytes = 0.0;
   roots_.BeginView();
   for (int line = 0; line < level.photo.height;) {
-    const PixelRows rows =
-        MergeHalves({a, b, sink_a, sink_b}, level, scales, set_, values, name, uses_gram_, line);
+    const PixelRows rows = MergeHalves(
+        {a, b, half_a.sink, half_b.sink}, level, scales, set_, values, name, with_spreads, line);
     rows_bytes = std::max(rows_bytes, static_cast<double>(rows.MemoryBytes()));
     sums_.Add(rows, set_);
+    if (is_measured) {
+      split_meter_.AddRows(rows);
+    }
     if (uses_gram_) {
       round_model_.AddRows(rows, set_);
     } else {
       roots_.Add(rows);
     }
   }
-  size_.largest_view_bytes =
-      std::max(size_.largest_view_bytes,
-               rows_bytes + static_cast<double>(sink_a.MemoryBytes() + sink_b.MemoryBytes()));
+  size_.largest_view_bytes = std::max(
+      size_.largest_view_bytes,
+      rows_bytes + static_cast<double>(half_a.sink.MemoryBytes() + half_b.sink.MemoryBytes()));
   std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales, a, b, costs_);
   if (uses_gram_) {
     start_pixel_costs_.push_back(std::move(pixel_costs));

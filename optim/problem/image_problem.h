@@ -9,6 +9,7 @@
 #include "optim/problem/image_source.h"
 #include "optim/problem/problem_size.h"
 #include "optim/problem/quadratic_model.h"
+#include "optim/problem/sample_split.h"
 #include "optim/problem/split_half_cost.h"
 #include "optim/problem/support_roots.h"
 #include "optim/problem/view_quality.h"
@@ -23,6 +24,8 @@ struct ImageProblemOptions {
   /// Of the stage's earlier rounds, for normal equations; null: none. Must outlive the problem.
   const QuadraticModel* earlier = nullptr;
   double weight = 1.0;  ///< of this round beside the earlier ones
+  /// Of how many views, spread evenly from `first_measured` on, terms are measured (split_meter()).
+  std::size_t num_measured = 0, first_measured = 0;
   /// More than are fitted: the size is that of a problem with so many views like these.
   std::size_t expected_views = 0;
 };
@@ -60,6 +63,7 @@ class ImageProblem {
   [[nodiscard]] const ProblemSize& size() const { return size_; }
   /// Of the fitted views, from the linearisation's own renderings.
   [[nodiscard]] const std::vector<ViewQuality>& quality() const { return quality_; }
+  [[nodiscard]] const SplitMeter& split_meter() const { return split_meter_; }
   /// C^2 of the roots' row of what no parameter explains: twice the cost and this is the sum of
   /// the squares of all residuals.
   [[nodiscard]] double offset_squared() const { return offset_squared_; }
@@ -76,6 +80,7 @@ class ImageProblem {
 
  private:
   void LinearizeView(std::size_t index, const std::vector<double>& values);
+  [[nodiscard]] bool IsMeasured(std::size_t index) const;
   void MakeNormalEquations(const std::vector<double>& values);
   void RenderTrial(const std::vector<double>& values);
   void EvalTrialByModel(const std::vector<double>& values);
@@ -88,6 +93,7 @@ class ImageProblem {
 
   std::vector<std::vector<unsigned char>> censored_;  // by fitted view: CensoredChannels
   std::vector<ViewQuality> quality_;                  // by fitted view
+  SplitMeter split_meter_;
   SupportRoots roots_;
   GradientSums sums_;
   std::vector<double> start_theta_;

@@ -47,6 +47,17 @@ void JacobianSink::Add(std::int64_t pixel,
   }
 }
 
+void JacobianSink::Add(const JacobianSink& other) {
+  PATHFIT_CHECK(width_ == other.width_ && height_ == other.height_);
+  renderer::ParallelFor(height_, [&](std::int64_t y) {
+    for (int x = 0; x < width_; ++x) {
+      const auto pixel = static_cast<std::size_t>(y * width_ + x);
+      const auto& entries = other.pixels_[pixel].entries;
+      pixels_[pixel].entries.insert(pixels_[pixel].entries.end(), entries.begin(), entries.end());
+    }
+  });
+}
+
 void JacobianSink::Merge(PixelList& list) {
   auto& entries = list.entries;
   // Stable: equal blocks keep the order of their calls, so sums are reproducible.
@@ -85,6 +96,26 @@ std::size_t JacobianSink::MemoryBytes() const {
     bytes += list.entries.capacity() * sizeof(PixelDerivative);
   }
   return bytes;
+}
+
+TermSink::TermSink(int width, int height) : width_(width), height_(height) {}
+
+void TermSink::BeginTerm(renderer::DerivativeTerm term, std::int64_t num_samples) {
+  current_ = static_cast<std::size_t>(term);
+  parts_[current_].emplace(width_, height_, num_samples);
+}
+
+void TermSink::Add(std::int64_t pixel, std::span<const renderer::ParameterDerivative> derivatives) {
+  PATHFIT_DCHECK(parts_[current_]);
+  parts_[current_]->sink.Add(pixel, derivatives);
+}
+
+void TermSink::Finish() {
+  for (std::optional<Part>& part : parts_) {
+    if (part) {
+      part->sink.Finish();
+    }
+  }
 }
 
 }  // namespace pathfit::optim

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,8 @@ class JacobianSink : public renderer::DerivativeSink {
   JacobianSink(int width, int height);
 
   void Add(std::int64_t pixel, std::span<const renderer::ParameterDerivative> derivatives) override;
+  /// Adds all that another sink of the same size has collected.
+  void Add(const JacobianSink& other);
   /// Merges what is still unmerged; call once after rendering.
   void Finish();
 
@@ -43,6 +46,32 @@ class JacobianSink : public renderer::DerivativeSink {
 
   int width_, height_;
   std::vector<PixelList> pixels_;
+};
+
+/// The same by terms of the derivative.
+class TermSink : public renderer::DerivativeSink {
+ public:
+  TermSink(int width, int height);
+
+  void BeginTerm(renderer::DerivativeTerm term, std::int64_t num_samples) override;
+  void Add(std::int64_t pixel, std::span<const renderer::ParameterDerivative> derivatives) override;
+  void Finish();
+
+  struct Part {
+    Part(int width, int height, std::int64_t samples) : sink(width, height), num_samples(samples) {}
+    JacobianSink sink;
+    std::int64_t num_samples;
+  };
+  /// By DerivativeTerm; empty where nothing was drawn.
+  [[nodiscard]] const std::array<std::optional<Part>, renderer::kNumDerivativeTerms>& parts()
+      const {
+    return parts_;
+  }
+
+ private:
+  int width_, height_;
+  std::array<std::optional<Part>, renderer::kNumDerivativeTerms> parts_;
+  std::size_t current_ = 0;
 };
 
 }  // namespace pathfit::optim

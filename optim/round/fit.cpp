@@ -163,6 +163,7 @@ class FitDriver {
     state_.round = 0;
     state_.level = 0;
     state_.accepted = 0;
+    state_.split = kStartSplit;
     state_.stage_start = state_.scene;  // before it is refined
     BeginLevel();
   }

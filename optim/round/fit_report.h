@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "renderer/image/image.h"
+#include "renderer/render_options.h"
 
 namespace pathfit::optim {
 
@@ -24,8 +25,8 @@ struct RoundReport {
   /// By how much the step moved things in the images, in pixels of this round (MotionGuard).
   double motion = 0.0;
   bool accepted = false;
-  double image_scale = 1.0;  ///< of the photos in this round
-  int spp = 0;
+  double image_scale = 1.0;                  ///< of the photos in this round
+  renderer::SampleBudget samples{.spp = 0};  ///< of both halves together
   double noise_relative = 0.0;  ///< rms of the half difference over rms of the residual
   // Means over fitted and held-out views; NaN without held-out views.
   double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;  ///< dB, inside the mask

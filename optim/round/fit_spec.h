@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,13 @@
 
 namespace pathfit::optim {
 
+/// Samples of a stage's first round, of both halves together (renderer::SampleBudget). A boundary
+/// budget without a value is found by the rounds themselves, from measured variances.
+struct StageBudget {
+  int spp = 8;
+  std::optional<double> sppe, spp_direct, spp_indirect, spp_pixel;
+};
+
 struct StageSpec {
   std::string name;
   std::vector<int> free;     ///< indices into FitSpec::unknowns
@@ -17,9 +25,7 @@ struct StageSpec {
   /// Whether a stage in which something moves begins with smaller photos (ScalesOfStage).
   bool coarse_to_fine = true;
   int max_rounds = 60;
-  /// Of both halves together, in the stage's first round.
-  renderer::SampleBudget samples{
-      .spp = 8, .sppe = 4.0, .spp_direct = 0.25, .spp_indirect = 0.25, .spp_pixel = 4.0};
+  StageBudget samples;
   double spp_growth = 1.5;  ///< of all budgets per round
   int max_spp = 64;         ///< where they stop growing
   /// Where a fit of many unknowns ends: the averaged cost falls by less than this; 0 = never. Few

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "optim/checkpoint/fit_state.h"
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_problem.h"
 #include "optim/problem/scene_image_source.h"
@@ -46,7 +47,12 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   options.linear_solver = spec.linear_solver;
   options.max_memory_bytes = spec.max_memory_bytes;
   options.expected_views = fitted.size();
-  options.samples = MakeHalves(spec.seed, stage, 1, SampleUse::kFit, stage_spec.samples);
+  options.samples = MakeHalves(
+      spec.seed,
+      stage,
+      1,
+      SampleUse::kFit,
+      BudgetOfRound(stage_spec.samples, stage_spec.samples.spp, kStartSplit, spec.estimators));
   ImageProblem problem(source, views, set, options);
   problem.Linearize(set.layout().Gather(refined));
   ProblemSize size = problem.size();

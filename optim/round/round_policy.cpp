@@ -83,6 +83,27 @@ int SamplesOfRound(const StageSpec& stage, int round, double factor) {
   return std::max(2, 2 * static_cast<int>(std::lround(0.5 * limited)));
 }
 
+renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
+                                     int spp,
+                                     const renderer::SampleBudget& split,
+                                     const renderer::EstimatorOptions& estimators) {
+  const auto budget = [&](bool exists, const std::optional<double>& given, double found) {
+    return exists ? spp * (given ? *given / std::max(1, stage.spp) : found) : 0.0;
+  };
+  const renderer::DerivativeTerms& terms = estimators.terms;
+  const int bounces = estimators.max_bounces;
+  const bool is_material = estimators.form == renderer::DerivativeForm::kMaterial;
+  return {spp,
+          budget(terms.primary, stage.sppe, split.sppe),
+          budget(terms.direct && bounces > 0, stage.spp_direct, split.spp_direct),
+          budget(terms.indirect && bounces > 1, stage.spp_indirect, split.spp_indirect),
+          budget(terms.pixel && is_material, stage.spp_pixel, split.spp_pixel)};
+}
+
+bool HasAllBudgets(const StageBudget& stage) {
+  return stage.sppe && stage.spp_direct && stage.spp_indirect && stage.spp_pixel;
+}
+
 SampleHalves MakeHalves(
     std::uint64_t seed, int stage, int round, SampleUse use, const renderer::SampleBudget& both) {
   const renderer::SampleBudget half = both.Scaled(0.5);

@@ -33,6 +33,16 @@ double SampleFactor(double scale, double last_scale, bool few_unknowns);
 /// factor * spp * growth^(round - 1), even, at most factor * max_spp.
 int SamplesOfRound(const StageSpec& stage, int round, double factor);
 
+/// Budgets of a round with `spp` samples: what the stage gives, grown like spp, else those of
+/// `split` (SplitMeter); 0 for terms that do not exist.
+renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
+                                     int spp,
+                                     const renderer::SampleBudget& split,
+                                     const renderer::EstimatorOptions& estimators);
+/// Whether all boundary budgets are given.
+bool HasAllBudgets(const StageBudget& stage);
+inline constexpr std::size_t kMeasuredViews = 4;  ///< of a round, for its split
+
 /// Two halves with seeds of (seed, stage, round, use, half); the budgets of `both` are of both
 /// together, at least 1 interior sample each.
 SampleHalves MakeHalves(

@@ -88,7 +88,7 @@ void ReportValidation(const StageContext& context,
                                           context.stage,
                                           round,
                                           SampleUse::kValidation,
-                                          {.spp = std::min(report.spp, kValidationSpp)});
+                                          {.spp = std::min(report.samples.spp, kValidationSpp)});
   for (const int view : context.views.validation) {
     const ReportedView reported =
         RenderForReport(source, context.views, view, samples, context.estimate_validation_gains);
@@ -229,23 +229,28 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   report.max_rounds = stage.max_rounds;
   report.image_scale = context.image_scale;
   const int level_round = state.RoundsOfLevel() + 1;
-  report.spp = SamplesOfRound(stage, level_round, context.sample_factor);
+  report.samples = BudgetOfRound(stage.samples,
+                                 SamplesOfRound(stage, level_round, context.sample_factor),
+                                 state.split,
+                                 context.spec.estimators);
 
   const std::vector<double> theta =
       context.set.ThetaFromValues(context.set.layout().Gather(state.scene));
-  renderer::SampleBudget samples =
-      stage.samples.Scaled(static_cast<double>(report.spp) / std::max(1, stage.samples.spp));
-  samples.spp = report.spp;
   ImageProblemOptions options;
   options.loss = context.spec.loss;
   options.linear_solver = context.spec.linear_solver;
   options.max_memory_bytes = context.spec.max_memory_bytes;
-  options.samples = MakeHalves(context.spec.seed, context.stage, round, SampleUse::kFit, samples);
+  options.samples =
+      MakeHalves(context.spec.seed, context.stage, round, SampleUse::kFit, report.samples);
   // A model of other unknowns (shapes have changed) says nothing about these.
   options.earlier = state.model.NumScalars() == context.set.NumScalars() && !state.model.Empty()
                         ? &state.model
                         : nullptr;
-  options.weight = report.spp;
+  options.weight = report.samples.spp;
+  if (!HasAllBudgets(stage.samples)) {
+    options.num_measured = std::min(kMeasuredViews, context.views.fitted.size());
+    options.first_measured = static_cast<std::size_t>(round);
+  }
   const auto start = Clock::now();
   ImageProblem problem(source, context.views, context.set, options);
   problem.Linearize(context.set.ValuesFromTheta(theta));
@@ -288,6 +293,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   source.SetValues(context.set.layout().Gather(state.scene));
   AdaptStepControl(outcome, problem.UsesGram(), state);
   state.model = problem.model();
+  state.split = problem.split_meter().Improve(state.split);
   if (problem.UsesGram()) {
     Judge(context, theta, outcome, problem.model(), report.motion, state);
     std::vector<double> step = outcome.theta;
@@ -303,7 +309,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
   state.costs.push_back(report.cost_total);
-  AddIterate(state.average, level_round, report.spp, context.set, state.scene);
+  AddIterate(state.average, level_round, report.samples.spp, context.set, state.scene);
   state.round = round;
   state.step = report.step;
   report.peak_rss_mb = ProcessMemory("VmHWM:") / 1e6;

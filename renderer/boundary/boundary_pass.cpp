@@ -22,8 +22,9 @@ constexpr double kLeastShare = 0.05;
 constexpr double kStep1 = 0.7548776662466927;
 constexpr double kStep2 = 0.5698402909980532;
 
-/// The random streams of one technique.
+/// A technique's term and random streams.
 struct Streams {
+  DerivativeTerm term;
   RandomDomain shift, pilot, sample;
 };
 
@@ -39,6 +40,7 @@ class Runner {
     if (budget <= 0) {
       return;
     }
+    sink_.BeginTerm(streams.term, budget);
     budget -= PrepareGuides(technique, streams, budget);
     const std::vector<std::int64_t> counts = DivideBudget(budget);
     for (std::size_t w = 0; w < ways_.size(); ++w) {
@@ -206,16 +208,20 @@ void EmitBoundaries(const PathContext& interior,
   using enum RandomDomain;
   Runner runner(context, sink, stats);
   if (terms.primary) {
-    runner.Run(PrimaryBoundary(context), {kPrimaryShift, kPrimaryPilot, kPrimarySample});
+    runner.Run(PrimaryBoundary(context),
+               {DerivativeTerm::kPrimary, kPrimaryShift, kPrimaryPilot, kPrimarySample});
   }
   if (terms.pixel) {
-    runner.Run(PixelBoundary(context), {kPixelBorderShift, kPixelBorderPilot, kPixelBorderSample});
+    runner.Run(PixelBoundary(context),
+               {DerivativeTerm::kPixel, kPixelBorderShift, kPixelBorderPilot, kPixelBorderSample});
   }
   if (terms.direct) {
-    runner.Run(DirectBoundary(context), {kDirectShift, kDirectPilot, kDirectSample});
+    runner.Run(DirectBoundary(context),
+               {DerivativeTerm::kDirect, kDirectShift, kDirectPilot, kDirectSample});
   }
   if (terms.indirect) {
-    runner.Run(IndirectBoundary(context), {kIndirectShift, kIndirectPilot, kIndirectSample});
+    runner.Run(IndirectBoundary(context),
+               {DerivativeTerm::kIndirect, kIndirectShift, kIndirectPilot, kIndirectSample});
   }
 }
 

@@ -60,7 +60,7 @@ std::vector<BoundaryWay> PixelBoundary::Ways() const {
 }
 
 std::int64_t PixelBoundary::NumSamples() const {
-  const double pixels = static_cast<double>(bounds_.x1 - bounds_.x0) * (bounds_.y1 - bounds_.y0);
+  const double pixels = static_cast<double>(bounds_.NumPixels());
   const auto lines = static_cast<double>(columns_.size() + rows_.size());
   return 2 * static_cast<std::int64_t>(std::ceil(context_.options.spp_pixel * pixels / lines));
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -15,6 +16,10 @@ struct ParameterDerivative {
   std::array<Rgba, 3> d;
 };
 
+/// The parts of the derivative, each with samples of its own (DerivativeTerms says which run).
+enum class DerivativeTerm : std::uint8_t { kInterior, kPrimary, kPixel, kDirect, kIndirect };
+inline constexpr std::size_t kNumDerivativeTerms = 5;
+
 /// Listens to the estimators. Estimators do not know what becomes of their samples.
 class DerivativeSink {
  public:
@@ -23,6 +28,9 @@ class DerivativeSink {
   DerivativeSink& operator=(const DerivativeSink&) = delete;
   virtual ~DerivativeSink() = default;
 
+  /// What follows is of `term`, drawn with so many samples; called before any Add, once per term
+  /// that has samples.
+  virtual void BeginTerm(DerivativeTerm /*term*/, std::int64_t /*num_samples*/) {}
   /// Adds to the derivative of a pixel (index y * width + x). Calls for different image rows may
   /// come from different threads at once; calls for one row come one after another, and for one
   /// pixel in an order fixed by the seed.

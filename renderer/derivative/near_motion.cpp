@@ -6,6 +6,7 @@
 namespace pathfit::renderer {
 
 NearMotion::NearMotion(const RayCaster& caster,
+                       const LightSet& lights,
                        const ActiveParameters& active,
                        const RenderOptions& options)
     : caster_(caster),
@@ -18,20 +19,50 @@ NearMotion::NearMotion(const RayCaster& caster,
     const int mesh = static_cast<int>(m);
     const bool moves = active.meshes[m].moves;
     const double size = kLarge * caster.Bounds(mesh).HalfDiagonal();
-    reach_.push_back(kReach * std::min(caster.Extent(), size));
-    reach_of_moving_.push_back(moves ? reach_.back() : 0.0);
+    const double reach = kReach * std::min(caster.Extent(), size);
+    const bool shines = lights.AreaLightOf(mesh) != nullptr;
+    if (shines) {
+      shining_.push_back(mesh);
+    }
+    reach_.of_all.push_back(reach);
+    reach_.of_moving.push_back(moves ? reach : 0.0);
+    reach_of_shining_.of_all.push_back(shines ? reach : 0.0);
+    reach_of_shining_.of_moving.push_back(shines && moves ? reach : 0.0);
     const bool slides = image_form_ && (camera_moves_ || moves);
-    if (slides && options.terms.interior && options.max_bounces > 0) {
-      own_corners_[m] = std::make_unique<OwnCorners>(caster, mesh, count, reach_.back());
+    const bool meets_itself = options.max_bounces > 1 || (shines && options.max_bounces > 0);
+    if (slides && options.terms.interior && meets_itself) {
+      own_corners_[m] = std::make_unique<OwnCorners>(caster, mesh, count, reach);
     }
   }
 }
 
-double NearMotion::NearnessOfMotion(const SurfacePoint& p, bool slides, double most) const {
+bool NearMotion::MayReachLight(const SurfacePoint& p) const {
+  const double own = reach_.of_all[static_cast<std::size_t>(p.id.mesh)];
+  return std::any_of(shining_.begin(), shining_.end(), [&](int mesh) {
+    const Box& box = caster_.Bounds(mesh);
+    const auto gap = [](double x, double low, double high) {
+      return std::max({0.0, low - x, x - high});
+    };
+    const Vec3 away(gap(p.x.x, box.low.x, box.high.x),
+                    gap(p.x.y, box.low.y, box.high.y),
+                    gap(p.x.z, box.low.z, box.high.z));
+    return Norm(away) < std::min(own, reach_.of_all[static_cast<std::size_t>(mesh)]);
+  });
+}
+
+double NearMotion::NearnessOfMotion(const SurfacePoint& p,
+                                    bool slides,
+                                    bool is_last,
+                                    double most) const {
+  if (is_last && !MayReachLight(p)) {
+    return most;
+  }
   const auto mesh = static_cast<std::size_t>(p.id.mesh);
   slides = slides && own_corners_[mesh] != nullptr;
+  const Reaches& reach = is_last ? reach_of_shining_ : reach_;
+  const bool meets_all = slides || reach_.of_moving[mesh] > 0.0;
   const RayCaster::Reach against{
-      slides || reach_of_moving_[mesh] > 0.0 ? reach_ : reach_of_moving_, reach_[mesh], p.id.mesh};
+      meets_all ? reach.of_all : reach.of_moving, reach_.of_all[mesh], p.id.mesh};
   double nearness = most;
   for (const double side : {1.0, -1.0}) {
     if (side < 0.0 && !IsTransmissive(p.material->bsdf)) {
@@ -62,10 +93,10 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecord& path,
       continue;
     }
     // The last reflection meets surfaces that shine only.
-    const bool meets_itself = static_cast<int>(k) + 1 < context.max_bounces ||
-                              context.lights.AreaLightOf(v.p.id.mesh) != nullptr;
-    const double nearness =
-        NearnessOfMotion(v.p, visible && image_form_ && meets_itself, std::max(share, kTouch));
+    const bool is_last = static_cast<int>(k) + 1 == context.max_bounces;
+    const bool meets_itself = !is_last || context.lights.AreaLightOf(v.p.id.mesh) != nullptr;
+    const double nearness = NearnessOfMotion(
+        v.p, visible && image_form_ && meets_itself, is_last, std::max(share, kTouch));
     visible = false;
     if (nearness < kTouch) {
       return {static_cast<int>(k), 1, true};

@@ -7,6 +7,7 @@
 #include "renderer/derivative/own_corners.h"
 #include "renderer/derivative/path_recorder.h"
 #include "renderer/render_options.h"
+#include "renderer/scene/light_set.h"
 
 namespace pathfit::renderer {
 
@@ -20,8 +21,11 @@ namespace pathfit::renderer {
 /// that all surfaces near it move against it, those of its own mesh included.
 class NearMotion {
  public:
-  /// `caster` must outlive the result.
-  NearMotion(const RayCaster& caster, const ActiveParameters& active, const RenderOptions& options);
+  /// `caster` must outlive the result. `lights`: which meshes shine.
+  NearMotion(const RayCaster& caster,
+             const LightSet& lights,
+             const ActiveParameters& active,
+             const RenderOptions& options);
 
   /// The first vertex (from 0) of a path, from `first` on, that touches something, or whose
   /// direction should be drawn more than once, and how often; count 1 if there is none. `share`: of
@@ -46,16 +50,24 @@ class NearMotion {
 
  private:
   /// How near what moves against a vertex is, as a share of the distance at which splits begin; at
-  /// most `most`.
-  [[nodiscard]] double NearnessOfMotion(const SurfacePoint& p, bool slides, double most) const;
+  /// most `most`. `is_last`: of the last reflection, which meets what shines only.
+  [[nodiscard]] double NearnessOfMotion(const SurfacePoint& p,
+                                        bool slides,
+                                        bool is_last,
+                                        double most) const;
+  [[nodiscard]] bool MayReachLight(const SurfacePoint& p) const;
 
   const RayCaster& caster_;
   bool any_ = false;
   bool camera_moves_ = false;
   bool image_form_ = false;
-  // By mesh: distance at which splits begin, of all, of those that move; own_corners_ of those that
-  // slide.
-  std::vector<double> reach_, reach_of_moving_;
+  // By mesh: distance at which splits begin, of all and of those that move; 0 for the others.
+  struct Reaches {
+    std::vector<double> of_all, of_moving;
+  };
+  Reaches reach_, reach_of_shining_;
+  std::vector<int> shining_;
+  // Of those that slide.
   std::vector<std::unique_ptr<OwnCorners>> own_corners_;
 };
 

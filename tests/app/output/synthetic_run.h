@@ -100,7 +100,7 @@ inline optim::RoundReport MakeRound(int step, int rounds_per_stage) {
   r.step_norm = 0.3 * std::exp(-0.05 * step);
   r.trust_radius = 2.0 * r.step_norm;
   r.accepted = step % 7 != 5;
-  r.spp = 8 + 4 * r.round;
+  r.samples.spp = 8 + 4 * r.round;
   r.noise_relative = 0.15 + 0.008 * step;
   r.psnr_linear_fit = 31.0 - 14.0 * std::exp(-0.07 * step);
   r.psnr_linear_val = r.psnr_linear_fit - 0.5;

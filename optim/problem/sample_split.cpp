@@ -1,0 +1,157 @@
+#include "optim/problem/sample_split.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::DerivativeTerm;
+using renderer::SampleBudget;
+
+// By DerivativeTerm: paths that a sample traces, derivatives and all (measured in time).
+constexpr std::array<double, renderer::kNumDerivativeTerms> kCost = {1.0, 1.5, 1.5, 1.5, 3.0};
+// By DerivativeTerm; the interior is the unit.
+constexpr std::array<double SampleBudget::*, renderer::kNumDerivativeTerms> kBudget = {
+    nullptr,
+    &SampleBudget::sppe,
+    &SampleBudget::spp_pixel,
+    &SampleBudget::spp_direct,
+    &SampleBudget::spp_indirect};
+// Cost of a term over that of the interior: enough to be seen when it matters.
+constexpr double kLeastCost = 0.05;
+// Of all boundary terms together.
+constexpr double kMostCost = 3.0;
+// Where noise hides the square of J, this share of it is taken as true.
+constexpr double kLeastShare = 0.1;
+
+/// use(scalar, entry, spread, c, stride) for all rows' components; a row's value is at
+/// row * stride + c.
+template <class Use>
+void ForEachComponent(const PixelRows& rows, const ParameterSet& set, Use use) {
+  for (const RowUnit& unit : rows.units) {
+    for (std::int32_t e = 0; e < unit.num_entries; ++e) {
+      const std::size_t at = unit.first_entry + static_cast<std::size_t>(e);
+      const RowEntry& entry = rows.entries[at];
+      const auto size = static_cast<std::size_t>(set.BlockSize(entry.block));
+      for (std::size_t c = 0; c < size; ++c) {
+        use(set.BlockOffset(entry.block) + c, unit, entry, rows.spreads[at], c, size);
+      }
+    }
+  }
+}
+
+/// What the noise of J, with the mean residuals, adds to the gradient.
+double NoiseByJacobian(const RowUnit& unit,
+                       const EntrySpread& spread,
+                       std::size_t c,
+                       std::size_t size) {
+  double sum = 0.0;
+  for (std::size_t row = 0; row < static_cast<std::size_t>(unit.NumRows()); ++row) {
+    sum += static_cast<double>(spread.jacobian[row * size + c]) * unit.residual[row];
+  }
+  return sum;
+}
+
+}  // namespace
+
+SplitMeter::SplitMeter(const ParameterSet& set)
+    : set_(set),
+      image_variance_(set.NumScalars()),
+      square_(set.NumScalars()),
+      difference_square_(set.NumScalars()) {
+  for (Term& term : terms_) {
+    term.variance.assign(set.NumScalars(), 0.0);
+  }
+}
+
+void SplitMeter::AddTerms(const View& view) {
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    const auto& a = view.terms_a.parts()[t];
+    const auto& b = view.terms_b.parts()[t];
+    if (!a || !b) {
+      continue;
+    }
+    Term& term = terms_[t];
+    term.num_samples += static_cast<double>(a->num_samples + b->num_samples);
+    for (int line = 0; line < view.level.photo.height;) {
+      const PixelRows rows = MergeHalves({view.film_a, view.film_b, a->sink, b->sink},
+                                         view.level,
+                                         view.scales,
+                                         set_,
+                                         view.values,
+                                         view.name,
+                                         true,
+                                         line);
+      ForEachComponent(rows,
+                       set_,
+                       [&](std::size_t scalar,
+                           const RowUnit& unit,
+                           const auto&,
+                           const auto& spread,
+                           auto... at) {
+                         const double noise = NoiseByJacobian(unit, spread, at...);
+                         term.variance[scalar] += noise * noise;
+                       });
+    }
+  }
+}
+
+void SplitMeter::AddRows(const PixelRows& rows) {
+  ForEachComponent(
+      rows,
+      set_,
+      [&](std::size_t scalar,
+          const RowUnit& unit,
+          const RowEntry& entry,
+          const EntrySpread& spread,
+          std::size_t c,
+          std::size_t size) {
+        const double by_images =
+            static_cast<double>(spread.gradient[c]) - NoiseByJacobian(unit, spread, c, size);
+        image_variance_[scalar] += by_images * by_images;
+        for (std::size_t row = 0; row < static_cast<std::size_t>(unit.NumRows()); ++row) {
+          const auto mean = static_cast<double>(entry.jacobian[row * size + c]);
+          const auto difference = static_cast<double>(spread.jacobian[row * size + c]);
+          square_[scalar] += mean * mean;
+          difference_square_[scalar] += difference * difference;
+        }
+      });
+}
+
+SampleBudget SplitMeter::Improve(const SampleBudget& used) const {
+  // Best costs of the terms are as the roots of variance times cost, at the numbers in use.
+  std::array<double, renderer::kNumDerivativeTerms> cost{};
+  std::array<double, renderer::kNumDerivativeTerms> best{};
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    double variance = 0.0;
+    for (std::size_t i = 0; i < square_.size(); ++i) {
+      const double curvature =
+          std::max(square_[i] - difference_square_[i], kLeastShare * square_[i]);
+      if (curvature > 0.0) {
+        variance += (terms_[t].variance[i] + (t == 0 ? image_variance_[i] : 0.0)) / curvature;
+      }
+    }
+    cost[t] = kCost[t] * terms_[t].num_samples;
+    best[t] = std::sqrt(variance * cost[t]);
+  }
+  SampleBudget split = used;
+  if (!(best[0] > 0.0)) {
+    return split;
+  }
+  double boundaries = 0.0;
+  for (std::size_t t = 1; t < terms_.size(); ++t) {
+    best[t] = cost[t] > 0.0 ? std::max(best[t] / best[0], kLeastCost) : 0.0;
+    boundaries += best[t];
+  }
+  const double limit = boundaries > kMostCost ? kMostCost / boundaries : 1.0;
+  for (std::size_t t = 1; t < terms_.size(); ++t) {
+    if (cost[t] > 0.0) {
+      split.*kBudget[t] *= std::sqrt(best[t] * limit * cost[0] / cost[t]);
+    }
+  }
+  return split;
+}
+
+}  // namespace pathfit::optim

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "optim/parameter/parameter_set.h"
+#include "optim/problem/fit_views.h"
+#include "optim/problem/pixel_rows.h"
+#include "renderer/render_options.h"
+
+namespace pathfit::optim {
+
+/// Measures what each term of the derivative adds to the error of a step, and finds the split of
+/// samples that makes the error least for its cost: samples as the root of variance over cost
+/// (Neyman's allocation of a stratified sample). The variance is that of the photos' gradient, each
+/// scalar in units of its curvature, summed; the cost a number of paths, never a time, so that the
+/// split is a function of the samples alone.
+class SplitMeter {
+ public:
+  explicit SplitMeter(const ParameterSet& set);
+
+  /// One half of a view's derivative, by terms, and both together as they are fitted.
+  struct View {
+    const renderer::Film &film_a, &film_b;
+    const TermSink &terms_a, &terms_b;
+    const ViewLevel& level;
+    const RowScales& scales;
+    const std::vector<double>& values;
+    const std::string& name;
+  };
+  void AddTerms(const View& view);
+  /// Rows of all terms together, of the same views, with spreads.
+  void AddRows(const PixelRows& rows);
+
+  /// Halfway, as factors, from the split in use to the best one for what was measured. Terms
+  /// without samples keep theirs.
+  [[nodiscard]] renderer::SampleBudget Improve(const renderer::SampleBudget& used) const;
+
+ private:
+  struct Term {
+    std::vector<double> variance;  ///< of the gradient, by scalar
+    double num_samples = 0.0;
+  };
+  const ParameterSet& set_;
+  std::array<Term, renderer::kNumDerivativeTerms> terms_;
+  std::vector<double> image_variance_;  ///< of the gradient by the noise of images
+  std::vector<double> square_,
+      difference_square_;  ///< of J: of the halves' mean, and what is noise
+};
+
+}  // namespace pathfit::optim
