@@ -18,7 +18,11 @@ SceneImageSource::SceneImageSource(renderer::Scene scene,
 
 void SceneImageSource::SetValues(const std::vector<double>& values) {
   guides_.Clear();
-  renderer_.SetParameters(layout_, values);
+  // A round begins where the last one ended, and ends where its trial was.
+  if (values != values_) {
+    renderer_.SetParameters(layout_, values);
+    values_ = values;
+  }
 }
 
 renderer::Camera SceneImageSource::CameraOf(int view) const {

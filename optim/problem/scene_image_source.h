@@ -34,6 +34,7 @@ class SceneImageSource : public ImageSource {
   std::vector<renderer::Camera> cameras_;
   renderer::EstimatorOptions estimators_;
   const renderer::CancelFlag* cancel_;
+  std::vector<double> values_;  ///< set last; empty: none yet
   /// The second half of a linearisation draws by the guides that the first one learned; new values
   /// start anew, so that a resumed fit has the same bits.
   mutable renderer::GuideStore guides_;
