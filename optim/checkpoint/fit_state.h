@@ -33,7 +33,7 @@ bool HasWeightsOfRounds(const AverageState& average, int round);
 /// Budgets of the boundary terms per interior sample (spp is 1 and stays it) that a stage begins
 /// with; its rounds improve them (SplitMeter).
 inline constexpr renderer::SampleBudget kStartSplit{
-    .spp = 1, .sppe = 0.5, .spp_direct = 0.1, .spp_indirect = 0.1, .spp_pixel = 0.5};
+    .spp = 1, .sppe = 0.5, .spp_direct = 0.05, .spp_indirect = 0.05, .spp_pixel = 0.5};
 
 /// Everything a fit needs to continue to the same bits, besides the scene it started from and its
 /// specification. Scenes may differ from the start in the values of unknowns and in the shape of

@@ -120,7 +120,8 @@ void SplitMeter::AddRows(const PixelRows& rows) {
       });
 }
 
-SampleBudget SplitMeter::Improve(const SampleBudget& used) const {
+SampleBudget SplitMeter::Improve(const SampleBudget& used,
+                                 const std::optional<SampleBudget>& at_cost_of) const {
   // Best costs of the terms are as the roots of variance times cost, at the numbers in use.
   std::array<double, renderer::kNumDerivativeTerms> cost{};
   std::array<double, renderer::kNumDerivativeTerms> best{};
@@ -141,11 +142,18 @@ SampleBudget SplitMeter::Improve(const SampleBudget& used) const {
     return split;
   }
   double boundaries = 0.0;
+  double wanted = 0.0;
   for (std::size_t t = 1; t < terms_.size(); ++t) {
     best[t] = cost[t] > 0.0 ? std::max(best[t] / best[0], kLeastCost) : 0.0;
     boundaries += best[t];
+    if (at_cost_of && cost[t] > 0.0) {
+      wanted += cost[t] / cost[0] * (*at_cost_of).*kBudget[t] / used.*kBudget[t];
+    }
   }
-  const double limit = boundaries > kMostCost ? kMostCost / boundaries : 1.0;
+  if (!at_cost_of) {
+    wanted = std::min(boundaries, kMostCost);
+  }
+  const double limit = boundaries > 0.0 ? wanted / boundaries : 1.0;
   for (std::size_t t = 1; t < terms_.size(); ++t) {
     if (cost[t] > 0.0) {
       split.*kBudget[t] *= std::sqrt(best[t] * limit * cost[0] / cost[t]);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,9 +34,12 @@ class SplitMeter {
   /// Rows of all terms together, of the same views, with spreads.
   void AddRows(const PixelRows& rows);
 
-  /// Halfway, as factors, from the split in use to the best one for what was measured. Terms
-  /// without samples keep theirs.
-  [[nodiscard]] renderer::SampleBudget Improve(const renderer::SampleBudget& used) const;
+  /// Halfway, as factors, from the split in use to the best one for what was measured; terms
+  /// without samples keep theirs. With `at_cost_of`, all boundary terms together cost what they
+  /// would with its budgets; else no more than three times the interior.
+  [[nodiscard]] renderer::SampleBudget Improve(
+      const renderer::SampleBudget& used,
+      const std::optional<renderer::SampleBudget>& at_cost_of = {}) const;
 
  private:
   struct Term {

@@ -100,6 +100,18 @@ renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
           budget(terms.pixel && is_material, stage.spp_pixel, split.spp_pixel)};
 }
 
+renderer::SampleBudget SplitOfRound(const renderer::SampleBudget& round,
+                                    const renderer::SampleBudget& split) {
+  const auto share = [&](double budget, double otherwise) {
+    return budget > 0.0 ? budget / round.spp : otherwise;
+  };
+  return {1,
+          share(round.sppe, split.sppe),
+          share(round.spp_direct, split.spp_direct),
+          share(round.spp_indirect, split.spp_indirect),
+          share(round.spp_pixel, split.spp_pixel)};
+}
+
 bool HasAllBudgets(const StageBudget& stage) {
   return stage.sppe && stage.spp_direct && stage.spp_indirect && stage.spp_pixel;
 }

@@ -39,6 +39,9 @@ renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
                                      int spp,
                                      const renderer::SampleBudget& split,
                                      const renderer::EstimatorOptions& estimators);
+/// The split that a round's budgets are of; that of `split` where there are none.
+renderer::SampleBudget SplitOfRound(const renderer::SampleBudget& round,
+                                    const renderer::SampleBudget& split);
 /// Whether all boundary budgets are given.
 bool HasAllBudgets(const StageBudget& stage);
 inline constexpr std::size_t kMeasuredViews = 4;  ///< of a round, for its split

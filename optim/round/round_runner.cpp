@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -293,7 +294,10 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   source.SetValues(context.set.layout().Gather(state.scene));
   AdaptStepControl(outcome, problem.UsesGram(), state);
   state.model = problem.model();
-  state.split = problem.split_meter().Improve(state.split);
+  // Many unknowns are limited by damping, not by the noise of J: time buys nothing there.
+  state.split =
+      problem.split_meter().Improve(SplitOfRound(report.samples, state.split),
+                                    problem.UsesGram() ? std::nullopt : std::optional(kStartSplit));
   if (problem.UsesGram()) {
     Judge(context, theta, outcome, problem.model(), report.motion, state);
     std::vector<double> step = outcome.theta;

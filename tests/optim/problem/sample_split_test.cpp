@@ -1,6 +1,7 @@
 #include "optim/problem/sample_split.h"
 
 #include <cmath>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -35,7 +36,7 @@ void AddTerm(
 
 /// Where rounds end up whose direct term has `variance` times the interior's per sample; per
 /// interior sample.
-SampleBudget SplitInTheEnd(double variance) {
+SampleBudget SplitInTheEnd(double variance, const std::optional<SampleBudget>& at_cost_of = {}) {
   const tests::LinearFit fit = tests::MakeLinearFit(kWidth, kHeight, 1, 1);
   const optim::ParameterSet set(fit.scene, fit.unknowns, {0}, {}, {});
   const optim::ViewLevel level = fit.views.levels[0].Unpack();
@@ -65,7 +66,7 @@ SampleBudget SplitInTheEnd(double variance) {
                                      "photo",
                                      true,
                                      line));
-    split = meter.Improve(split);
+    split = meter.Improve(split, at_cost_of);
   }
   return split;
 }
@@ -80,6 +81,8 @@ TEST(SplitMeterTest, SamplesGoAsTheRootOfVarianceOverCost) {
 TEST(SplitMeterTest, CostStaysWithinItsBounds) {
   EXPECT_NEAR(SplitInTheEnd(1e6).spp_direct, 3.0 / 1.5, 0.01);
   EXPECT_NEAR(SplitInTheEnd(0.0).spp_direct, 0.05 / 1.5, 0.001);
+  // The only boundary term has what the boundaries together may cost.
+  EXPECT_NEAR(SplitInTheEnd(1e6, kStart).spp_direct, kStart.spp_direct, 1e-9);
 }
 
 }  // namespace

@@ -166,5 +166,31 @@ TEST(StoppingRule, ComparesMeansOfRounds) {
   EXPECT_EQ(optim::StopReason(stage, state, 1), "");
 }
 
+TEST(BudgetOfRound, GivenOnesHoldAndOthersFollowTheSplit) {
+  optim::StageBudget stage;
+  stage.spp = 8;
+  stage.spp_direct = 2.0;
+  renderer::EstimatorOptions estimators;
+  estimators.max_bounces = 1;
+  const renderer::SampleBudget split{
+      .spp = 1, .sppe = 0.25, .spp_direct = 9.0, .spp_indirect = 0.5, .spp_pixel = 0.125};
+  renderer::SampleBudget round = optim::BudgetOfRound(stage, 16, split, estimators);
+  EXPECT_EQ(round.spp, 16);
+  EXPECT_EQ(round.sppe, 4.0);
+  EXPECT_EQ(round.spp_direct, 4.0);    // grows as spp does
+  EXPECT_EQ(round.spp_indirect, 0.0);  // one bounce has none
+  EXPECT_EQ(round.spp_pixel, 0.0);     // nor has the image form
+  const renderer::SampleBudget used = optim::SplitOfRound(round, split);
+  EXPECT_EQ(used.spp, 1);
+  EXPECT_EQ(used.sppe, 0.25);
+  EXPECT_EQ(used.spp_direct, 0.25);
+  EXPECT_EQ(used.spp_indirect, 0.5);
+  estimators.max_bounces = 2;
+  estimators.form = renderer::DerivativeForm::kMaterial;
+  round = optim::BudgetOfRound(stage, 16, split, estimators);
+  EXPECT_EQ(round.spp_indirect, 8.0);
+  EXPECT_EQ(round.spp_pixel, 2.0);
+}
+
 }  // namespace
 }  // namespace pathfit
