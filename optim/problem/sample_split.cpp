@@ -7,7 +7,6 @@
 namespace pathfit::optim {
 namespace {
 
-using renderer::DerivativeTerm;
 using renderer::SampleBudget;
 
 // By DerivativeTerm: paths that a sample traces, derivatives and all (measured in time).

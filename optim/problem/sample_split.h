@@ -21,7 +21,7 @@ class SplitMeter {
  public:
   explicit SplitMeter(const ParameterSet& set);
 
-  /// One half of a view's derivative, by terms, and both together as they are fitted.
+  /// Both halves of a view, their derivatives by terms.
   struct View {
     const renderer::Film &film_a, &film_b;
     const TermSink &terms_a, &terms_b;

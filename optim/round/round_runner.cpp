@@ -248,7 +248,8 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
                         ? &state.model
                         : nullptr;
   options.weight = report.samples.spp;
-  if (!HasAllBudgets(stage.samples)) {
+  // Where nothing moves there are no boundaries to divide samples among.
+  if (!HasAllBudgets(stage.samples) && context.set.layout().AnyKind(renderer::MovesGeometry)) {
     options.num_measured = std::min(kMeasuredViews, context.views.fitted.size());
     options.first_measured = static_cast<std::size_t>(round);
   }
