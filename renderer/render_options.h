@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -52,6 +53,11 @@ struct SampleBudget {
             spp_pixel * factor};
   }
 };
+/// The budgets of the boundary terms.
+inline constexpr std::array kBoundaryBudgets = {&SampleBudget::sppe,
+                                                &SampleBudget::spp_direct,
+                                                &SampleBudget::spp_indirect,
+                                                &SampleBudget::spp_pixel};
 
 /// How images and derivatives are estimated, whatever the number of samples.
 struct EstimatorOptions {

@@ -33,7 +33,8 @@ std::vector<ViewOverlap> MeasureOverlap(const Experiment& experiment) {
     if (view.mask.Empty()) continue;
     const double scale =
         std::min(1.0, kOverlapSize / std::max(view.camera.width, view.camera.height));
-    const optim::ViewLevel level = optim::MakeViewLevel(view, experiment.observations, scale);
+    const optim::ViewLevel level =
+        optim::PackedLevel(view, experiment.observations, scale).Unpack();
     renderer::RenderOptions options;
     options.spp = kOverlapSpp;
     options.max_bounces = 0;

@@ -32,8 +32,8 @@ class StopAfterStage final : public optim::FitObserver {
   void OnView(const std::string& stage,
               std::size_t view,
               const renderer::Film& image,
-              const renderer::Image& photo) override {
-    next_.OnView(stage, view, image, photo);
+              const optim::ViewLevel& observed) override {
+    next_.OnView(stage, view, image, observed);
   }
   void OnStage(const optim::StageReport& report) override {
     next_.OnStage(report);

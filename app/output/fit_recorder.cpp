@@ -88,8 +88,8 @@ void FitRecorder::OnRound(const optim::RoundReport& report) {
 void FitRecorder::OnView(const std::string& stage,
                          std::size_t view,
                          const renderer::Film& film,
-                         const Image& photo) {
-  const optim::View& observed = observations_.views[view];
+                         const optim::ViewLevel& observed) {
+  const optim::View& original = observations_.views[view];
   const fs::path folder = run_.Images() / view_folders_[view];
   renderer::CreateFolders(folder);
   const auto thumbnail = [&](const char* kind) {
@@ -97,28 +97,26 @@ void FitRecorder::OnView(const std::string& stage,
   };
   const Image fit = renderer::ColorImage(film);
   const Image fit_encoded = EncodedImage(fit);
-  const Image mask = observed.mask.Empty()
-                         ? Image()
-                         : renderer::ResizeArea(observed.mask.Unpack(), fit.width, fit.height);
-  const Image difference = DifferenceImage(fit, photo, mask);
+  const Image difference = DifferenceImage(fit, observed.photo, observed.mask);
 
   if (!fs::exists(thumbnail("photo"))) {
     WriteJpeg(thumbnail("photo"),
-              EncodedImage(ReducedImage(observed.photo.Unpack(), kThumbnailPx)));
+              EncodedImage(ReducedImage(original.photo.Unpack(), kThumbnailPx)));
   }
   if (stage == "start") WriteJpeg(thumbnail("start"), fit_encoded);
   WriteJpeg(thumbnail("result"), fit_encoded);
   WriteJpeg(thumbnail("difference"), difference);
-  if (!mask.Empty() && observations_.mask_meaning == optim::MaskMeaning::kSilhouette) {
-    WriteJpeg(thumbnail("silhouette"), SilhouetteImage(renderer::CoverageImage(film), mask));
+  if (!observed.mask.Empty() && observations_.mask_meaning == optim::MaskMeaning::kSilhouette) {
+    WriteJpeg(thumbnail("silhouette"),
+              SilhouetteImage(renderer::CoverageImage(film), observed.mask));
   }
   const bool other_stage = !options_.only_pictures_of.empty() && stage != options_.only_pictures_of;
-  if (!observed.validation || other_stage) return;
+  if (!original.validation || other_stage) return;
   const std::string prefix = SafeFileName(stage);
   renderer::WritePng8(folder / (prefix + "_fit.png"), fit_encoded);
   renderer::WritePng8(folder / (prefix + "_difference.png"), difference);
   renderer::WriteExr(folder / (prefix + "_fit.exr"), fit);
-  renderer::WriteExr(folder / (prefix + "_difference.exr"), Subtracted(fit, photo));
+  renderer::WriteExr(folder / (prefix + "_difference.exr"), Subtracted(fit, observed.photo));
 }
 
 void FitRecorder::OnStage(const optim::StageReport& report) {

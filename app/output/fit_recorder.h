@@ -42,7 +42,7 @@ class FitRecorder final : public optim::FitObserver {
   void OnView(const std::string& stage,
               std::size_t view,
               const renderer::Film& film,
-              const renderer::Image& photo) override;
+              const optim::ViewLevel& observed) override;
   void OnStage(const optim::StageReport& report) override;
   void OnMessage(const std::string& text) override;
   void OnWarning(const std::string& text) override;

@@ -230,11 +230,7 @@ class Codec {
                  {"radius_factor", state.radius_factor},
                  {"damping", state.damping},
                  {"rejected_in_row", state.rejected_in_row},
-                 {"split",
-                  {state.split.sppe,
-                   state.split.spp_direct,
-                   state.split.spp_indirect,
-                   state.split.spp_pixel}},
+                 {"split", Json::array()},
                  {"newer_start", state.average.newer_start},
                  {"costs", arrays.Add(state.costs)},
                  {"model",
@@ -253,6 +249,9 @@ class Codec {
                  {"newer", ToJson(state.average.newer, arrays)}};
     for (const auto& [name, values] : state.standard_errors) {
       json["standard_errors"][name] = arrays.Add(values);
+    }
+    for (const auto budget : renderer::kBoundaryBudgets) {
+      json["split"].push_back(state.split.*budget);
     }
     json["arrays"] = arrays.Take();
     return Json::to_cbor(json);
@@ -285,11 +284,9 @@ class Codec {
     json.at("radius_factor").get_to(state.radius_factor);
     json.at("damping").get_to(state.damping);
     json.at("rejected_in_row").get_to(state.rejected_in_row);
-    const Json& split = json.at("split");
-    split.at(0).get_to(state.split.sppe);
-    split.at(1).get_to(state.split.spp_direct);
-    split.at(2).get_to(state.split.spp_indirect);
-    split.at(3).get_to(state.split.spp_pixel);
+    for (std::size_t i = 0; i < renderer::kBoundaryBudgets.size(); ++i) {
+      json.at("split").at(i).get_to(state.split.*renderer::kBoundaryBudgets[i]);
+    }
     json.at("newer_start").get_to(state.average.newer_start);
     ReadArray(arrays, json.at("costs"), state.costs);
     const Json& model = json.at("model");

@@ -46,10 +46,6 @@ renderer::Camera CameraAt(const View& view, double scale) {
 
 }  // namespace
 
-ViewLevel MakeViewLevel(const View& view, const ObservationSet& observations, double scale) {
-  return PackedLevel(view, observations, scale).Unpack();
-}
-
 PackedLevel::PackedLevel(const View& view, const ObservationSet& observations, double scale)
     : camera_(CameraAt(view, scale)), view_(&view) {
   const auto resized = [&](const PackedImage& image) {

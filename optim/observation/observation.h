@@ -41,7 +41,6 @@ struct ViewLevel {
   renderer::Image clipped;
   renderer::Image color_weight;
 };
-ViewLevel MakeViewLevel(const View& view, const ObservationSet& observations, double scale);
 
 /// A level in few bytes beside its view's: what is small is kept, a photo of nearly full size is
 /// averaged again whenever it is unpacked.

@@ -31,6 +31,9 @@ struct EntrySpread {
   std::array<float, 3> mean_gradient{};
 };
 
+/// Where noise hides the square of J, this share of it is taken as true.
+inline constexpr double kLeastTrueShare = 0.1;
+
 /// Rows of one pixel with the same sparsity: its three colours, or its coverage.
 struct RowUnit {
   std::int32_t pixel = 0;

@@ -22,8 +22,6 @@ using ConstVector = Eigen::Map<const Eigen::VectorXd>;
 constexpr int kNumParts = 8;
 // Of the mean diagonal: makes roots of matrices exist.
 constexpr double kRelativeShift = 1e-10;
-// In a direction where noise hides the square of J, this share of it is taken as true.
-constexpr double kLeastShare = 0.1;
 // A quadratic model is wrong by this share of a step that is taken from its point.
 constexpr double kErrorOfStep = 0.25;
 constexpr double kSigmas = 2.0;        // that chance is given
@@ -285,7 +283,7 @@ ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<dou
   if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
     return result;
   }
-  const Eigen::VectorXd share = shares.eigenvalues().cwiseMax(kLeastShare).cwiseMin(1.0);
+  const Eigen::VectorXd share = shares.eigenvalues().cwiseMax(kLeastTrueShare).cwiseMin(1.0);
   const Eigen::MatrixXd dual = square * shares.eigenvectors();  // inverse transpose of the basis
   const RowMajorMatrix hessian = dual * share.asDiagonal() * dual.transpose();
 

@@ -22,8 +22,6 @@ constexpr std::array<double SampleBudget::*, renderer::kNumDerivativeTerms> kBud
 constexpr double kLeastCost = 0.05;
 // Of all boundary terms together.
 constexpr double kMostCost = 3.0;
-// Where noise hides the square of J, this share of it is taken as true.
-constexpr double kLeastShare = 0.1;
 
 /// use(scalar, entry, spread, c, stride) for all rows' components; a row's value is at
 /// row * stride + c.
@@ -128,7 +126,7 @@ SampleBudget SplitMeter::Improve(const SampleBudget& used,
     double variance = 0.0;
     for (std::size_t i = 0; i < square_.size(); ++i) {
       const double curvature =
-          std::max(square_[i] - difference_square_[i], kLeastShare * square_[i]);
+          std::max(square_[i] - difference_square_[i], kLeastTrueShare * square_[i]);
       if (curvature > 0.0) {
         variance += (terms_[t].variance[i] + (t == 0 ? image_variance_[i] : 0.0)) / curvature;
       }

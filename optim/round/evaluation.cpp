@@ -84,9 +84,9 @@ CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
 ReportedView RenderForReport(const ImageSource& source,
                              const FitViews& views,
                              int view,
+                             const ViewLevel& level,
                              const SampleHalves& samples,
                              bool estimate_gain) {
-  const ViewLevel level = views.levels[static_cast<std::size_t>(view)].Unpack();
   const renderer::Film a = source.RenderPrimal(view, samples.a);
   const renderer::Film b = source.RenderPrimal(view, samples.b);
   ReportedView reported;
@@ -139,8 +139,9 @@ void FitEvaluation::Report(const SampleHalves& samples,
   const auto source = MakeSource(scene, {}, views);
   for (std::size_t v = 0; v < views.levels.size(); ++v) {
     const View& view = observations_.views[v];
+    const ViewLevel level = views.levels[v].Unpack();
     ReportedView reported = RenderForReport(
-        *source, views, static_cast<int>(v), samples, view.validation && estimate_gains_);
+        *source, views, static_cast<int>(v), level, samples, view.validation && estimate_gains_);
     renderer::Camera& sensor = scene.sensors[v];
     const double limit = std::exp2(exposure_.prior.max_ev);
     sensor.gain = std::clamp(sensor.gain * reported.gain_factor,
@@ -152,7 +153,7 @@ void FitEvaluation::Report(const SampleHalves& samples,
                             reported.quality.psnr_srgb,
                             reported.quality.iou,
                             sensor.gain});
-    observer.OnView(report.stage, v, reported.film, views.levels[v].Unpack().photo);
+    observer.OnView(report.stage, v, reported.film, level);
   }
   Average(report);
 }

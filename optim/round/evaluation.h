@@ -42,7 +42,8 @@ CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
                             const SampleHalves& samples);
 
 /// One view rendered for a report. Of a held-out view only `gain_factor`, a single number, is
-/// estimated from its own photo (1 unless `estimate_gain`); the film has it applied.
+/// estimated from its own photo (1 unless `estimate_gain`); the film has it applied. `level` is the
+/// view's, unpacked.
 struct ReportedView {
   renderer::Film film;
   ViewQuality quality;
@@ -51,6 +52,7 @@ struct ReportedView {
 ReportedView RenderForReport(const ImageSource& source,
                              const FitViews& views,
                              int view,
+                             const ViewLevel& level,
                              const SampleHalves& samples,
                              bool estimate_gain);
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "optim/observation/observation.h"
 #include "renderer/image/image.h"
 #include "renderer/render_options.h"
 
@@ -74,12 +75,12 @@ class FitObserver {
   FitObserver& operator=(const FitObserver&) = delete;
   virtual ~FitObserver() = default;
   virtual void OnRound(const RoundReport& report) = 0;
-  /// Rendering of a view for the report of a stage, at the last stage's resolution, and the photo
-  /// at that size; of all views, before the report.
+  /// Rendering of a view for the report of a stage, at the last stage's resolution, and what was
+  /// observed at that size; of all views, before the report.
   virtual void OnView(const std::string& stage,
                       std::size_t view,
                       const renderer::Film& image,
-                      const renderer::Image& photo) = 0;
+                      const ViewLevel& observed) = 0;
   virtual void OnStage(const StageReport& report) = 0;
   virtual void OnMessage(const std::string& text) = 0;
   /// What may spoil the result.

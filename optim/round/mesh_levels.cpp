@@ -12,6 +12,7 @@
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_folds.h"
 #include "renderer/geometry/mesh_topology.h"
+#include "renderer/math/median.h"
 #include "renderer/sensor/camera.h"
 
 namespace pathfit::optim {
@@ -25,12 +26,6 @@ using renderer::Vec3;
 constexpr double kNear = 1.3;             // factor of the wanted edge that is near enough
 constexpr double kPixelsPerVertex = 4.0;  // of all fitted views together
 constexpr double kMaxVertices = 1e6;
-
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// What the views see of a mesh in the world.
 struct Footprint {
@@ -61,10 +56,10 @@ Footprint FootprintOn(const Mesh& world, const FitViews& views) {
       high_v = std::max(high_v, seen->v);
     }
     if (sizes.empty()) continue;
-    medians.push_back(Median(sizes));
+    medians.push_back(renderer::Median(sizes));
     footprint.pixels += (high_u - low_u) * (high_v - low_v);
   }
-  if (!medians.empty()) footprint.size = Median(medians);
+  if (!medians.empty()) footprint.size = renderer::Median(medians);
   return footprint;
 }
 

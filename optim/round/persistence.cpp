@@ -59,11 +59,9 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
               std::isfinite(state.radius_factor) && state.damping > 0.0 &&
               std::isfinite(state.damping),
           "step control or time out of range");
-  for (const double budget : {state.split.sppe,
-                              state.split.spp_direct,
-                              state.split.spp_indirect,
-                              state.split.spp_pixel}) {
-    require(budget > 0.0 && std::isfinite(budget), "a split of samples out of range");
+  for (const auto budget : renderer::kBoundaryBudgets) {
+    require(state.split.*budget > 0.0 && std::isfinite(state.split.*budget),
+            "a split of samples out of range");
   }
   require(HasWeightsOfRounds(state.average, state.RoundsOfLevel()) &&
               (state.average.newer.weight > 0.0) == (state.RoundsOfLevel() > 0),

@@ -102,14 +102,14 @@ renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
 
 renderer::SampleBudget SplitOfRound(const renderer::SampleBudget& round,
                                     const renderer::SampleBudget& split) {
-  const auto share = [&](double budget, double otherwise) {
-    return budget > 0.0 ? budget / round.spp : otherwise;
-  };
-  return {1,
-          share(round.sppe, split.sppe),
-          share(round.spp_direct, split.spp_direct),
-          share(round.spp_indirect, split.spp_indirect),
-          share(round.spp_pixel, split.spp_pixel)};
+  renderer::SampleBudget next = split;
+  next.spp = 1;
+  for (const auto budget : renderer::kBoundaryBudgets) {
+    if (round.*budget > 0.0) {
+      next.*budget = round.*budget / round.spp;
+    }
+  }
+  return next;
 }
 
 bool HasAllBudgets(const StageBudget& stage) {

@@ -91,8 +91,9 @@ void ReportValidation(const StageContext& context,
                                           SampleUse::kValidation,
                                           {.spp = std::min(report.samples.spp, kValidationSpp)});
   for (const int view : context.views.validation) {
-    const ReportedView reported =
-        RenderForReport(source, context.views, view, samples, context.estimate_validation_gains);
+    const ViewLevel level = context.views.levels[static_cast<std::size_t>(view)].Unpack();
+    const ReportedView reported = RenderForReport(
+        source, context.views, view, level, samples, context.estimate_validation_gains);
     report.psnr_linear_val += reported.quality.psnr_linear / count;
     report.iou_val += reported.quality.iou / count;
   }

@@ -39,14 +39,8 @@ NearMotion::NearMotion(const RayCaster& caster,
 bool NearMotion::MayReachLight(const SurfacePoint& p) const {
   const double own = reach_.of_all[static_cast<std::size_t>(p.id.mesh)];
   return std::any_of(shining_.begin(), shining_.end(), [&](int mesh) {
-    const Box& box = caster_.Bounds(mesh);
-    const auto gap = [](double x, double low, double high) {
-      return std::max({0.0, low - x, x - high});
-    };
-    const Vec3 away(gap(p.x.x, box.low.x, box.high.x),
-                    gap(p.x.y, box.low.y, box.high.y),
-                    gap(p.x.z, box.low.z, box.high.z));
-    return Norm(away) < std::min(own, reach_.of_all[static_cast<std::size_t>(mesh)]);
+    return caster_.Bounds(mesh).Distance(p.x) <
+           std::min(own, reach_.of_all[static_cast<std::size_t>(mesh)]);
   });
 }
 

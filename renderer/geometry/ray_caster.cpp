@@ -9,6 +9,7 @@
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/embree_compat.h"
 #include "renderer/geometry/mesh_checks.h"
+#include "renderer/math/median.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -47,14 +48,6 @@ constexpr std::size_t kMiddleSamples = 1024;
 constexpr double kOddStep = 0.3183;
 // Cuts of cuts, against endless ones of what is thinner than rounding.
 constexpr int kMaxCuts = 64;
-
-/// The mean of the two middle values.
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return values.size() % 2 == 1 ? *middle
-                                : 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
 
 /// Where most of a mesh is, and how far it reaches from there: few far corners do not matter.
 struct Middle {

@@ -28,6 +28,14 @@ struct Box {
     return low.x <= other.high.x && other.low.x <= high.x && low.y <= other.high.y &&
            other.low.y <= high.y && low.z <= other.high.z && other.low.z <= high.z;
   }
+  /// To the nearest point of the box.
+  [[nodiscard]] double Distance(const Vec3& x) const {
+    Vec3 away;
+    for (int i = 0; i < 3; ++i) {
+      away[i] = std::max({0.0, low[i] - x[i], x[i] - high[i]});
+    }
+    return Norm(away);
+  }
   [[nodiscard]] Vec3 Middle() const { return (low + high) * 0.5; }
   [[nodiscard]] Vec3 Size() const { return high - low; }
   [[nodiscard]] double HalfDiagonal() const { return 0.5 * Norm(Size()); }

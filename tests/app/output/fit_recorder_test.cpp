@@ -50,10 +50,11 @@ class SyntheticFit {
 
   void Stage(const std::string& name, int rounds, double wrong) {
     for (int i = 0; i < static_cast<int>(set_.views.size()); ++i) {
-      recorder_->OnView(name,
-                        static_cast<std::size_t>(i),
-                        DiscFilm(kWidth / 2, kHeight / 2, i, wrong),
-                        renderer::ColorImage(DiscFilm(kWidth / 2, kHeight / 2, i, 0.0)));
+      recorder_->OnView(
+          name,
+          static_cast<std::size_t>(i),
+          DiscFilm(kWidth / 2, kHeight / 2, i, wrong),
+          optim::PackedLevel(set_.views[static_cast<std::size_t>(i)], set_, 0.5).Unpack());
     }
     recorder_->OnStage(MakeStage(name, rounds, wrong, set_));
   }

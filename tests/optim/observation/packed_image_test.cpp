@@ -67,7 +67,7 @@ TEST(PackedLevel, IsTheLevelAndTakesLittleBesideItsView) {
   for (const double scale : {1.0, 0.5, 0.25}) {
     const optim::PackedLevel level(view, set, scale);
     const optim::ViewLevel unpacked = level.Unpack();
-    EXPECT_EQ(unpacked.photo.data, MakeViewLevel(view, set, scale).photo.data);
+    EXPECT_EQ(unpacked.photo.data, PackedLevel(view, set, scale).Unpack().photo.data);
     EXPECT_EQ(unpacked.color_weight.data.size(), unpacked.photo.data.size() / 3);
     EXPECT_LE(level.MemoryBytes(), static_cast<std::size_t>(300 * 200));
   }

@@ -30,10 +30,10 @@ View MakeView() {
   return view;
 }
 
-TEST(MakeViewLevel, AveragesEverythingToTheScale) {
+TEST(ViewLevelTest, AveragesEverythingToTheScale) {
   const ObservationSet set{
       .views = {}, .mask_meaning = MaskMeaning::kSilhouette, .mask_erode_px = 0, .assumptions = {}};
-  const ViewLevel level = MakeViewLevel(MakeView(), set, 0.25);
+  const ViewLevel level = PackedLevel(MakeView(), set, 0.25).Unpack();
   EXPECT_EQ(level.photo.width, 3);
   EXPECT_EQ(level.photo.height, 2);
   EXPECT_EQ(level.camera.width, 3);
@@ -47,34 +47,34 @@ TEST(MakeViewLevel, AveragesEverythingToTheScale) {
   EXPECT_EQ(level.color_weight.data, level.mask.data);
 }
 
-TEST(MakeViewLevel, SizesAreRoundedAndNeverZero) {
+TEST(ViewLevelTest, SizesAreRoundedAndNeverZero) {
   const ObservationSet set;
-  EXPECT_EQ(MakeViewLevel(MakeView(), set, 0.3).photo.width, 4);
-  EXPECT_EQ(MakeViewLevel(MakeView(), set, 0.3).photo.height, 2);
-  EXPECT_EQ(MakeViewLevel(MakeView(), set, 0.01).photo.height, 1);
+  EXPECT_EQ(PackedLevel(MakeView(), set, 0.3).Unpack().photo.width, 4);
+  EXPECT_EQ(PackedLevel(MakeView(), set, 0.3).Unpack().photo.height, 2);
+  EXPECT_EQ(PackedLevel(MakeView(), set, 0.01).Unpack().photo.height, 1);
 }
 
-TEST(MakeViewLevel, ColoursCountInsideTheErodedMask) {
+TEST(ViewLevelTest, ColoursCountInsideTheErodedMask) {
   ObservationSet set{
       .views = {}, .mask_meaning = MaskMeaning::kSilhouette, .mask_erode_px = 1, .assumptions = {}};
-  const ViewLevel level = MakeViewLevel(MakeView(), set, 1.0);
+  const ViewLevel level = PackedLevel(MakeView(), set, 1.0).Unpack();
   EXPECT_EQ(level.color_weight.At(4, 4, 0), 0.0F);
   EXPECT_EQ(level.color_weight.At(5, 4, 0), 1.0F);
   EXPECT_EQ(level.color_weight.At(9, 4, 0), 0.0F);
   EXPECT_EQ(level.mask.At(4, 4, 0), 1.0F);
-  EXPECT_NEAR(MakeViewLevel(MakeView(), set, 0.5).color_weight.At(2, 2, 0), 0.5F, 1e-6F);
+  EXPECT_NEAR(PackedLevel(MakeView(), set, 0.5).Unpack().color_weight.At(2, 2, 0), 0.5F, 1e-6F);
   set.mask_meaning = MaskMeaning::kIgnore;
-  EXPECT_EQ(MakeViewLevel(MakeView(), set, 1.0).color_weight.At(4, 4, 0), 0.0F);
+  EXPECT_EQ(PackedLevel(MakeView(), set, 1.0).Unpack().color_weight.At(4, 4, 0), 0.0F);
 }
 
-TEST(MakeViewLevel, WithoutMasksAllColoursCount) {
+TEST(ViewLevelTest, WithoutMasksAllColoursCount) {
   ObservationSet set;
-  EXPECT_EQ(MakeViewLevel(MakeView(), set, 0.5).color_weight.At(0, 0, 0), 1.0F);
+  EXPECT_EQ(PackedLevel(MakeView(), set, 0.5).Unpack().color_weight.At(0, 0, 0), 1.0F);
   set.mask_meaning = MaskMeaning::kIgnore;
   View view = MakeView();
   view.mask = Image();
   view.clipped = Image();
-  const ViewLevel level = MakeViewLevel(view, set, 0.5);
+  const ViewLevel level = PackedLevel(view, set, 0.5).Unpack();
   EXPECT_EQ(level.color_weight.At(0, 0, 0), 1.0F);
   EXPECT_TRUE(level.mask.Empty());
   EXPECT_TRUE(level.clipped.Empty());

@@ -90,8 +90,8 @@ class RecordingObserver : public optim::FitObserver {
   void OnView(const std::string& stage,
               std::size_t view,
               const renderer::Film& image,
-              const renderer::Image& photo) override {
-    PATHFIT_CHECK(image.width == photo.width && image.height == photo.height);
+              const optim::ViewLevel& observed) override {
+    PATHFIT_CHECK(image.width == observed.photo.width && image.height == observed.photo.height);
     num_images = stage == stage_ ? num_images + 1 : 1;
     PATHFIT_CHECK(view + 1 == num_images);
     stage_ = stage;
