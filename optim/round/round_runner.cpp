@@ -123,8 +123,8 @@ SolveOutcome Solve(const StageContext& context,
                                                                   context.spec.max_memory_bytes);
   options.radius =
       TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
-  options.admits = [&](const std::vector<double>& trial) {
-    return guard.Admits(trial) && cameras.Admits(trial) && motion.Admits(trial);
+  options.restrain = [&](std::vector<double>& trial) {
+    return guard.Restrain(trial) && cameras.Admits(trial) && motion.Admits(trial);
   };
   report.linear_solver = LinearSolverName(options.linear_solver);
   report.trust_radius = options.radius;

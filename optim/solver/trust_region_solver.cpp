@@ -74,10 +74,12 @@ class RenderCallback : public ceres::EvaluationCallback {
     state_.refused = true;
     const auto start = std::chrono::steady_clock::now();
     try {
-      const std::vector<double> values = problem_.set().ValuesFromTheta(theta_);
-      if (!error_ && (!options_.admits || options_.admits(values))) {
+      std::vector<double> values = problem_.set().ValuesFromTheta(theta_);
+      const std::vector<double> wanted = values;
+      if (!error_ && (!options_.restrain || options_.restrain(values))) {
         problem_.EvalTrial(values);
         state_.refused = false;
+        trial_ = values == wanted ? theta_ : problem_.set().ThetaFromValues(values);
       }
     } catch (const renderer::SceneError&) {
       // The step leads out of what can be rendered.
@@ -90,6 +92,8 @@ class RenderCallback : public ceres::EvaluationCallback {
   [[nodiscard]] const std::exception_ptr& error() const { return error_; }
   [[nodiscard]] double seconds() const { return seconds_; }
   [[nodiscard]] int trials() const { return trials_; }
+  /// The last point that was rendered.
+  [[nodiscard]] const std::vector<double>& trial() const { return trial_; }
 
  private:
   ImageProblem& problem_;
@@ -98,6 +102,7 @@ class RenderCallback : public ceres::EvaluationCallback {
   EvaluationState& state_;
   bool is_first_ = true;
   int trials_ = 0;
+  std::vector<double> trial_;
   double seconds_ = 0.0;
   std::exception_ptr error_;
 };
@@ -302,7 +307,7 @@ SolveOutcome SolveRound(ImageProblem& problem,
     outcome.failure = summary.message;
   }
   if (outcome.accepted) {
-    outcome.theta = moving;
+    outcome.theta = render.trial();
   }
   outcome.trials = render.trials();
   // After each rejection the radius is divided by twice the last divisor.

@@ -28,8 +28,9 @@ struct SolveOptions {
   double radius = 1.0;     ///< trust region, first and largest
   double eta = 0.01;       ///< relative accuracy of conjugate gradients
   int max_rejections = 8;  ///< trials after the first before the round gives up
-  /// Whether a trial (values in units of the scene) may be rendered at all; empty = always.
-  std::function<bool(const std::vector<double>&)> admits;
+  /// Whether a trial (values in units of the scene) may be rendered at all, where it may change it
+  /// first: what is rendered and accepted is the changed one. Empty = always.
+  std::function<bool(std::vector<double>&)> restrain;
 };
 
 struct SolveOutcome {

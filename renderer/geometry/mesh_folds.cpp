@@ -69,7 +69,19 @@ std::vector<MeshEdge> FoldedEdges(const Mesh& mesh, const std::vector<MeshEdge>&
   return folded;
 }
 
-std::vector<std::int32_t> Crossing(const Mesh& mesh, const std::vector<std::int32_t>& parts) {
+}  // namespace
+
+bool AreFolded(const Vec3& n_a, const Vec3& n_b) {
+  static const double kCosine = std::cos(kFoldAngle * std::numbers::pi / 180.0);
+  return Dot(n_a, n_b) < kCosine * Norm(n_a) * Norm(n_b);
+}
+
+std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh) {
+  return CrossingTriangles(mesh, MeshTopology::Build(mesh).parts);
+}
+
+std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh,
+                                            const std::vector<std::int32_t>& parts) {
   std::vector<char> crosses(mesh.triangles.size(), 0);
   const std::vector<TriangleGeometry> geometry = GeometryOf(mesh);
   std::vector<NearItem> items;
@@ -90,21 +102,10 @@ std::vector<std::int32_t> Crossing(const Mesh& mesh, const std::vector<std::int3
   return found;
 }
 
-}  // namespace
-
-bool AreFolded(const Vec3& n_a, const Vec3& n_b) {
-  static const double kCosine = std::cos(kFoldAngle * std::numbers::pi / 180.0);
-  return Dot(n_a, n_b) < kCosine * Norm(n_a) * Norm(n_b);
-}
-
-std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh) {
-  return Crossing(mesh, MeshTopology::Build(mesh).parts);
-}
-
 MeshFolds CountFolds(const Mesh& mesh) {
   const MeshTopology topology = MeshTopology::Build(mesh);
   return {static_cast<int>(FoldedEdges(mesh, topology.edges).size()),
-          static_cast<int>(Crossing(mesh, topology.parts).size())};
+          static_cast<int>(CrossingTriangles(mesh, topology.parts).size())};
 }
 
 MeshFolds Unfold(Mesh& mesh) {
@@ -117,7 +118,7 @@ MeshFolds Unfold(Mesh& mesh) {
   MeshFolds left;
   for (int pass = 0; pass <= kMaxUnfoldPasses; ++pass) {
     const std::vector<MeshEdge> folded = FoldedEdges(mesh, topology.edges);
-    const std::vector<std::int32_t> crossing = Crossing(mesh, topology.parts);
+    const std::vector<std::int32_t> crossing = CrossingTriangles(mesh, topology.parts);
     left = {static_cast<int>(folded.size()), static_cast<int>(crossing.size())};
     if (left.Total() == 0 || pass == kMaxUnfoldPasses) break;
     std::vector<char> moves(mesh.positions.size(), 0);

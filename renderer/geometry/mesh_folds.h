@@ -24,6 +24,9 @@ bool AreFolded(const Vec3& n_a, const Vec3& n_b);
 /// pierces the inside of the other. Neighbours that share an edge never do; parts that reach into
 /// each other are how models are built.
 std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh);
+/// With the mesh's MeshTopology::parts at hand.
+std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh,
+                                            const std::vector<std::int32_t>& parts);
 
 /// Pulls the vertices of folds and crossings to the middle of their neighbours, and more of their
 /// surroundings the longer that takes, until there are none or after kMaxUnfoldPasses. Vertices of

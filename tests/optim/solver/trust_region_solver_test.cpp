@@ -76,7 +76,7 @@ class TrustRegionSolverTest : public testing::Test {
     solve.linear_solver = kind;
     solve.radius = 10.0;
     solve.eta = 1e-8;
-    solve.admits = admits_;
+    solve.restrain = restrain_;
     const SolveOutcome outcome = optim::SolveRound(problem, priors_, {}, start_, solve);
     cost_after_ = problem.costs().Total();
     return outcome;
@@ -94,7 +94,7 @@ class TrustRegionSolverTest : public testing::Test {
   optim::ParameterSet set_{fit_.scene, fit_.unknowns, {0}, {}, {}};
   std::vector<double> start_ = std::vector<double>(fit_.truth.size(), 1.0);
   std::vector<optim::PriorTerm> priors_;
-  std::function<bool(const std::vector<double>&)> admits_;
+  std::function<bool(std::vector<double>&)> restrain_;
   double cost_after_ = 0.0;
 };
 
@@ -132,16 +132,28 @@ TEST_F(TrustRegionSolverTest, IsTheSameToTheLastBitWhenRepeated) {
 }
 
 TEST_F(TrustRegionSolverTest, StaysWhereItIsIfNoTrialIsAdmitted) {
-  admits_ = [](const std::vector<double>&) { return false; };
+  restrain_ = [](std::vector<double>&) { return false; };
   const SolveOutcome outcome = Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3);
   EXPECT_FALSE(outcome.accepted);
   EXPECT_EQ(outcome.theta, start_);
   EXPECT_GT(outcome.trials, 1);
 }
 
+TEST_F(TrustRegionSolverTest, AcceptsTheTrialAsItWasRestrained) {
+  restrain_ = [this](std::vector<double>& values) {
+    values[1] = start_[1];
+    return true;
+  };
+  const SolveOutcome outcome =
+      Step(LinearSolverChoice::kCholesky, LinearSolverKind::kCholesky, 0.3);
+  ASSERT_TRUE(outcome.accepted);
+  EXPECT_EQ(outcome.theta[1], start_[1]);
+  EXPECT_NE(outcome.theta[0], start_[0]);
+}
+
 TEST_F(TrustRegionSolverTest, BringsErrorsOfTrialsOutOfTheSolver) {
   int calls = 0;
-  admits_ = [&calls](const std::vector<double>&) -> bool {
+  restrain_ = [&calls](std::vector<double>&) -> bool {
     ++calls;
     PATHFIT_CHECK(calls < 0);
     return true;
@@ -153,18 +165,18 @@ TEST_F(TrustRegionSolverTest, BringsErrorsOfTrialsOutOfTheSolver) {
     EXPECT_THROW(Step(choice, kind, 0.3), renderer::InternalError);
     EXPECT_EQ(calls, 1);
   }
-  admits_ = [](const std::vector<double>&) -> bool { throw renderer::Cancelled(); };
+  restrain_ = [](std::vector<double>&) -> bool { throw renderer::Cancelled(); };
   EXPECT_THROW(Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3), renderer::Cancelled);
-  admits_ = [](const std::vector<double>&) -> bool { throw renderer::SceneError("folded"); };
+  restrain_ = [](std::vector<double>&) -> bool { throw renderer::SceneError("folded"); };
   EXPECT_FALSE(Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3).accepted);
 }
 
 TEST_F(TrustRegionSolverTest, SaysInTheSolversWordsWhyItGaveUp) {
-  admits_ = [](const std::vector<double>&) { return false; };
+  restrain_ = [](std::vector<double>&) { return false; };
   SolveOutcome outcome = Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3);
   EXPECT_FALSE(outcome.accepted);
   EXPECT_EQ(outcome.failure, "");  // rejected trials are a usual round
-  admits_ = nullptr;
+  restrain_ = nullptr;
   priors_.push_back({{0}, {std::numeric_limits<double>::infinity()}, {}, false, false});
   try {
     Step(LinearSolverChoice::kGram, LinearSolverKind::kGram, 0.3);
