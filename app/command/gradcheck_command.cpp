@@ -220,6 +220,7 @@ ExitStatus Run(CommandContext& context) {
   const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   const Experiment experiment = BuildExperiment(config);
+  for (const std::string& text : experiment.assumptions) context.log.Info(text);
   const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
   std::set<std::string> limits;
   for (const Direction& direction : directions) {

@@ -114,7 +114,6 @@ void CheckTextures(const YamlNode& scene, ConfigReading& reading) {
 
 // Every material that is named exists.
 void CheckMaterialNames(const YamlNode& scene, ConfigReading& reading) {
-  if (scene.Find("materials") == nullptr) return;
   std::vector<std::string> names;
   for (const YamlEntry& entry : EntriesOf(scene, "materials")) names.push_back(entry.key);
   const auto check = [&](const YamlNode& name, const std::string& path) {
@@ -173,7 +172,11 @@ void CheckLights(const YamlNode& scene, ConfigReading& reading) {
     }
     const YamlNode* mesh = entry.value.Find("mesh");
     if (mesh == nullptr) continue;
-    if (!Contains(meshes, mesh->text) && !meshes.empty()) {
+    // Of a glTF file only building tells.
+    const bool is_part = std::ranges::any_of(reading.config.geometry, [&](const auto& geometry) {
+      return IsGltf(geometry) && mesh->text.starts_with(geometry.name + "-");
+    });
+    if (!Contains(meshes, mesh->text) && !is_part && !meshes.empty()) {
       ReportNothingCalled(*mesh, path + ".mesh", "mesh", meshes, reading);
     } else if (Contains(shining, mesh->text)) {
       reading.Report(
@@ -259,6 +262,7 @@ std::vector<NamedMesh> MeshesOf(const ExperimentConfig& config) {
   std::vector<NamedMesh> meshes;
   for (const GeometryConfig& geometry : config.geometry) {
     meshes.push_back({geometry.name, &geometry, geometry.material});
+    if (IsGltf(geometry)) continue;
     for (const auto& [usemtl, material] : geometry.group_materials) {
       meshes.push_back({GroupMeshName(geometry.name, usemtl), &geometry, material});
     }

@@ -114,6 +114,13 @@ void CheckTriangleAreas(const GeometryConfig& geometry, const CheckedMap& map) {
 
 void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
   CheckTriangleAreas(geometry, map);
+  const bool is_gltf = IsGltf(geometry);
+  if (map.Find("material") == nullptr && !is_gltf) {
+    map.Report("", "required key 'material' is missing (a name); only glTF files bring their own");
+  }
+  if (const YamlNode* lights = map.Find("lights"); geometry.lights && !is_gltf) {
+    map.Report("lights", *lights, "only glTF files have lights");
+  }
   const YamlNode* groups = map.Find("materials");
   if (groups == nullptr) return;
   for (const YamlEntry& group : groups->entries) {
@@ -131,47 +138,58 @@ SchemaNode GeometrySchema() {
       ByCheck(binding::Make(SchemaNode::Type::kNamedMap, "materials") |
               Doc("Materials of an OBJ file by the names of its `usemtl` lines; what is not named "
                   "here has `material`. Each becomes a mesh of its own, called `MESH-USEMTL`; they "
-                  "should meet at creases, not on smooth surfaces."));
+                  "should meet at creases, not on smooth surfaces. Of a glTF file: materials "
+                  "instead of its own, by their names."));
   groups.children = {group};
-  return NamedMap("geometry",
-                  "MESH",
-                  Map("",
-                      {Key("file",
-                           [](GeometryConfig& g) -> std::filesystem::path& {
-                             return Become<FileGeometry>(g).path;
-                           }) |
-                           Doc(renderer::MeshFormatNames() + ".") | OneOf("shape"),
-                       PrimitiveSchema(),
-                       InlineMeshSchema(),
-                       MapOf("visual_hull",
-                             {Key("resolution", &VisualHullGeometry::resolution) |
-                              Doc("Cells along the longest side of the box.") | From(8, 1024)},
-                             Become<VisualHullGeometry>) |
-                           Doc("Carved from the masks.") | OneOf("shape"),
-                       Name("material", &GeometryConfig::material) |
-                           Doc("One of `scene.materials`.") | Required(),
-                       groups | FreeNames() | Needs("file"),
-                       Choice("normals",
-                              {{"file", Normals::kFile},
-                               {"flat", Normals::kFlat},
-                               {"smooth", Normals::kSmooth}},
-                              &GeometryConfig::normals) |
-                           Doc("How triangles are shaded: by the normals of the file (or of "
-                               "`mesh`) if there are any, else flat; `flat`: each by its own; "
-                               "`smooth`: by interpolated normals of the vertices.") |
-                           DefaultIs("`file`; `flat` where `MESH.vertices` is unknown"),
-                       Key("repair", &GeometryConfig::repair) |
-                           Doc("Mend what else is refused (not manifold, degenerate, "
-                               "inconsistently wound) and say what was mended."),
-                       TransformSchema(),
-                       Point("pivot_m", &GeometryConfig::pivot) |
-                           Doc("What `MESH.rotation` and `MESH.scale` turn and grow about, in the "
-                               "world.") |
-                           DefaultIs("middle of the bounding box")}) |
-                      Check(CheckGeometry) |
-                      Refuse({{"uv", "; UVs come from the file or from `mesh.uvs`"},
-                              {"from_points", "; write visual_hull, or give a file"}}),
-                  &ExperimentConfig::geometry) |
+  return NamedMap(
+             "geometry",
+             "MESH",
+             Map("",
+                 {Key("file",
+                      [](GeometryConfig& g) -> std::filesystem::path& {
+                        return Become<FileGeometry>(g).path;
+                      }) |
+                      Doc(renderer::MeshFormatNames() +
+                          ", or glTF (.glb, .gltf), which has materials and textures too: they "
+                          "keep their names, and `MATERIAL.roughness` or `TEXTURE.texels` may "
+                          "be unknown. Several nodes or materials become meshes called "
+                          "`MESH-NODE` or `MESH-NODE-MATERIAL`.") |
+                      OneOf("shape"),
+                  PrimitiveSchema(),
+                  InlineMeshSchema(),
+                  MapOf("visual_hull",
+                        {Key("resolution", &VisualHullGeometry::resolution) |
+                         Doc("Cells along the longest side of the box.") | From(8, 1024)},
+                        Become<VisualHullGeometry>) |
+                      Doc("Carved from the masks.") | OneOf("shape"),
+                  Name("material", &GeometryConfig::material) | Doc("One of `scene.materials`.") |
+                      DefaultIs("those of a glTF file; else **required**"),
+                  Key("lights", &GeometryConfig::lights) |
+                      Doc("Takes the lights of a glTF file, too (point, spot, directional), as "
+                          "`MESH-LIGHT`.") |
+                      Needs("file"),
+                  groups | FreeNames() | Needs("file"),
+                  Choice("normals",
+                         {{"file", Normals::kFile},
+                          {"flat", Normals::kFlat},
+                          {"smooth", Normals::kSmooth}},
+                         &GeometryConfig::normals) |
+                      Doc("How triangles are shaded: by the normals of the file (or of "
+                          "`mesh`) if there are any, else flat; `flat`: each by its own; "
+                          "`smooth`: by interpolated normals of the vertices.") |
+                      DefaultIs("`file`; `flat` where `MESH.vertices` is unknown"),
+                  Key("repair", &GeometryConfig::repair) |
+                      Doc("Mend what else is refused (not manifold, degenerate, "
+                          "inconsistently wound) and say what was mended."),
+                  TransformSchema(),
+                  Point("pivot_m", &GeometryConfig::pivot) |
+                      Doc("What `MESH.rotation` and `MESH.scale` turn and grow about, in the "
+                          "world.") |
+                      DefaultIs("middle of the bounding box")}) |
+                 Check(CheckGeometry) |
+                 Refuse({{"uv", "; UVs come from the file or from `mesh.uvs`"},
+                         {"from_points", "; write visual_hull, or give a file"}}),
+             &ExperimentConfig::geometry) |
          Doc("What is in the scene.") | Required() | Items(1, 0);
 }
 

@@ -61,11 +61,12 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
     scene.materials.push_back(BuildMaterial(material, config));
   }
   for (const GeometryConfig& geometry : config.geometry) {
-    for (renderer::SceneMesh& mesh : BuildMeshes(geometry, config, context)) {
-      scene.meshes.push_back(std::move(mesh));
-    }
+    AddMeshes(geometry, config, context, scene);
   }
   for (const LightConfig& light : config.lights) {
+    if (HasName(scene.emitters, light.name)) {
+      throw SceneError("light '" + light.name + "': a glTF file has brought one of this name");
+    }
     scene.emitters.push_back(BuildEmitter(light, scene, context));
     if (light.type == LightConfig::Type::kEnvironment ||
         light.type == LightConfig::Type::kConstant) {
