@@ -116,7 +116,8 @@ void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
   CheckTriangleAreas(geometry, map);
   const bool is_gltf = IsGltf(geometry);
   if (map.Find("material") == nullptr && !is_gltf) {
-    map.Report("", "required key 'material' is missing (a name); only glTF files bring their own");
+    map.problems.push_back(
+        {map.node.place, map.path, "required key 'material' is missing (a name)"});
   }
   if (const YamlNode* lights = map.Find("lights"); geometry.lights && !is_gltf) {
     map.Report("lights", *lights, "only glTF files have lights");
