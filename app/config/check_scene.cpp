@@ -222,7 +222,18 @@ void CheckSensors(const YamlNode& scene, ConfigReading& reading) {
                    "scene.sensors",
                    "sensors are not supported together with input; the photos are the cameras");
   }
-  if (!reading.has_input && (sensors == nullptr || sensors->entries.empty())) {
+  bool has_sensors = sensors != nullptr && !sensors->entries.empty();
+  for (const GeometryConfig& geometry : reading.config.geometry) {
+    if (!geometry.camera_height_px) continue;
+    has_sensors = true;
+    if (!reading.has_input || !IsGltf(geometry)) continue;
+    const YamlNode* entry = scene.Find("geometry")->Find(geometry.name);
+    reading.Report(entry->Find("camera_height_px")->place,
+                   "scene.geometry." + geometry.name + ".camera_height_px",
+                   "cameras of a file are not supported together with input; the photos are the "
+                   "cameras");
+  }
+  if (!reading.has_input && !has_sensors) {
     reading.Report(scene.place, "scene", "there is no camera; give input or scene.sensors");
   }
 }

@@ -86,7 +86,9 @@ struct GeometryConfig {
   /// Materials of an OBJ file's groups by `usemtl` name, or instead of those of a glTF file by
   /// their names; the rest has `material`.
   std::vector<std::pair<std::string, std::string>> group_materials;
-  bool lights = false;  ///< also those of a glTF file
+  // What else a glTF file may bring.
+  bool lights = false;
+  std::optional<int> camera_height_px;  ///< of the pictures of its cameras
   /// kDefault: kFile, or kFlat where the vertices are unknown.
   enum class Normals { kDefault, kFile, kFlat, kSmooth } normals = Normals::kDefault;
   bool repair = false;

@@ -114,13 +114,15 @@ void CheckTriangleAreas(const GeometryConfig& geometry, const CheckedMap& map) {
 
 void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
   CheckTriangleAreas(geometry, map);
-  const bool is_gltf = IsGltf(geometry);
-  if (map.Find("material") == nullptr && !is_gltf) {
-    map.problems.push_back(
-        {map.node.place, map.path, "required key 'material' is missing (a name)"});
-  }
-  if (const YamlNode* lights = map.Find("lights"); geometry.lights && !is_gltf) {
-    map.Report("lights", *lights, "only glTF files have lights");
+  if (!IsGltf(geometry)) {
+    if (map.Find("material") == nullptr) {
+      map.problems.push_back(
+          {map.node.place, map.path, "required key 'material' is missing (a name)"});
+    }
+    if (geometry.lights) map.Report("lights", "only glTF files have lights");
+    if (geometry.camera_height_px) {
+      map.Report("camera_height_px", "only glTF files have cameras");
+    }
   }
   const YamlNode* groups = map.Find("materials");
   if (groups == nullptr) return;
@@ -133,6 +135,11 @@ void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
 
 SchemaNode GeometrySchema() {
   using Normals = GeometryConfig::Normals;
+  const std::string file =
+      renderer::MeshFormatNames() +
+      ", or glTF (.glb, .gltf), which has materials and textures, too: they keep their names, so "
+      "that `MATERIAL.roughness` or `TEXTURE.texels` can be unknown. Several nodes or materials "
+      "become meshes called `MESH-NODE` or `MESH-NODE-MATERIAL`.";
   SchemaNode group =
       binding::Make(SchemaNode::Type::kName, "USEMTL") | Doc("One of `scene.materials`.");
   SchemaNode groups =
@@ -142,55 +149,56 @@ SchemaNode GeometrySchema() {
                   "should meet at creases, not on smooth surfaces. Of a glTF file: materials "
                   "instead of its own, by their names."));
   groups.children = {group};
-  return NamedMap(
-             "geometry",
-             "MESH",
-             Map("",
-                 {Key("file",
-                      [](GeometryConfig& g) -> std::filesystem::path& {
-                        return Become<FileGeometry>(g).path;
-                      }) |
-                      Doc(renderer::MeshFormatNames() +
-                          ", or glTF (.glb, .gltf), which has materials and textures too: they "
-                          "keep their names, and `MATERIAL.roughness` or `TEXTURE.texels` may "
-                          "be unknown. Several nodes or materials become meshes called "
-                          "`MESH-NODE` or `MESH-NODE-MATERIAL`.") |
-                      OneOf("shape"),
-                  PrimitiveSchema(),
-                  InlineMeshSchema(),
-                  MapOf("visual_hull",
-                        {Key("resolution", &VisualHullGeometry::resolution) |
-                         Doc("Cells along the longest side of the box.") | From(8, 1024)},
-                        Become<VisualHullGeometry>) |
-                      Doc("Carved from the masks.") | OneOf("shape"),
-                  Name("material", &GeometryConfig::material) | Doc("One of `scene.materials`.") |
-                      DefaultIs("those of a glTF file; else **required**"),
-                  Key("lights", &GeometryConfig::lights) |
-                      Doc("Takes the lights of a glTF file, too (point, spot, directional), as "
-                          "`MESH-LIGHT`.") |
-                      Needs("file"),
-                  groups | FreeNames() | Needs("file"),
-                  Choice("normals",
-                         {{"file", Normals::kFile},
-                          {"flat", Normals::kFlat},
-                          {"smooth", Normals::kSmooth}},
-                         &GeometryConfig::normals) |
-                      Doc("How triangles are shaded: by the normals of the file (or of "
-                          "`mesh`) if there are any, else flat; `flat`: each by its own; "
-                          "`smooth`: by interpolated normals of the vertices.") |
-                      DefaultIs("`file`; `flat` where `MESH.vertices` is unknown"),
-                  Key("repair", &GeometryConfig::repair) |
-                      Doc("Mend what else is refused (not manifold, degenerate, "
-                          "inconsistently wound) and say what was mended."),
-                  TransformSchema(),
-                  Point("pivot_m", &GeometryConfig::pivot) |
-                      Doc("What `MESH.rotation` and `MESH.scale` turn and grow about, in the "
-                          "world.") |
-                      DefaultIs("middle of the bounding box")}) |
-                 Check(CheckGeometry) |
-                 Refuse({{"uv", "; UVs come from the file or from `mesh.uvs`"},
-                         {"from_points", "; write visual_hull, or give a file"}}),
-             &ExperimentConfig::geometry) |
+  const char* own = "those of a glTF file; else **required**";
+  const SchemaNode lights = Key("lights", &GeometryConfig::lights) |
+                            Doc("Takes the lights of a glTF file, too: `MESH-LIGHT`.") |
+                            Needs("file");
+  const SchemaNode cameras =
+      Key("camera_height_px", &GeometryConfig::camera_height_px) |
+      Doc("Takes the cameras of a glTF file, too: `MESH-CAMERA`. Height of their pictures, whose "
+          "width follows from the file.") |
+      From(1, 32768) | DefaultIs("no cameras") | Needs("file");
+  return NamedMap("geometry",
+                  "MESH",
+                  Map("",
+                      {Key("file",
+                           [](GeometryConfig& g) -> std::filesystem::path& {
+                             return Become<FileGeometry>(g).path;
+                           }) |
+                           Doc(file) | OneOf("shape"),
+                       PrimitiveSchema(),
+                       InlineMeshSchema(),
+                       MapOf("visual_hull",
+                             {Key("resolution", &VisualHullGeometry::resolution) |
+                              Doc("Cells along the longest side of the box.") | From(8, 1024)},
+                             Become<VisualHullGeometry>) |
+                           Doc("Carved from the masks.") | OneOf("shape"),
+                       Name("material", &GeometryConfig::material) |
+                           Doc("One of `scene.materials`.") | DefaultIs(own),
+                       lights,
+                       cameras,
+                       groups | FreeNames() | Needs("file"),
+                       Choice("normals",
+                              {{"file", Normals::kFile},
+                               {"flat", Normals::kFlat},
+                               {"smooth", Normals::kSmooth}},
+                              &GeometryConfig::normals) |
+                           Doc("How triangles are shaded: by the normals of the file (or of "
+                               "`mesh`) if there are any, else flat; `flat`: each by its own; "
+                               "`smooth`: by interpolated normals of the vertices.") |
+                           DefaultIs("`file`; `flat` where `MESH.vertices` is unknown"),
+                       Key("repair", &GeometryConfig::repair) |
+                           Doc("Mend what else is refused (not manifold, degenerate, "
+                               "inconsistently wound) and say what was mended."),
+                       TransformSchema(),
+                       Point("pivot_m", &GeometryConfig::pivot) |
+                           Doc("What `MESH.rotation` and `MESH.scale` turn and grow about, in the "
+                               "world.") |
+                           DefaultIs("middle of the bounding box")}) |
+                      Check(CheckGeometry) |
+                      Refuse({{"uv", "; UVs come from the file or from `mesh.uvs`"},
+                              {"from_points", "; write visual_hull, or give a file"}}),
+                  &ExperimentConfig::geometry) |
          Doc("What is in the scene.") | Required() | Items(1, 0);
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -68,31 +69,54 @@ class Adder {
   std::map<int, int> textures_, materials_;
 };
 
+/// x right, y up, z backwards of a frame of the file, in the world.
+renderer::Mat3 PlacedFrame(const renderer::Mat3& frame, const renderer::Transform& world) {
+  const renderer::Vec3 z = renderer::Normalized(world.Direction(frame.z));
+  const renderer::Vec3 x = renderer::Normalized(Cross(world.Direction(frame.y), z));
+  return {x, Cross(z, x), z};
+}
+
 /// A light of the file in the world.
-Emitter Placed(Emitter light, const renderer::Transform& world_from_file) {
-  const auto turned = [&](const renderer::Vec3& direction) {
-    return renderer::Normalized(world_from_file.Direction(direction));
-  };
+Emitter Placed(Emitter light, const renderer::Transform& world) {
   if (auto* point = std::get_if<renderer::PointEmitter>(&light.light)) {
-    point->position = world_from_file.Point(point->position);
+    point->position = world.Point(point->position);
   } else if (auto* directional = std::get_if<renderer::DirectionalEmitter>(&light.light)) {
-    directional->direction = turned(directional->direction);
+    directional->direction = renderer::Normalized(world.Direction(directional->direction));
   } else if (auto* spot = std::get_if<renderer::SpotEmitter>(&light.light)) {
-    spot->position = world_from_file.Point(spot->position);
-    const renderer::Vec3 z = turned(spot->frame_from_light.z);
-    const renderer::Vec3 x =
-        renderer::Normalized(Cross(world_from_file.Direction(spot->frame_from_light.y), z));
-    spot->frame_from_light = {x, Cross(z, x), z};
+    spot->position = world.Point(spot->position);
+    spot->frame_from_light = PlacedFrame(spot->frame_from_light, world);
   }
   return light;
 }
 
-void AddLights(const GeometryConfig& geometry,
-               const renderer::Transform& world_from_file,
-               const Scene& from,
-               const std::filesystem::path& path,
-               const BuildContext& context,
-               Scene& scene) {
+/// A camera of the file in the world, with pictures of this height.
+renderer::Camera Placed(renderer::Camera camera, const renderer::Transform& world, int height_px) {
+  const double ratio = static_cast<double>(height_px) / camera.height;
+  camera.width = std::max(1, static_cast<int>(std::lround(ratio * camera.width)));
+  camera.height = height_px;
+  for (double* number : {&camera.fx, &camera.fy}) *number *= ratio;
+  camera.cx = 0.5 * camera.width;
+  camera.cy = 0.5 * camera.height;
+  camera.world_from_camera = {PlacedFrame(camera.world_from_camera.linear, world),
+                              world.Point(camera.world_from_camera.translation)};
+  return camera;
+}
+
+/// Lights and cameras: taken if they are wanted, else said to be there.
+void AddLightsAndCameras(const GeometryConfig& geometry,
+                         const renderer::Transform& world_from_file,
+                         const Scene& from,
+                         const std::filesystem::path& path,
+                         const BuildContext& context,
+                         Scene& scene) {
+  const auto check = [&](bool wanted, std::size_t count, const char* what, const char* key) {
+    if (wanted && count == 0) {
+      throw SceneError("geometry '" + geometry.name + "': " + path.string() + " has no " + what);
+    }
+    if (wanted || count == 0) return;
+    context.notes.push_back(fmt::format(
+        "{}: its {} are left out ({}); `{}` takes them.", path.string(), what, count, key));
+  };
   std::size_t num_lights = 0;
   for (const Emitter& light : from.emitters) {
     if (std::holds_alternative<renderer::AreaEmitter>(light.light)) continue;
@@ -102,12 +126,13 @@ void AddLights(const GeometryConfig& geometry,
     placed.name = FreeName(GroupMeshName(geometry.name, light.name), geometry.name, scene.emitters);
     scene.emitters.push_back(std::move(placed));
   }
-  if (geometry.lights && num_lights == 0) {
-    throw SceneError("geometry '" + geometry.name + "': " + path.string() + " has no lights");
-  }
-  if (!geometry.lights && num_lights > 0) {
-    context.notes.push_back(fmt::format(
-        "{}: its {} lights are left out; `lights: true` takes them.", path.string(), num_lights));
+  check(geometry.lights, num_lights, "lights", "lights: true");
+  check(geometry.camera_height_px.has_value(), from.sensors.size(), "cameras", "camera_height_px");
+  if (!geometry.camera_height_px) return;
+  for (const renderer::Camera& camera : from.sensors) {
+    renderer::Camera placed = Placed(camera, world_from_file, *geometry.camera_height_px);
+    placed.name = FreeName(GroupMeshName(geometry.name, camera.name), geometry.name, scene.sensors);
+    scene.sensors.push_back(std::move(placed));
   }
 }
 
@@ -172,7 +197,7 @@ std::vector<MeshPart> ReadGltfParts(const GeometryConfig& geometry,
     emission = *area;
     emission->texture = adder.Texture(area->texture);
   }
-  AddLights(geometry, world_from_file, file.scene, path, context, scene);
+  AddLightsAndCameras(geometry, world_from_file, file.scene, path, context, scene);
   return parts;
 }
 

@@ -34,7 +34,7 @@ renderer::Mat3 RotationOf(const Triple& axis, double angle);
 /// Adds the meshes of one geometry entry, in the world frame: one, or one for each group of the
 /// file that has a material of its own. Poses are the identity about the entry's pivot, by default
 /// the middle of the bounding box of all of them. What else a glTF file brings comes along:
-/// materials, textures and lights.
+/// materials, textures, lights and cameras.
 void AddMeshes(const GeometryConfig& geometry,
                const ExperimentConfig& config,
                const BuildContext& context,
@@ -49,7 +49,7 @@ struct MeshPart {
 };
 
 /// The meshes of a glTF file. Adds those of its materials and textures that they use, and if wanted
-/// its lights, placed by `world_from_file`.
+/// its lights and cameras, placed by `world_from_file`.
 std::vector<MeshPart> ReadGltfParts(const GeometryConfig& geometry,
                                     const ExperimentConfig& config,
                                     const BuildContext& context,

@@ -74,7 +74,12 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
     }
   }
   if (observations.views.empty()) {
-    for (const SensorConfig& sensor : config.sensors) scene.sensors.push_back(BuildSensor(sensor));
+    for (const SensorConfig& sensor : config.sensors) {
+      if (HasName(scene.sensors, sensor.name)) {
+        throw SceneError("sensor '" + sensor.name + "': a glTF file has brought one of this name");
+      }
+      scene.sensors.push_back(BuildSensor(sensor));
+    }
   }
   for (const optim::View& view : observations.views) {
     scene.sensors.push_back(view.camera);

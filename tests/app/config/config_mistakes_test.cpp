@@ -136,6 +136,11 @@ TEST(ConfigMistakes, KeysThatDependOnOthersAreChecked) {
         "scene.geometry.disc: required key 'material' is missing (a name)"},
        {"scene.geometry.disc={file: a.ply, material: paint, lights: true}",
         "scene.geometry.disc.lights: only glTF files have lights"},
+       {"scene.geometry.disc={file: a.ply, material: paint, camera_height_px: 9}",
+        "scene.geometry.disc.camera_height_px: only glTF files have cameras"},
+       {"scene.geometry.disc={file: a.glb, camera_height_px: 9}",
+        "scene.geometry.disc.camera_height_px: cameras of a file are not supported together with "
+        "input; the photos are the cameras"},
        {"scene.geometry.disc={file: a.glb, material: pain}",
         "scene.geometry.disc.material: no material is called 'pain' (did you mean 'paint'?)"},
        {"scene.geometry={}", "scene.geometry: at least one MESH is needed"},

@@ -340,7 +340,9 @@ class GltfScene : public testing::Test {
   GltfScene() : file_("") {
     std::ofstream(file_.folder() / "room.gltf") << R"({"asset": {"version": "2.0"},
       "scenes": [{"nodes": [0, 1]}], "nodes": [{"name": "two walls", "mesh": 0},
-        {"translation": [0, 0, 5], "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+        {"translation": [0, 0, 5], "camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+      "cameras": [{"type": "perspective", "name": "eye", "perspective":
+        {"yfov": 1.5707963267948966, "znear": 0.1, "aspectRatio": 2}}],
       "extensionsUsed": ["KHR_lights_punctual", "KHR_texture_basisu"],
       "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "name": "bulb"}]}},
       "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0},
@@ -379,10 +381,11 @@ TEST_F(GltfScene, BringsItsMaterialsAndWhatShines) {
   EXPECT_EQ(scene.emitters[0].name, "room-two_walls-glow-emission");
   EXPECT_EQ(std::get<renderer::AreaEmitter>(scene.emitters[0].light).mesh, 1);
   EXPECT_EQ(experiment.input_files.size(), 2U);
-  ASSERT_EQ(experiment.assumptions.size(), 2U);
+  ASSERT_EQ(experiment.assumptions.size(), 3U);
   EXPECT_NE(experiment.assumptions[0].find("KHR_texture_basisu"), std::string::npos);
-  EXPECT_NE(experiment.assumptions[1].find("its 1 lights are left out; `lights: true` takes them"),
-            std::string::npos);
+  EXPECT_NE(
+      experiment.assumptions[1].find("its lights are left out (1); `lights: true` takes them"),
+      std::string::npos);
 }
 
 TEST_F(GltfScene, GetsOtherMaterialsByNameOrAltogether) {
@@ -409,6 +412,25 @@ TEST_F(GltfScene, ItsLightsComeAlongIfWanted) {
   ExpectNear(std::get<renderer::PointEmitter>(bulb.light).position, {10, 0, 0}, 1e-9);
   EXPECT_THROW(Build(turned, "  lights: {room-bulb: {type: point, position_m: [0, 0, 1]}}\n"),
                renderer::SceneError);
+}
+
+TEST_F(GltfScene, ItsCamerasComeAlongIfWanted) {
+  const auto scene =
+      Build(
+          ", camera_height_px: 90, transform: {scale: 2, rotate: {axis: [0, 1, 0], angle_deg: "
+          "90}}")
+          .scene;
+  const renderer::Camera& eye = Named(scene.sensors, "room-eye");
+  EXPECT_EQ(eye.width, 180);
+  EXPECT_EQ(eye.height, 90);
+  EXPECT_NEAR(eye.fx, 45.0, 1e-9);
+  EXPECT_NEAR(eye.fy, 45.0, 1e-9);
+  EXPECT_EQ(eye.cx, 90.0);
+  ExpectNear(eye.world_from_camera.translation, {10, 0, 0}, 1e-9);
+  ExpectNear(eye.world_from_camera.linear.z, {1, 0, 0}, 1e-9);
+  // Without any other.
+  file_.Write("schema: 1\nscene: {geometry: {room: {file: room.gltf, camera_height_px: 9}}}\n");
+  EXPECT_EQ(BuildExperiment(LoadExperimentConfig(file_.path(), {})).scene.sensors.size(), 1U);
 }
 
 TEST_F(GltfScene, TwoOfAFileHaveMaterialsOfTheirOwn) {
