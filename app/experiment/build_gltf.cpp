@@ -161,7 +161,7 @@ std::vector<MeshPart> ReadGltfParts(const GeometryConfig& geometry,
   const auto& path = std::get<FileGeometry>(geometry.geometry).path;
   renderer::GltfFile file = renderer::ReadGltf(path);
   context.files.insert(context.files.end(), file.files.begin(), file.files.end());
-  for (const std::string& warning : file.warnings) context.notes.push_back(warning + ".");
+  for (const std::string& warning : file.warnings) context.warnings.push_back(warning);
   if (file.scene.meshes.empty()) {
     throw SceneError("geometry '" + geometry.name + "': " + path.string() + " has no triangles");
   }

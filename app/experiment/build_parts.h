@@ -17,6 +17,7 @@ struct BuildContext {
   const optim::ObservationSet& observations;  ///< visual hulls are carved from them
   std::vector<std::filesystem::path>& files;  ///< every file that was read is appended
   std::vector<std::string>& notes;            ///< what was mended, for people
+  std::vector<std::string>& warnings;         ///< what of a file is not used
 };
 
 template <class List>

@@ -48,11 +48,10 @@ renderer::Camera BuildSensor(const SensorConfig& config) {
   return camera;
 }
 
-renderer::Scene BuildScene(const ExperimentConfig& config,
-                           const optim::ObservationSet& observations,
-                           std::vector<std::filesystem::path>& input_files,
-                           std::vector<std::string>& notes) {
-  const BuildContext context{observations, input_files, notes};
+renderer::Scene BuildScene(const ExperimentConfig& config, Experiment& experiment) {
+  const optim::ObservationSet& observations = experiment.observations;
+  const BuildContext context{
+      observations, experiment.input_files, experiment.assumptions, experiment.warnings};
   renderer::Scene scene;
   for (const TextureConfig& texture : config.textures) {
     scene.textures.push_back(BuildTexture(texture, context));
