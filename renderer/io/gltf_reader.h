@@ -16,6 +16,8 @@ struct GltfFile {
   ///
   /// Materials: only those that are used. Factors are multiplied into vertex colours and textures,
   /// a metallic-roughness texture becomes two, emission an area light of each mesh that has it.
+  /// Single-sided ones are black from behind, where viewers show nothing. Roughness is at least
+  /// kMinRoughness.
   /// Lights take candela for W/sr, and lux for W/m².
   ///
   /// Sensors: the cameras, all kGltfCameraHeight pixels high, as wide as their aspect ratio says

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -301,6 +302,19 @@ tinygltf::Primitive AddPrimitive(const Mesh& mesh,
   return primitive;
 }
 
+/// Pictures end at 1, the strength of the emission does not.
+GlbMaterial WithDimEmissionTexture(GlbMaterial material) {
+  if (!material.emission_texture) return material;
+  double brightest = 1.0;
+  for (const Rgb& texel : std::as_const(*material.emission_texture).texels) {
+    brightest = std::max(brightest, MaxChannel(texel));
+  }
+  if (brightest == 1.0 || !std::isfinite(brightest)) return material;
+  material.emission *= brightest;
+  for (Rgb& texel : material.emission_texture->texels) texel *= 1.0 / brightest;
+  return material;
+}
+
 /// The format demands unit normals.
 Mesh WithUnitNormals(Mesh mesh) {
   if (mesh.normal_triangles.empty()) {
@@ -313,12 +327,13 @@ Mesh WithUnitNormals(Mesh mesh) {
 
 }  // namespace
 
-void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& material) {
+void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& given) {
   if (mesh.triangles.empty())
     throw SceneError(path.string() + ": a mesh to be written has no triangle");
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "pathfit";
+  const GlbMaterial material = WithDimEmissionTexture(given);
   model.materials.push_back(MakeMaterial(material, path));
   for (const auto& [name, value] : model.materials[0].extensions) {
     model.extensionsUsed.push_back(name);

@@ -22,7 +22,8 @@ struct GlbMaterial {
   std::optional<Texture> roughness_texture = std::nullopt;   ///< replaces that of `bsdf`
   std::optional<Texture> metallic_texture = std::nullopt;    ///< likewise, in the same picture
   Rgb emission = {0.0, 0.0, 0.0};  ///< radiance; above 1 by KHR_materials_emissive_strength
-  std::optional<Texture> emission_texture = std::nullopt;  ///< as sRGB; multiplies `emission`
+  /// As sRGB; multiplies `emission`, which takes over what is above 1.
+  std::optional<Texture> emission_texture = std::nullopt;
 };
 
 /// One mesh with one material as binary glTF (y up, metres), called as the file: float POSITION,

@@ -222,7 +222,7 @@ TEST(ExportResult, AGltfMaterialStaysOne) {
   scene.textures = {{"paint", 1, 1, {{0.0, 1.0, 0.0}}},
                     {"map-roughness", 2, 1, {number(51), number(255)}},
                     {"map-metallic", 2, 1, {number(0), number(102)}},
-                    {"glow", 1, 2, {{0.0, 0.0, 0.0}, {1.0, 1.0, 0.0}}}};
+                    {"glow", 1, 2, {{0.0, 0.0, 0.0}, {4.0, 4.0, 0.0}}}};
   scene.textures[1].scalar = scene.textures[2].scalar = true;
   renderer::Material& material = scene.materials[0];
   material.bsdf = renderer::MetallicRoughnessBsdf{};
@@ -236,6 +236,7 @@ TEST(ExportResult, AGltfMaterialStaysOne) {
   EXPECT_EQ(read.meshes.at(0).name, "axe");
   EXPECT_EQ(read.materials.at(0).name, material.name);
   ASSERT_EQ(read.textures.size(), scene.textures.size());
+  for (renderer::Rgb& texel : scene.textures[3].texels) texel *= 0.25;  // pictures end at 1
   for (std::size_t i = 0; i < read.textures.size(); ++i) {
     EXPECT_EQ(read.textures[i].name, scene.textures[i].name);
     EXPECT_EQ(read.textures[i].width, scene.textures[i].width);
@@ -247,7 +248,7 @@ TEST(ExportResult, AGltfMaterialStaysOne) {
     }
   }
   const auto& light = std::get<renderer::AreaEmitter>(read.emitters.at(0).light);
-  EXPECT_NEAR(light.intensity.g, 2.0, 1e-6);
+  EXPECT_NEAR(light.intensity.g, 4.0 * 2.0, 1e-6);
 }
 
 TEST(ExportResult, WritesWhatMovedAndEveryKindOfLight) {
