@@ -127,6 +127,8 @@ struct UvMap {
   double rotation = 0.0;
   friend bool operator==(const UvMap&, const UvMap&) = default;
 
+  /// Turns counter-clockwise as seen in the picture, as the text of KHR_texture_transform says and
+  /// importers do; its listing turns the other way (KhronosGroup/glTF, issue 1563).
   [[nodiscard]] Vec2 Apply(const Vec2& uv) const {
     const double c = std::cos(rotation);
     const double s = std::sin(rotation);

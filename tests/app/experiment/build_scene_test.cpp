@@ -415,6 +415,16 @@ TEST_F(GltfScene, ItsLightsComeAlongIfWanted) {
                renderer::SceneError);
 }
 
+TEST_F(GltfScene, ItsPartsMayBecomeLights) {
+  const auto scene = Build(", material: grey",
+                           "  lights: {lamp: {type: area, mesh: room-two_walls-glow, radiance: [1, "
+                           "1, 1]}}\n")
+                         .scene;
+  EXPECT_EQ(std::get<renderer::AreaEmitter>(Named(scene.emitters, "lamp").light).mesh, 1);
+  EXPECT_THROW(Build("", "  lights: {lamp: {type: area, mesh: room-x, radiance: [1, 1, 1]}}\n"),
+               renderer::SceneError);
+}
+
 TEST_F(GltfScene, ItsCamerasComeAlongIfWanted) {
   const auto scene =
       Build(
