@@ -23,7 +23,8 @@ template <class List>
 std::string FreeName(const std::string& name, const std::string& geometry, const List& list) {
   std::string free = name;
   for (int k = 1; HasName(list, free); ++k) {
-    free = geometry + "-" + name + (k > 1 ? "-" + std::to_string(k) : "");
+    free =
+        k == 1 ? fmt::format("{}-{}", geometry, name) : fmt::format("{}-{}-{}", geometry, name, k);
   }
   return free;
 }
@@ -168,9 +169,15 @@ std::vector<MeshPart> ReadGltfParts(const GeometryConfig& geometry,
   for (const auto& [name, material] : geometry.group_materials) {
     if (HasName(file.scene.materials, name)) continue;
     std::string known;
-    for (const Material& m : file.scene.materials) known += (known.empty() ? "" : ", ") + m.name;
-    throw SceneError("geometry '" + geometry.name + "': " + path.string() + " has no material '" +
-                     name + "' (known: " + known + ")");
+    for (const Material& m : file.scene.materials) {
+      known += known.empty() ? "" : ", ";
+      known += m.name;
+    }
+    throw SceneError(fmt::format("geometry '{}': {} has no material '{}' (known: {})",
+                                 geometry.name,
+                                 path.string(),
+                                 name,
+                                 known));
   }
   Adder adder(geometry.name, file.scene, scene);
   std::vector<MeshPart> parts;

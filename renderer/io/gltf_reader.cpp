@@ -582,14 +582,14 @@ class GltfReader {
     const auto [entry, is_new] = plans_.try_emplace(index);
     if (is_new) {
       // Without a material the format's default one is meant.
-      static const tinygltf::Material kDefault = [] {
+      static const tinygltf::Material default_material = [] {
         tinygltf::Material material;
         material.name = "default";
         material.emissiveFactor = {0.0, 0.0, 0.0};
         return material;
       }();
       const tinygltf::Material& material =
-          index < 0 ? kDefault : At(model_.materials, index, user, "material");
+          index < 0 ? default_material : At(model_.materials, index, user, "material");
       entry->second.where =
           index < 0 ? "the default material" : Described("material", model_.materials, index);
       entry->second.material.name =
