@@ -67,6 +67,7 @@ void PrintSummary(const Experiment& experiment,
                   const std::vector<ViewOverlap>& overlaps,
                   const std::vector<optim::StageMemory>& memory) {
   for (const std::string& text : experiment.assumptions) fmt::print("{}\n", text);
+  for (const std::string& text : experiment.warnings) fmt::print("{}.\n", text);
   for (const auto& mesh : experiment.scene.meshes) {
     fmt::print("Mesh {}: {} vertices, {} triangles.\n",
                mesh.name,
@@ -114,6 +115,7 @@ void PrintJson(const Experiment& experiment,
                const std::vector<optim::StageMemory>& memory) {
   nlohmann::json json;
   json["assumptions"] = experiment.assumptions;
+  json["warnings"] = experiment.warnings;
   json["views"] = experiment.observations.views.size();
   for (const auto& mesh : experiment.scene.meshes) {
     json["meshes"].push_back({{"name", mesh.name},

@@ -205,6 +205,7 @@ ExitStatus Fit(CommandContext& context) {
   renderer::WriteFileAtomically(run.ResolvedConfig(), ResolvedYaml(config, experiment.scene));
   context.log.AddFile(run.LogFile());
   for (const std::string& text : experiment.assumptions) context.log.Info(text);
+  for (const std::string& text : experiment.warnings) context.log.Warn(text);
   context.log.Info("run directory " + run.root().string());
   RunRecordFile record_file(run.Record(), record);
   const ExitStatus status =
@@ -219,6 +220,7 @@ ExitStatus Resume(CommandContext& context) {
       LoadExperimentConfig(run.ResolvedConfig(), context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   Experiment experiment = BuildExperiment(config);
+  for (const std::string& text : experiment.warnings) context.log.Warn(text);
 
   const RunRecord before = ReadRunRecord(run.Record());
   const std::vector<InputFile> inputs = HashInputs(experiment.input_files);

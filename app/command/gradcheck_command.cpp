@@ -220,6 +220,8 @@ ExitStatus Run(CommandContext& context) {
   const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   const Experiment experiment = BuildExperiment(config);
+  for (const std::string& text : experiment.assumptions) context.log.Info(text);
+  for (const std::string& text : experiment.warnings) context.log.Warn(text);
   const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
   std::set<std::string> limits;
   for (const Direction& direction : directions) {

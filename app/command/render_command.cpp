@@ -127,6 +127,8 @@ class DirectionSink : public renderer::DerivativeSink {
 /// A config, or a run whose newest state is put into its scene.
 Experiment LoadTarget(const ExperimentConfig& config, const fs::path& run_root, Log& log) {
   Experiment experiment = BuildExperiment(config);
+  for (const std::string& text : experiment.assumptions) log.Info(text);
+  for (const std::string& text : experiment.warnings) log.Warn(text);
   if (!run_root.empty()) {
     optim::NewestCheckpoint newest = optim::ReadNewestCheckpoint(
         RunDirectory(run_root).Checkpoints(), {experiment.scene, experiment.fit.unknowns});

@@ -114,7 +114,6 @@ void CheckTextures(const YamlNode& scene, ConfigReading& reading) {
 
 // Every material that is named exists.
 void CheckMaterialNames(const YamlNode& scene, ConfigReading& reading) {
-  if (scene.Find("materials") == nullptr) return;
   std::vector<std::string> names;
   for (const YamlEntry& entry : EntriesOf(scene, "materials")) names.push_back(entry.key);
   const auto check = [&](const YamlNode& name, const std::string& path) {
@@ -173,7 +172,11 @@ void CheckLights(const YamlNode& scene, ConfigReading& reading) {
     }
     const YamlNode* mesh = entry.value.Find("mesh");
     if (mesh == nullptr) continue;
-    if (!Contains(meshes, mesh->text) && !meshes.empty()) {
+    // Of a glTF file only building tells.
+    const bool is_part = std::ranges::any_of(reading.config.geometry, [&](const auto& geometry) {
+      return IsGltf(geometry) && mesh->text.starts_with(geometry.name + "-");
+    });
+    if (!Contains(meshes, mesh->text) && !is_part && !meshes.empty()) {
       ReportNothingCalled(*mesh, path + ".mesh", "mesh", meshes, reading);
     } else if (Contains(shining, mesh->text)) {
       reading.Report(
@@ -219,7 +222,18 @@ void CheckSensors(const YamlNode& scene, ConfigReading& reading) {
                    "scene.sensors",
                    "sensors are not supported together with input; the photos are the cameras");
   }
-  if (!reading.has_input && (sensors == nullptr || sensors->entries.empty())) {
+  bool has_sensors = sensors != nullptr && !sensors->entries.empty();
+  for (const GeometryConfig& geometry : reading.config.geometry) {
+    if (!geometry.camera_height_px) continue;
+    has_sensors = true;
+    if (!reading.has_input || !IsGltf(geometry)) continue;
+    const YamlNode* entry = scene.Find("geometry")->Find(geometry.name);
+    reading.Report(entry->Find("camera_height_px")->place,
+                   "scene.geometry." + geometry.name + ".camera_height_px",
+                   "cameras of a file are not supported together with input; the photos are the "
+                   "cameras");
+  }
+  if (!reading.has_input && !has_sensors) {
     reading.Report(scene.place, "scene", "there is no camera; give input or scene.sensors");
   }
 }
@@ -259,6 +273,7 @@ std::vector<NamedMesh> MeshesOf(const ExperimentConfig& config) {
   std::vector<NamedMesh> meshes;
   for (const GeometryConfig& geometry : config.geometry) {
     meshes.push_back({geometry.name, &geometry, geometry.material});
+    if (IsGltf(geometry)) continue;
     for (const auto& [usemtl, material] : geometry.group_materials) {
       meshes.push_back({GroupMeshName(geometry.name, usemtl), &geometry, material});
     }

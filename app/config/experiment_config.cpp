@@ -7,6 +7,7 @@
 #include "app/config/read_config.h"
 #include "app/config/schema.h"
 #include "app/config/yaml_document.h"
+#include "renderer/io/gltf_reader.h"
 
 namespace pathfit::app {
 namespace {
@@ -69,6 +70,11 @@ std::map<std::string, std::string> PlacesOf(const ConfigReading& reading,
 
 std::string GroupMeshName(const std::string& geometry, const std::string& usemtl) {
   return geometry + "-" + NameFrom(usemtl);
+}
+
+bool IsGltf(const GeometryConfig& geometry) {
+  const auto* file = std::get_if<FileGeometry>(&geometry.geometry);
+  return file != nullptr && renderer::IsGltfPath(file->path);
 }
 
 double FocalLength(double fov, FovAxis axis, double width, double height) {

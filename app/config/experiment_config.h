@@ -82,9 +82,13 @@ using Geometry = std::variant<FileGeometry,
 struct GeometryConfig {
   std::string name;
   Geometry geometry;
-  std::string material;
-  /// Materials of an OBJ file's groups by `usemtl` name; the rest has `material`.
+  std::string material;  ///< empty: those of a glTF file
+  /// Materials of an OBJ file's groups by `usemtl` name, or instead of those of a glTF file by
+  /// their names; the rest has `material`.
   std::vector<std::pair<std::string, std::string>> group_materials;
+  // What else a glTF file may bring.
+  bool lights = false;
+  std::optional<int> camera_height_px;  ///< of the pictures of its cameras
   /// kDefault: kFile, or kFlat where the vertices are unknown.
   enum class Normals { kDefault, kFile, kFlat, kSmooth } normals = Normals::kDefault;
   bool repair = false;
@@ -223,6 +227,10 @@ struct ExperimentConfig {
 
 /// Name of the mesh with one material of a file: "room-oak"; what a name may not hold becomes '_'.
 std::string GroupMeshName(const std::string& geometry, const std::string& usemtl);
+
+/// Whether the meshes come from a glTF file: then only that tells how many there are, and what they
+/// are called besides "GEOMETRY-".
+bool IsGltf(const GeometryConfig& geometry);
 
 /// Focal length, in the unit of width and height, at which an angle of view (radians) spans a side
 /// of the picture.

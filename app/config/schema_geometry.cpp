@@ -114,6 +114,16 @@ void CheckTriangleAreas(const GeometryConfig& geometry, const CheckedMap& map) {
 
 void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
   CheckTriangleAreas(geometry, map);
+  if (!IsGltf(geometry)) {
+    if (map.Find("material") == nullptr) {
+      map.problems.push_back(
+          {map.node.place, map.path, "required key 'material' is missing (a name)"});
+    }
+    if (geometry.lights) map.Report("lights", "only glTF files have lights");
+    if (geometry.camera_height_px) {
+      map.Report("camera_height_px", "only glTF files have cameras");
+    }
+  }
   const YamlNode* groups = map.Find("materials");
   if (groups == nullptr) return;
   for (const YamlEntry& group : groups->entries) {
@@ -125,14 +135,29 @@ void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
 
 SchemaNode GeometrySchema() {
   using Normals = GeometryConfig::Normals;
+  const std::string file =
+      renderer::MeshFormatNames() +
+      ", or glTF (.glb, .gltf), which has materials and textures, too: they keep their names, so "
+      "that `MATERIAL.roughness` or `TEXTURE.texels` can be unknown. Several nodes or materials "
+      "become meshes called `MESH-NODE` or `MESH-NODE-MATERIAL`.";
   SchemaNode group =
       binding::Make(SchemaNode::Type::kName, "USEMTL") | Doc("One of `scene.materials`.");
   SchemaNode groups =
       ByCheck(binding::Make(SchemaNode::Type::kNamedMap, "materials") |
               Doc("Materials of an OBJ file by the names of its `usemtl` lines; what is not named "
                   "here has `material`. Each becomes a mesh of its own, called `MESH-USEMTL`; they "
-                  "should meet at creases, not on smooth surfaces."));
+                  "should meet at creases, not on smooth surfaces. Of a glTF file: materials "
+                  "instead of its own, by their names."));
   groups.children = {group};
+  const char* own = "those of a glTF file; else **required**";
+  const SchemaNode lights = Key("lights", &GeometryConfig::lights) |
+                            Doc("Takes the lights of a glTF file, too: `MESH-LIGHT`.") |
+                            Needs("file");
+  const SchemaNode cameras =
+      Key("camera_height_px", &GeometryConfig::camera_height_px) |
+      Doc("Takes the cameras of a glTF file, too: `MESH-CAMERA`. Height of their pictures, whose "
+          "width follows from the file.") |
+      From(1, 32768) | DefaultIs("no cameras") | Needs("file");
   return NamedMap("geometry",
                   "MESH",
                   Map("",
@@ -140,7 +165,7 @@ SchemaNode GeometrySchema() {
                            [](GeometryConfig& g) -> std::filesystem::path& {
                              return Become<FileGeometry>(g).path;
                            }) |
-                           Doc(renderer::MeshFormatNames() + ".") | OneOf("shape"),
+                           Doc(file) | OneOf("shape"),
                        PrimitiveSchema(),
                        InlineMeshSchema(),
                        MapOf("visual_hull",
@@ -149,7 +174,9 @@ SchemaNode GeometrySchema() {
                              Become<VisualHullGeometry>) |
                            Doc("Carved from the masks.") | OneOf("shape"),
                        Name("material", &GeometryConfig::material) |
-                           Doc("One of `scene.materials`.") | Required(),
+                           Doc("One of `scene.materials`.") | DefaultIs(own),
+                       lights,
+                       cameras,
                        groups | FreeNames() | Needs("file"),
                        Choice("normals",
                               {{"file", Normals::kFile},

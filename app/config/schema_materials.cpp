@@ -128,7 +128,7 @@ SchemaNode MaterialsSchema() {
                       When("model", {"diffuse", "metallic_roughness", "conductor", "mirror"})}) |
                  Check(CheckMaterial) | Refuse({{"preset", "; write metal"}}),
              &ExperimentConfig::materials) |
-         Doc("What the meshes are made of.") | Required() | Items(1, 0);
+         Doc("What the meshes are made of, if not of what their glTF file says.");
 }
 
 SchemaNode TexturesSchema() {

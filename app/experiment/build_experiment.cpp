@@ -105,8 +105,7 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
     experiment.assumptions = experiment.observations.assumptions;
   }
   try {
-    experiment.scene =
-        BuildScene(config, experiment.observations, experiment.input_files, experiment.assumptions);
+    experiment.scene = BuildScene(config, experiment);
   } catch (const renderer::SceneError& error) {
     ThrowWithPlace(error, config);
   }

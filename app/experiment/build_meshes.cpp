@@ -7,10 +7,12 @@
 
 #include "app/experiment/build_parts.h"
 #include "optim/observation/visual_hull.h"
+#include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_normals.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/geometry/mesh_repair.h"
+#include "renderer/io/mesh_assembly.h"
 #include "renderer/io/mesh_file.h"
 #include "renderer/math/box.h"
 
@@ -69,46 +71,21 @@ class MeshMaker {
   const BuildContext& context_;
 };
 
-void AppendTriangles(const renderer::SharedVector<Triangle>& from,
-                     std::size_t offset,
-                     renderer::SharedVector<Triangle>& to) {
-  for (Triangle t : from) {
-    for (std::int32_t& i : t) i += static_cast<std::int32_t>(offset);
-    to.push_back(t);
-  }
+int MaterialIndex(const std::string& name, const ExperimentConfig& config) {
+  const auto found = std::ranges::find_if(
+      config.materials, [&](const auto& material) { return material.name == name; });
+  PATHFIT_CHECK(found != config.materials.end());  // the config is validated
+  return static_cast<int>(found - config.materials.begin());
 }
-
-// Attributes stay only if both have them.
-void Append(const Mesh& other, Mesh& mesh) {
-  const auto append =
-      [](auto& values, auto& triangles, const auto& more, const auto& more_triangles) {
-        if (triangles.empty() || more_triangles.empty()) {
-          values.clear();
-          triangles.clear();
-          return;
-        }
-        AppendTriangles(more_triangles, values.size(), triangles);
-        values.insert(values.end(), more.begin(), more.end());
-      };
-  append(mesh.normals, mesh.normal_triangles, other.normals, other.normal_triangles);
-  append(mesh.uvs, mesh.uv_triangles, other.uvs, other.uv_triangles);
-  append(mesh.colors, mesh.color_triangles, other.colors, other.color_triangles);
-  AppendTriangles(other.triangles, mesh.positions.size(), mesh.triangles);
-  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
-}
-
-struct NamedPart {
-  std::string name;
-  std::string material;
-  Mesh mesh;
-};
 
 // The groups of a file that have materials of their own, and the rest.
-std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildContext& context) {
+std::vector<MeshPart> ReadParts(const GeometryConfig& geometry,
+                                const ExperimentConfig& config,
+                                const BuildContext& context) {
   const auto& path = std::get<FileGeometry>(geometry.geometry).path;
   context.files.push_back(path);
   const std::vector<renderer::MeshGroup> groups = renderer::ReadMeshGroups(path);
-  std::vector<NamedPart> parts;
+  std::vector<MeshPart> parts;
   std::string known;
   for (const renderer::MeshGroup& group : groups) known += (known.empty() ? "" : ", ") + group.name;
   for (const auto& [usemtl, material] : geometry.group_materials) {
@@ -118,9 +95,12 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
       throw SceneError("geometry '" + geometry.name + "': " + path.string() + " has no usemtl '" +
                        usemtl + "' (known: " + known + ")");
     }
-    parts.push_back({GroupMeshName(geometry.name, usemtl), material, group->mesh});
+    parts.push_back({GroupMeshName(geometry.name, usemtl),
+                     MaterialIndex(material, config),
+                     group->mesh,
+                     std::nullopt});
   }
-  NamedPart rest{geometry.name, geometry.material, {}};
+  MeshPart rest{geometry.name, MaterialIndex(geometry.material, config), {}, std::nullopt};
   for (const renderer::MeshGroup& group : groups) {
     const bool is_named = std::ranges::any_of(
         geometry.group_materials, [&](const auto& named) { return named.first == group.name; });
@@ -128,7 +108,7 @@ std::vector<NamedPart> ReadParts(const GeometryConfig& geometry, const BuildCont
     if (rest.mesh.triangles.empty()) {
       rest.mesh = group.mesh;
     } else {
-      Append(group.mesh, rest.mesh);
+      renderer::AppendMesh(group.mesh, rest.mesh);
     }
   }
   if (!rest.mesh.triangles.empty()) {
@@ -147,7 +127,7 @@ bool IsUnknown(const ExperimentConfig& config, const std::string& mesh, const ch
 void SetNormals(GeometryConfig::Normals normals,
                 const ExperimentConfig& config,
                 const BuildContext& context,
-                NamedPart& part) {
+                MeshPart& part) {
   switch (normals) {
     case GeometryConfig::Normals::kFile:
       break;
@@ -181,7 +161,7 @@ void SetColors(const std::string& mesh_name, const MaterialConfig& material, Mes
 }
 
 // A mesh that cannot be used is said with its file and the way out.
-void CheckFileMesh(const std::filesystem::path& path, bool is_repaired, const NamedPart& part) {
+void CheckFileMesh(const std::filesystem::path& path, bool is_repaired, const MeshPart& part) {
   try {
     renderer::ValidateMesh(part.mesh, part.name);
   } catch (const SceneError& error) {
@@ -190,9 +170,9 @@ void CheckFileMesh(const std::filesystem::path& path, bool is_repaired, const Na
   }
 }
 
-Vec3 MiddleOf(const std::vector<NamedPart>& parts) {
+Vec3 MiddleOf(const std::vector<MeshPart>& parts) {
   renderer::Box box;
-  for (const NamedPart& part : parts) {
+  for (const MeshPart& part : parts) {
     box.Include(renderer::BoxAround(part.mesh.positions));
   }
   return box.Middle();
@@ -200,21 +180,26 @@ Vec3 MiddleOf(const std::vector<NamedPart>& parts) {
 
 }  // namespace
 
-std::vector<renderer::SceneMesh> BuildMeshes(const GeometryConfig& geometry,
-                                             const ExperimentConfig& config,
-                                             const BuildContext& context) {
-  std::vector<NamedPart> parts;
-  if (geometry.group_materials.empty()) {
-    Mesh mesh = std::visit(MeshMaker(context), geometry.geometry);
-    parts.push_back({geometry.name, geometry.material, std::move(mesh)});
-  } else {
-    parts = ReadParts(geometry, context);
-  }
+void AddMeshes(const GeometryConfig& geometry,
+               const ExperimentConfig& config,
+               const BuildContext& context,
+               renderer::Scene& scene) {
   const TransformConfig& t = geometry.transform;
   const renderer::Mat3 rotation = RotationOf(t.axis, t.angle);
-  const renderer::Mat3 linear{
-      rotation.x * t.scale[0], rotation.y * t.scale[1], rotation.z * t.scale[2]};
-  for (NamedPart& part : parts) {
+  const renderer::Transform world_from_file = {
+      {rotation.x * t.scale[0], rotation.y * t.scale[1], rotation.z * t.scale[2]},
+      ToVec3(t.translate)};
+  std::vector<MeshPart> parts;
+  if (IsGltf(geometry)) {
+    parts = ReadGltfParts(geometry, config, context, world_from_file, scene);
+  } else if (geometry.group_materials.empty()) {
+    Mesh mesh = std::visit(MeshMaker(context), geometry.geometry);
+    parts.push_back(
+        {geometry.name, MaterialIndex(geometry.material, config), std::move(mesh), std::nullopt});
+  } else {
+    parts = ReadParts(geometry, config, context);
+  }
+  for (MeshPart& part : parts) {
     if (geometry.repair) {
       renderer::MeshRepairs repairs;
       part.mesh = renderer::RepairMesh(std::move(part.mesh), part.name, &repairs);
@@ -226,21 +211,30 @@ std::vector<renderer::SceneMesh> BuildMeshes(const GeometryConfig& geometry,
       CheckFileMesh(file->path, geometry.repair, part);
     }
     SetNormals(geometry.normals, config, context, part);
-    renderer::ApplyTransform({linear, ToVec3(t.translate)}, part.mesh);
+    renderer::ApplyTransform(world_from_file, part.mesh);
   }
   const Vec3 pivot = geometry.pivot ? ToVec3(*geometry.pivot) : MiddleOf(parts);
-  std::vector<renderer::SceneMesh> meshes;
-  for (NamedPart& part : parts) {
-    const auto material = std::ranges::find_if(
-        config.materials, [&](const auto& m) { return m.name == part.material; });
-    SetColors(part.name, *material, part.mesh);
-    renderer::SceneMesh& mesh = meshes.emplace_back();
+  for (MeshPart& part : parts) {
+    const auto material = static_cast<std::size_t>(part.material);
+    if (material < config.materials.size()) {
+      SetColors(part.name, config.materials[material], part.mesh);
+    }
+    if (HasName(scene.meshes, part.name)) {
+      throw SceneError("geometry '" + geometry.name + "': two meshes would be called '" +
+                       part.name + "'");
+    }
+    if (part.emission) {
+      part.emission->mesh = static_cast<int>(scene.meshes.size());
+      renderer::Emitter& emitter = scene.emitters.emplace_back();
+      emitter.name = part.name + "-emission";
+      emitter.light = *part.emission;
+    }
+    renderer::SceneMesh& mesh = scene.meshes.emplace_back();
     mesh.name = part.name;
     mesh.mesh = std::move(part.mesh);
-    mesh.material = static_cast<int>(material - config.materials.begin());
+    mesh.material = part.material;
     mesh.pose.pivot = pivot;
   }
-  return meshes;
 }
 
 }  // namespace pathfit::app

@@ -48,11 +48,10 @@ renderer::Camera BuildSensor(const SensorConfig& config) {
   return camera;
 }
 
-renderer::Scene BuildScene(const ExperimentConfig& config,
-                           const optim::ObservationSet& observations,
-                           std::vector<std::filesystem::path>& input_files,
-                           std::vector<std::string>& notes) {
-  const BuildContext context{observations, input_files, notes};
+renderer::Scene BuildScene(const ExperimentConfig& config, Experiment& experiment) {
+  const optim::ObservationSet& observations = experiment.observations;
+  const BuildContext context{
+      observations, experiment.input_files, experiment.assumptions, experiment.warnings};
   renderer::Scene scene;
   for (const TextureConfig& texture : config.textures) {
     scene.textures.push_back(BuildTexture(texture, context));
@@ -61,11 +60,12 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
     scene.materials.push_back(BuildMaterial(material, config));
   }
   for (const GeometryConfig& geometry : config.geometry) {
-    for (renderer::SceneMesh& mesh : BuildMeshes(geometry, config, context)) {
-      scene.meshes.push_back(std::move(mesh));
-    }
+    AddMeshes(geometry, config, context, scene);
   }
   for (const LightConfig& light : config.lights) {
+    if (HasName(scene.emitters, light.name)) {
+      throw SceneError("light '" + light.name + "': a glTF file has brought one of this name");
+    }
     scene.emitters.push_back(BuildEmitter(light, scene, context));
     if (light.type == LightConfig::Type::kEnvironment ||
         light.type == LightConfig::Type::kConstant) {
@@ -73,7 +73,12 @@ renderer::Scene BuildScene(const ExperimentConfig& config,
     }
   }
   if (observations.views.empty()) {
-    for (const SensorConfig& sensor : config.sensors) scene.sensors.push_back(BuildSensor(sensor));
+    for (const SensorConfig& sensor : config.sensors) {
+      if (HasName(scene.sensors, sensor.name)) {
+        throw SceneError("sensor '" + sensor.name + "': a glTF file has brought one of this name");
+      }
+      scene.sensors.push_back(BuildSensor(sensor));
+    }
   }
   for (const optim::View& view : observations.views) {
     scene.sensors.push_back(view.camera);

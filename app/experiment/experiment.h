@@ -19,6 +19,7 @@ struct Experiment {
   optim::FitSpec fit;
   std::vector<std::filesystem::path> input_files;  ///< in a fixed order
   std::vector<std::string> assumptions;            ///< what was taken for granted, for people
+  std::vector<std::string> warnings;               ///< what of the input files is not used
   std::vector<std::string> attributions;           ///< credit lines found beside the input files
 };
 
@@ -26,12 +27,9 @@ struct Experiment {
 /// the file or object, and ConfigError as ReadUnknowns.
 Experiment BuildExperiment(const ExperimentConfig& config);
 
-/// The scene's meshes, materials, textures, lights and sensors; visual hulls are carved from
-/// `observations`. `notes` says what was mended.
-renderer::Scene BuildScene(const ExperimentConfig& config,
-                           const optim::ObservationSet& observations,
-                           std::vector<std::filesystem::path>& input_files,
-                           std::vector<std::string>& notes);
+/// The scene's meshes, materials, textures, lights and sensors; visual hulls are carved from the
+/// observations of `experiment`. Adds what was read, mended and left out to its lists.
+renderer::Scene BuildScene(const ExperimentConfig& config, Experiment& experiment);
 
 /// The unknowns, whose names are looked up in the scene that was built. Throws ConfigError with all
 /// that is wrong with them, each at its place in the file.

@@ -166,6 +166,7 @@ optim::MeshDetail DefaultDetail(const ExperimentConfig& config, const renderer::
       config.geometry.begin(), config.geometry.end(), [&](const GeometryConfig& geometry) {
         if (!std::holds_alternative<FileGeometry>(geometry.geometry)) return false;
         return geometry.name == mesh.name ||
+               (IsGltf(geometry) && mesh.name.starts_with(geometry.name + "-")) ||
                std::any_of(geometry.group_materials.begin(),
                            geometry.group_materials.end(),
                            [&](const auto& group) {

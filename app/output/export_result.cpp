@@ -1,6 +1,7 @@
 #include "app/output/export_result.h"
 
 #include <cmath>
+#include <optional>
 #include <variant>
 
 #include <fmt/format.h>
@@ -119,13 +120,34 @@ void WriteEnvironment(const fs::path& folder, const EnvironmentEmitter& environm
   renderer::WriteHdr(folder / "environment.hdr", image);
 }
 
-void WriteMesh(const fs::path& stem, const renderer::SceneMesh& scene_mesh, const Scene& scene) {
+// The light that a mesh is, null if it does not shine.
+const renderer::AreaEmitter* EmissionOf(std::size_t mesh, const Scene& scene) {
+  for (const renderer::Emitter& emitter : scene.emitters) {
+    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
+    if (area != nullptr && area->mesh == static_cast<int>(mesh)) return area;
+  }
+  return nullptr;
+}
+
+std::optional<renderer::Texture> TextureAt(int index, const Scene& scene) {
+  if (index < 0) return std::nullopt;
+  return scene.textures.at(static_cast<std::size_t>(index));
+}
+
+void WriteMesh(const fs::path& stem, std::size_t index, const Scene& scene) {
+  const renderer::SceneMesh& scene_mesh = scene.meshes[index];
   const renderer::Material& material =
       scene.materials.at(static_cast<std::size_t>(scene_mesh.material));
   renderer::Mesh mesh = renderer::WorldMesh(scene_mesh);
   renderer::GlbMaterial glb{.name = material.name, .double_sided = material.two_sided};
   if (const auto* bsdf = std::get_if<renderer::MetallicRoughnessBsdf>(&material.bsdf)) {
     glb.bsdf = *bsdf;
+    glb.roughness_texture = TextureAt(material.roughness_texture, scene);
+    glb.metallic_texture = TextureAt(material.metallic_texture, scene);
+  }
+  if (const renderer::AreaEmitter* emission = EmissionOf(index, scene)) {
+    glb.emission = emission->intensity;
+    glb.emission_texture = TextureAt(emission->texture, scene);
   }
   std::string texture_file;
   if (!material.vertex_colors) {
@@ -134,8 +156,7 @@ void WriteMesh(const fs::path& stem, const renderer::SceneMesh& scene_mesh, cons
     mesh.color_triangles.clear();
   }
   if (!material.vertex_colors && material.base_color_texture >= 0) {
-    glb.base_color_texture =
-        scene.textures.at(static_cast<std::size_t>(material.base_color_texture));
+    glb.base_color_texture = TextureAt(material.base_color_texture, scene);
     texture_file = stem.filename().string() + ".png";
     renderer::WritePng8(stem.parent_path() / texture_file,
                         EncodedImage(TextureImage(*glb.base_color_texture)));
@@ -189,7 +210,7 @@ void ExportResult(const fs::path& folder,
   for (const renderer::SceneMesh& mesh : scene.meshes) mesh_names.push_back(mesh.name);
   const std::vector<std::string> files = ViewFolderNames(mesh_names);
   for (std::size_t i = 0; i < files.size(); ++i) {
-    WriteMesh(folder / files[i], scene.meshes[i], scene);
+    WriteMesh(folder / files[i], i, scene);
   }
   std::vector<std::string> texture_names;
   for (const renderer::Texture& texture : scene.textures) texture_names.push_back(texture.name);

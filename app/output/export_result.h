@@ -18,7 +18,8 @@ struct ExportedView {
 
 /// Writes a result folder, in the frame and unit of the scene:
 /// <mesh>.glb and <mesh>.ply, where their poses place them, with vertex colours or the base-colour
-/// texture (inside the GLB; <mesh>.png for the PLY, sRGB, clamped to 0..1); textures/<name>.exr
+/// texture (inside the GLB; <mesh>.png for the PLY, sRGB, clamped to 0..1), the GLB also with those
+/// of roughness and metallic and with what shines; textures/<name>.exr
 /// with linear values; environment.exr and .hdr (intensity times texels, in the light's own frame)
 /// and lights.json, which says how they are turned; cameras/; exposure.csv; parameters.csv. Throws
 /// IoError (not writable, a value that a format cannot hold), NumericalError (not finite).

@@ -1,11 +1,16 @@
 #include "renderer/io/gltf_writer.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <optional>
 #include <sstream>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -122,37 +127,102 @@ tinygltf::Material MakeMaterial(const GlbMaterial& material, const std::filesyst
     result.extensions["KHR_materials_specular"] =
         tinygltf::Value(tinygltf::Value::Object{{"specularFactor", tinygltf::Value(specular)}});
   }
+  if (!IsBlack(material.emission)) {
+    const double strength = std::max(1.0, MaxChannel(material.emission));
+    for (int c = 0; c < 3; ++c) {
+      result.emissiveFactor.push_back(factor(material.emission[c] / strength));
+    }
+    if (strength > 1.0) {
+      result.extensions["KHR_materials_emissive_strength"] =
+          tinygltf::Value(tinygltf::Value::Object{{"emissiveStrength", tinygltf::Value(strength)}});
+    }
+  }
   return result;
 }
 
-std::vector<unsigned char> EncodeTexture(const Texture& texture,
-                                         const std::filesystem::path& path) {
+void CheckTexels(const Texture& texture, const std::filesystem::path& path) {
   if (texture.width <= 0 || texture.height <= 0 ||
       texture.texels.size() !=
           static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height)) {
     throw SceneError(path.string() + ": texture '" + texture.name +
                      "' to be written has texels that do not match its size");
   }
+}
+
+double Stored01(double value, const std::filesystem::path& path) {
+  return std::clamp(static_cast<double>(StoredFloat(value, path)), 0.0, 1.0);
+}
+
+Image EncodedColors(const Texture& texture, const std::filesystem::path& path) {
+  CheckTexels(texture, path);
   Image image(texture.width, texture.height, 3);
   for (std::size_t i = 0; i < texture.texels.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
-      const double linear = static_cast<double>(StoredFloat(texture.texels[i][c], path));
       image.data[3 * i + static_cast<std::size_t>(c)] =
-          static_cast<float>(SrgbFromLinear(std::clamp(linear, 0.0, 1.0)));
+          static_cast<float>(SrgbFromLinear(Stored01(texture.texels[i][c], path)));
     }
   }
-  return EncodePng(image);
+  return image;
 }
 
-/// Index of the new texture.
+/// Roughness in green and metallic in blue, as large as the larger one; 1 for what there is not.
+Texture MetallicRoughness(const GlbMaterial& material, const std::filesystem::path& path) {
+  const std::array<const std::optional<Texture>*, 2> parts = {&material.roughness_texture,
+                                                              &material.metallic_texture};
+  Texture joined;
+  for (const auto* part : parts) {
+    if (!*part) continue;
+    const Texture& texture = **part;
+    CheckTexels(texture, path);
+    if (joined.name.empty()) {
+      // As the reader calls its parts.
+      const std::string_view suffix = part == parts[0] ? "-roughness" : "-metallic";
+      const bool ends_so = std::string_view(texture.name).ends_with(suffix);
+      joined.name = texture.name.substr(0, texture.name.size() - (ends_so ? suffix.size() : 0));
+      joined.wrap = texture.wrap;
+    }
+    joined.width = std::max(joined.width, texture.width);
+    joined.height = std::max(joined.height, texture.height);
+  }
+  joined.texels.clear();
+  for (int y = 0; y < joined.height; ++y) {
+    for (int x = 0; x < joined.width; ++x) {
+      Rgb texel{1.0, 1.0, 1.0};
+      for (int c = 1; c < 3; ++c) {
+        const std::optional<Texture>& part = *parts.at(static_cast<std::size_t>(c) - 1);
+        if (!part) continue;
+        const bool same = part->width == joined.width && part->height == joined.height;
+        const Vec2 uv = {(x + 0.5) / joined.width, 1.0 - (y + 0.5) / joined.height};
+        const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(joined.width) +
+                       static_cast<std::size_t>(x);
+        texel[c] = (same ? part->texels[i] : TextureValue(*part, uv)).r;
+      }
+      joined.texels.push_back(texel);
+    }
+  }
+  return joined;
+}
+
+Image EncodedNumbers(const Texture& texture, const std::filesystem::path& path) {
+  Image image(texture.width, texture.height, 3);
+  for (std::size_t i = 0; i < texture.texels.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      image.data[3 * i + static_cast<std::size_t>(c)] =
+          static_cast<float>(Stored01(std::as_const(texture).texels[i][c], path));
+    }
+  }
+  return image;
+}
+
+/// Index of the new texture, whose picture is `encoded`.
 int AddTexture(const Texture& texture,
-               const std::filesystem::path& path,
+               const Image& encoded,
                BufferBuilder& buffer,
                tinygltf::Model& model) {
   tinygltf::Image image;
   image.name = texture.name;
   image.mimeType = "image/png";
-  image.bufferView = buffer.AddBytes(EncodeTexture(texture, path));
+  image.bufferView = buffer.AddBytes(EncodePng(encoded));
   model.images.push_back(std::move(image));
   tinygltf::Sampler sampler;
   sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
@@ -162,10 +232,41 @@ int AddTexture(const Texture& texture,
                                       : TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
   model.samplers.push_back(std::move(sampler));
   tinygltf::Texture result;
-  result.source = 0;
-  result.sampler = 0;
+  result.source = static_cast<int>(model.images.size()) - 1;
+  result.sampler = static_cast<int>(model.samplers.size()) - 1;
   model.textures.push_back(std::move(result));
-  return 0;
+  return static_cast<int>(model.textures.size()) - 1;
+}
+
+void AddTextures(const GlbMaterial& material,
+                 const Mesh& mesh,
+                 const std::filesystem::path& path,
+                 BufferBuilder& buffer,
+                 tinygltf::Model& model) {
+  tinygltf::Material& result = model.materials[0];
+  tinygltf::PbrMetallicRoughness& pbr = result.pbrMetallicRoughness;
+  const bool has_numbers = material.roughness_texture || material.metallic_texture;
+  if ((has_numbers || material.base_color_texture || material.emission_texture) &&
+      mesh.uv_triangles.empty()) {
+    throw SceneError(path.string() + ": a mesh to be written with a texture has no UVs");
+  }
+  if (material.base_color_texture) {
+    pbr.baseColorTexture.index = AddTexture(*material.base_color_texture,
+                                            EncodedColors(*material.base_color_texture, path),
+                                            buffer,
+                                            model);
+  }
+  if (has_numbers) {
+    const Texture joined = MetallicRoughness(material, path);
+    if (material.roughness_texture) pbr.roughnessFactor = 1.0;
+    if (material.metallic_texture) pbr.metallicFactor = 1.0;
+    pbr.metallicRoughnessTexture.index =
+        AddTexture(joined, EncodedNumbers(joined, path), buffer, model);
+  }
+  if (material.emission_texture) {
+    result.emissiveTexture.index = AddTexture(
+        *material.emission_texture, EncodedColors(*material.emission_texture, path), buffer, model);
+  }
 }
 
 tinygltf::Primitive AddPrimitive(const Mesh& mesh,
@@ -201,6 +302,19 @@ tinygltf::Primitive AddPrimitive(const Mesh& mesh,
   return primitive;
 }
 
+/// Pictures end at 1, the strength of the emission does not.
+GlbMaterial WithDimEmissionTexture(GlbMaterial material) {
+  if (!material.emission_texture) return material;
+  double brightest = 1.0;
+  for (const Rgb& texel : std::as_const(*material.emission_texture).texels) {
+    brightest = std::max(brightest, MaxChannel(texel));
+  }
+  if (brightest == 1.0 || !std::isfinite(brightest)) return material;
+  material.emission *= brightest;
+  for (Rgb& texel : material.emission_texture->texels) texel *= 1.0 / brightest;
+  return material;
+}
+
 /// The format demands unit normals.
 Mesh WithUnitNormals(Mesh mesh) {
   if (mesh.normal_triangles.empty()) {
@@ -213,28 +327,25 @@ Mesh WithUnitNormals(Mesh mesh) {
 
 }  // namespace
 
-void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& material) {
+void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& given) {
   if (mesh.triangles.empty())
     throw SceneError(path.string() + ": a mesh to be written has no triangle");
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "pathfit";
+  const GlbMaterial material = WithDimEmissionTexture(given);
   model.materials.push_back(MakeMaterial(material, path));
   for (const auto& [name, value] : model.materials[0].extensions) {
     model.extensionsUsed.push_back(name);
   }
   BufferBuilder buffer(model);
   tinygltf::Mesh gltf_mesh;
+  gltf_mesh.name = path.stem().string();
   gltf_mesh.primitives.push_back(AddPrimitive(WithUnitNormals(mesh), path, buffer));
-  if (material.base_color_texture) {
-    if (mesh.uv_triangles.empty()) {
-      throw SceneError(path.string() + ": a mesh to be written with a texture has no UVs");
-    }
-    model.materials[0].pbrMetallicRoughness.baseColorTexture.index =
-        AddTexture(*material.base_color_texture, path, buffer, model);
-  }
+  AddTextures(material, mesh, path, buffer, model);
   model.meshes.push_back(std::move(gltf_mesh));
   tinygltf::Node node;
+  node.name = path.stem().string();
   node.mesh = 0;
   model.nodes.push_back(std::move(node));
   tinygltf::Scene scene;

@@ -17,16 +17,21 @@ struct GlbMaterial {
   Rgb base_color = {1.0, 1.0, 1.0};  ///< multiplies the vertex colours
   MetallicRoughnessBsdf bsdf = {.roughness = 1.0};
   bool double_sided = false;
-  /// Multiplies the factor; embedded as an 8-bit sRGB PNG, clamped to 0..1. Needs UVs.
-  std::optional<Texture> base_color_texture = std::nullopt;
+  // Textures are embedded as 8-bit PNG, clamped to 0..1, and need UVs.
+  std::optional<Texture> base_color_texture = std::nullopt;  ///< as sRGB; multiplies the factor
+  std::optional<Texture> roughness_texture = std::nullopt;   ///< replaces that of `bsdf`
+  std::optional<Texture> metallic_texture = std::nullopt;    ///< likewise, in the same picture
+  Rgb emission = {0.0, 0.0, 0.0};  ///< radiance; above 1 by KHR_materials_emissive_strength
+  /// As sRGB; multiplies `emission`, which takes over what is above 1.
+  std::optional<Texture> emission_texture = std::nullopt;
 };
 
-/// One mesh with one material as binary glTF (y up, metres): float POSITION, unit NORMAL (the
-/// mesh's own, otherwise smooth ones), TEXCOORD_0 (v down, as the format demands) when the mesh has
-/// UVs, linear float COLOR_0 (clamped to 0..1) when it has colours, uint32 indices. A position with
-/// several normals, UVs or colours is repeated. Written through a temporary file. Fails: IoError
-/// (not writable, a number beyond float), SceneError (wrong indices, no triangle, a texture without
-/// UVs or whose texels do not match its size).
+/// One mesh with one material as binary glTF (y up, metres), called as the file: float POSITION,
+/// unit NORMAL (the mesh's own, otherwise smooth ones), TEXCOORD_0 (v down, as the format demands)
+/// when the mesh has UVs, linear float COLOR_0 (clamped to 0..1) when it has colours, uint32
+/// indices. A position with several normals, UVs or colours is repeated. Written through a
+/// temporary file. Fails: IoError (not writable, a number beyond float), SceneError (wrong indices,
+/// no triangle, a texture without UVs or whose texels do not match its size).
 void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& material);
 
 }  // namespace pathfit::renderer

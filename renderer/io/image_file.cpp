@@ -120,6 +120,16 @@ std::vector<unsigned char> Encode(const Image& image,
 
 }  // namespace
 
+DecodedImage DecodeImage(std::string bytes, const std::string& name) {
+  const ImageKind kind = KindOfImage(bytes);
+  if (kind != ImageKind::kJpeg && kind != ImageKind::kPng) {
+    throw IoError(name + ": not a JPEG or PNG image");
+  }
+  DecodedImage decoded = Decode(bytes, kind, name);
+  decoded.exif_orientation = ReadJpegOrientation(bytes);
+  return decoded;
+}
+
 DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_orientation) {
   std::string bytes = ReadWholeFile(path);
   const ImageKind kind = KindOfImage(bytes);

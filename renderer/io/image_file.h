@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "renderer/image/image.h"
@@ -21,6 +22,9 @@ struct DecodedImage {
 /// JPEG, PNG, TIFF (8 and 16 bit, float), HDR, EXR, told apart by their first bytes. Rows stay as
 /// the sensor stored them unless `apply_exif_orientation`. Fails: IoError naming the file.
 DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_orientation);
+
+/// The same for the bytes of a JPEG or PNG file that lies inside another; `name` is for messages.
+DecodedImage DecodeImage(std::string bytes, const std::string& name);
 
 /// Turns an image stored with the EXIF orientation 1 to 8 upright.
 Image ApplyOrientation(const Image& image, int exif_orientation);

@@ -118,6 +118,15 @@ void CheckTriangles(const std::vector<Triangle>& triangles,
   }
 }
 
+void AppendTriangles(const SharedVector<Triangle>& from,
+                     std::size_t offset,
+                     SharedVector<Triangle>& to) {
+  for (Triangle t : from) {
+    for (std::int32_t& i : t) i += static_cast<std::int32_t>(offset);
+    to.push_back(t);
+  }
+}
+
 }  // namespace
 
 std::optional<FanTriangles> TriangulatePolygon(std::span<const Vec3> corners) {
@@ -140,6 +149,24 @@ void FinishMesh(Mesh& mesh) {
   WeldPositions(mesh);
   WeldColors(mesh);
   NormalizeVertexNormals(mesh);
+}
+
+void AppendMesh(const Mesh& other, Mesh& mesh) {
+  const auto append =
+      [](auto& values, auto& triangles, const auto& more, const auto& more_triangles) {
+        if (triangles.empty() || more_triangles.empty()) {
+          values.clear();
+          triangles.clear();
+          return;
+        }
+        AppendTriangles(more_triangles, values.size(), triangles);
+        values.insert(values.end(), more.begin(), more.end());
+      };
+  append(mesh.normals, mesh.normal_triangles, other.normals, other.normal_triangles);
+  append(mesh.uvs, mesh.uv_triangles, other.uvs, other.uv_triangles);
+  append(mesh.colors, mesh.color_triangles, other.colors, other.color_triangles);
+  AppendTriangles(other.triangles, mesh.positions.size(), mesh.triangles);
+  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
 }
 
 SplitMesh SplitVertices(const Mesh& mesh) {

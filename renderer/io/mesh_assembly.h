@@ -27,6 +27,10 @@ std::optional<FanTriangles> TriangulatePolygon(std::span<const Vec3> corners);
 /// index is out of range.
 void FinishMesh(Mesh& mesh);
 
+/// Adds the triangles of `other`. Normals, UVs and colours stay only if both have them; positions
+/// are not welded.
+void AppendMesh(const Mesh& other, Mesh& mesh);
+
 /// One vertex of a file format with a single index: indices into the mesh's arrays, -1 for an
 /// absent attribute.
 struct SplitVertex {

@@ -334,6 +334,123 @@ TEST_F(ObjGroups, AFileWithAMeshThatCannotBeUsedIsNamed) {
   }
 }
 
+/// Two triangles side by side with a material each, one of which shines, and a lamp.
+class GltfScene : public testing::Test {
+ protected:
+  GltfScene() : file_("") {
+    std::ofstream(file_.folder() / "room.gltf") << R"({"asset": {"version": "2.0"},
+      "scenes": [{"nodes": [0, 1]}], "nodes": [{"name": "two walls", "mesh": 0},
+        {"translation": [0, 0, 5], "camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+      "cameras": [{"type": "perspective", "name": "eye", "perspective":
+        {"yfov": 1.5707963267948966, "znear": 0.1, "aspectRatio": 2}}],
+      "extensionsUsed": ["KHR_lights_punctual", "KHR_texture_basisu"],
+      "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "name": "bulb"}]}},
+      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0},
+                                 {"attributes": {"POSITION": 1}, "material": 1}]}],
+      "materials": [{"name": "Oak.001", "pbrMetallicRoughness":
+          {"baseColorFactor": [0.5, 0.25, 0.125, 1], "metallicFactor": 0}},
+        {"name": "glow", "emissiveFactor": [1, 0, 0]}],
+      "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+        {"bufferView": 0, "byteOffset": 12, "componentType": 5126, "count": 3, "type": "VEC3"}],
+      "bufferViews": [{"buffer": 0, "byteLength": 48}],
+      "buffers": [{"uri": "room.bin", "byteLength": 48}]})";
+    const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    std::ofstream(file_.folder() / "room.bin", std::ios::binary)
+        .write(reinterpret_cast<const char*>(positions.data()), 48);
+  }
+  Experiment Build(const std::string& keys,
+                   const std::string& more = "",
+                   const std::string& rest = "") {
+    file_.Write(SceneOf("room: {file: room.gltf" + keys + "}", kGrey, more) + rest);
+    return BuildExperiment(LoadExperimentConfig(file_.path(), {}));
+  }
+  ConfigFile file_;
+};
+
+TEST_F(GltfScene, BringsItsMaterialsAndWhatShines) {
+  const Experiment experiment =
+      Build("", "", "unknowns: {Oak.001.base_color: {}, room-two_walls-Oak_001.vertices: {}}\n");
+  const auto& scene = experiment.scene;
+  ASSERT_EQ(scene.meshes.size(), 2U);
+  EXPECT_EQ(scene.meshes[0].name, "room-two_walls-Oak_001");
+  EXPECT_EQ(scene.meshes[1].name, "room-two_walls-glow");
+  const auto& oak = scene.materials.at(static_cast<std::size_t>(scene.meshes[0].material));
+  EXPECT_EQ(oak.name, "Oak.001");
+  EXPECT_EQ(oak.base_color, (Rgb{0.5, 0.25, 0.125}));
+  ASSERT_EQ(scene.emitters.size(), 1U);
+  EXPECT_EQ(scene.emitters[0].name, "room-two_walls-glow-emission");
+  EXPECT_EQ(std::get<renderer::AreaEmitter>(scene.emitters[0].light).mesh, 1);
+  EXPECT_EQ(experiment.input_files.size(), 2U);
+  ASSERT_EQ(experiment.warnings.size(), 1U);
+  EXPECT_NE(experiment.warnings[0].find("KHR_texture_basisu"), std::string::npos);
+  ASSERT_EQ(experiment.assumptions.size(), 2U);
+  EXPECT_NE(
+      experiment.assumptions[0].find("its lights are left out (1); `lights: true` takes them"),
+      std::string::npos);
+}
+
+TEST_F(GltfScene, GetsOtherMaterialsByNameOrAltogether) {
+  const Experiment one = Build(", materials: {glow: grey}");
+  EXPECT_EQ(one.scene.meshes[1].material, 0);
+  EXPECT_EQ(Named(one.scene.materials, "Oak.001").base_color, (Rgb{0.5, 0.25, 0.125}));
+  EXPECT_TRUE(one.scene.emitters.empty()) << "the light was that of the material";
+  const Experiment all = Build(", material: grey");
+  EXPECT_EQ(all.scene.materials.size(), 1U);
+  EXPECT_EQ(all.scene.meshes[0].material, 0);
+  try {
+    Build(", materials: {oak: grey}");
+    FAIL();
+  } catch (const renderer::SceneError& error) {
+    EXPECT_NE(std::string(error.what()).find("has no material 'oak' (known: "), std::string::npos);
+  }
+}
+
+TEST_F(GltfScene, ItsLightsComeAlongIfWanted) {
+  const std::string turned =
+      ", lights: true, transform: {scale: 2, rotate: {axis: [0, 1, 0], angle_deg: 90}}";
+  const auto scene = Build(turned).scene;
+  const auto& bulb = Named(scene.emitters, "room-bulb");
+  ExpectNear(std::get<renderer::PointEmitter>(bulb.light).position, {10, 0, 0}, 1e-9);
+  EXPECT_THROW(Build(turned, "  lights: {room-bulb: {type: point, position_m: [0, 0, 1]}}\n"),
+               renderer::SceneError);
+}
+
+TEST_F(GltfScene, ItsPartsMayBecomeLights) {
+  const auto scene = Build(", material: grey",
+                           "  lights: {lamp: {type: area, mesh: room-two_walls-glow, radiance: [1, "
+                           "1, 1]}}\n")
+                         .scene;
+  EXPECT_EQ(std::get<renderer::AreaEmitter>(Named(scene.emitters, "lamp").light).mesh, 1);
+  EXPECT_THROW(Build("", "  lights: {lamp: {type: area, mesh: room-x, radiance: [1, 1, 1]}}\n"),
+               renderer::SceneError);
+}
+
+TEST_F(GltfScene, ItsCamerasComeAlongIfWanted) {
+  const auto scene =
+      Build(
+          ", camera_height_px: 90, transform: {scale: 2, rotate: {axis: [0, 1, 0], angle_deg: "
+          "90}}")
+          .scene;
+  const renderer::Camera& eye = Named(scene.sensors, "room-eye");
+  EXPECT_EQ(eye.width, 180);
+  EXPECT_EQ(eye.height, 90);
+  EXPECT_NEAR(eye.fx, 45.0, 1e-9);
+  EXPECT_NEAR(eye.fy, 45.0, 1e-9);
+  EXPECT_EQ(eye.cx, 90.0);
+  ExpectNear(eye.world_from_camera.translation, {10, 0, 0}, 1e-9);
+  ExpectNear(eye.world_from_camera.linear.z, {1, 0, 0}, 1e-9);
+  // Without any other.
+  file_.Write("schema: 1\nscene: {geometry: {room: {file: room.gltf, camera_height_px: 9}}}\n");
+  EXPECT_EQ(BuildExperiment(LoadExperimentConfig(file_.path(), {})).scene.sensors.size(), 1U);
+}
+
+TEST_F(GltfScene, TwoOfAFileHaveMaterialsOfTheirOwn) {
+  file_.Write(SceneOf("a: {file: room.gltf}, b: {file: room.gltf}", kGrey));
+  const auto scene = BuildExperiment(LoadExperimentConfig(file_.path(), {})).scene;
+  EXPECT_EQ(scene.meshes.size(), 4U);
+  EXPECT_EQ(Named(scene.materials, "b-Oak.001").base_color, (Rgb{0.5, 0.25, 0.125}));
+}
+
 TEST(BuildScene, SaysWhatWasRepaired) {
   const std::string twice =
       "mesh: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], triangles: [[0, 1, 2], [1, "

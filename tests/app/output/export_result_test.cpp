@@ -15,6 +15,7 @@
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
+#include "renderer/io/gltf_reader.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/mesh_file.h"
 #include "renderer/io/texture_file.h"
@@ -210,6 +211,44 @@ TEST(ExportResult, ABaseColourTextureIsInTheGlbAndBesideThePly) {
   EXPECT_EQ(Count(ply, "property float s\nproperty float t\n"), 1);
   EXPECT_EQ(renderer::ReadMesh(folder.path() / "axe.ply").uv_triangles.size(), 2U);
   EXPECT_EQ(renderer::ReadExr(folder.path() / "textures/paint.exr").ColorAt(1, 1).r, 1.5);
+}
+
+TEST(ExportResult, AGltfMaterialStaysOne) {
+  const TemporaryFolder folder("export_gltf");
+  const optim::ObservationSet set = MakeObservations(1, 64, 48);
+  renderer::Scene scene = MakeScene(set);
+  scene.meshes[0].mesh = renderer::MakeRectangle();
+  const auto number = [](double value) { return renderer::Rgb::Constant(value / 255.0); };
+  scene.textures = {{"paint", 1, 1, {{0.0, 1.0, 0.0}}},
+                    {"map-roughness", 2, 1, {number(51), number(255)}},
+                    {"map-metallic", 2, 1, {number(0), number(102)}},
+                    {"glow", 1, 2, {{0.0, 0.0, 0.0}, {4.0, 4.0, 0.0}}}};
+  scene.textures[1].scalar = scene.textures[2].scalar = true;
+  renderer::Material& material = scene.materials[0];
+  material.bsdf = renderer::MetallicRoughnessBsdf{};
+  material.vertex_colors = false;
+  material.base_color_texture = 0;
+  material.roughness_texture = 1;
+  material.metallic_texture = 2;
+  scene.emitters.push_back({.name = "shine", .light = renderer::AreaEmitter{0, {3, 2, 1}, 3}});
+  ExportResult(folder.path(), scene, Views(set), {});
+  const renderer::Scene read = renderer::ReadGltf(folder.path() / "axe.glb").scene;
+  EXPECT_EQ(read.meshes.at(0).name, "axe");
+  EXPECT_EQ(read.materials.at(0).name, material.name);
+  ASSERT_EQ(read.textures.size(), scene.textures.size());
+  for (renderer::Rgb& texel : scene.textures[3].texels) texel *= 0.25;  // pictures end at 1
+  for (std::size_t i = 0; i < read.textures.size(); ++i) {
+    EXPECT_EQ(read.textures[i].name, scene.textures[i].name);
+    EXPECT_EQ(read.textures[i].width, scene.textures[i].width);
+    ASSERT_EQ(read.textures[i].texels.size(), scene.textures[i].texels.size());
+    for (std::size_t k = 0; k < read.textures[i].texels.size(); ++k) {
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(read.textures[i].texels[k][c], scene.textures[i].texels[k][c], 1e-6);
+      }
+    }
+  }
+  const auto& light = std::get<renderer::AreaEmitter>(read.emitters.at(0).light);
+  EXPECT_NEAR(light.intensity.g, 4.0 * 2.0, 1e-6);
 }
 
 TEST(ExportResult, WritesWhatMovedAndEveryKindOfLight) {

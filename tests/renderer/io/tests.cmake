@@ -7,6 +7,8 @@ pathfit_test(renderer/io/obj_reader_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/ply_file_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/gltf_writer_test LABEL unit
   LINK pathfit_renderer nlohmann_json::nlohmann_json)
+pathfit_test(renderer/io/gltf_reader_test LABEL unit
+  LINK pathfit_renderer nlohmann_json::nlohmann_json)
 pathfit_test(renderer/io/exr_file_test LABEL unit LINK pathfit_renderer OpenEXR::OpenEXR)
 pathfit_test(renderer/io/image_file_test LABEL unit LINK pathfit_renderer pathfit_opencv)
 pathfit_test(renderer/io/image_filter_test LABEL unit LINK pathfit_renderer)
