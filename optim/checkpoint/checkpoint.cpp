@@ -222,6 +222,7 @@ class Codec {
                  {"level", state.level},
                  {"level_start", state.level_start},
                  {"accepted", state.accepted},
+                 {"growths", state.growths},
                  {"within_error", state.within_error},
                  {"still", state.still},
                  {"precise", state.precise},
@@ -274,6 +275,7 @@ class Codec {
     json.at("level").get_to(state.level);
     json.at("level_start").get_to(state.level_start);
     json.at("accepted").get_to(state.accepted);
+    json.at("growths").get_to(state.growths);
     json.at("within_error").get_to(state.within_error);
     json.at("still").get_to(state.still);
     json.at("precise").get_to(state.precise);

@@ -170,6 +170,7 @@ class FitDriver {
 
   void BeginLevel() {
     state_.level_start = state_.round;
+    state_.growths = 0;
     state_.damping = kStartDamping;
     state_.rejected_in_row = 0;
     state_.costs.clear();

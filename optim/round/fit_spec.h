@@ -26,7 +26,7 @@ struct StageSpec {
   bool coarse_to_fine = true;
   int max_rounds = 60;
   StageBudget samples;
-  double spp_growth = 1.5;  ///< of all budgets per round
+  double spp_growth = 1.5;  ///< of all budgets, from rounds whose noise hides what is gained
   int max_spp = 64;         ///< where they stop growing
   /// Where a fit of many unknowns ends: the averaged cost falls by less than this; 0 = never. Few
   /// unknowns (ImageProblem::kMaxGramScalars) have error bars, by which they end.

@@ -76,8 +76,12 @@ double SampleFactor(double scale, double last_scale, bool few_unknowns) {
   return few_unknowns ? ratio * ratio : ratio;
 }
 
-int SamplesOfRound(const StageSpec& stage, int round, double factor) {
-  const double grown = stage.samples.spp * std::pow(std::max(1.0, stage.spp_growth), round - 1);
+bool NeedsMoreSamples(const RoundReport& report, bool adds_up) {
+  return adds_up || -report.cost_change_rel <= report.noise_relative;
+}
+
+int SamplesOfRound(const StageSpec& stage, int growths, double factor) {
+  const double grown = stage.samples.spp * std::pow(std::max(1.0, stage.spp_growth), growths);
   const double limited =
       factor * std::min(grown, static_cast<double>(std::max(stage.samples.spp, stage.max_spp)));
   return std::max(2, 2 * static_cast<int>(std::lround(0.5 * limited)));

@@ -7,6 +7,7 @@
 #include "optim/parameter/parameter_set.h"
 #include "optim/problem/image_source.h"
 #include "optim/problem/split_half_cost.h"
+#include "optim/round/fit_report.h"
 #include "optim/round/fit_spec.h"
 #include "optim/solver/trust_region_solver.h"
 
@@ -29,9 +30,13 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
 /// samples of all pixels together, which stay the same; else that of each pixel counts, too.
 double SampleFactor(double scale, double last_scale, bool few_unknowns);
 
-/// Samples per pixel of both halves together in a round (from 1, of its level):
-/// factor * spp * growth^(round - 1), even, at most factor * max_spp.
-int SamplesOfRound(const StageSpec& stage, int round, double factor);
+/// Samples per pixel of both halves together in a round, after its level's samples have grown so
+/// many times: factor * spp * growth^growths, even, at most factor * max_spp.
+int SamplesOfRound(const StageSpec& stage, int growths, double factor);
+
+/// Whether the next round should have more samples. Few unknowns, whose rounds add up, always; the
+/// others once a step changes the cost by no more than the noise's share of the residuals.
+bool NeedsMoreSamples(const RoundReport& report, bool adds_up);
 
 /// Budgets of a round with `spp` samples: what the stage gives, grown like spp, else those of
 /// `split` (SplitMeter); 0 for terms that do not exist.

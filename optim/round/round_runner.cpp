@@ -230,9 +230,8 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   report.round = round;
   report.max_rounds = stage.max_rounds;
   report.image_scale = context.image_scale;
-  const int level_round = state.RoundsOfLevel() + 1;
   report.samples = BudgetOfRound(stage.samples,
-                                 SamplesOfRound(stage, level_round, context.sample_factor),
+                                 SamplesOfRound(stage, state.growths, context.sample_factor),
                                  state.split,
                                  context.spec.estimators);
 
@@ -314,8 +313,10 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   const bool is_still = outcome.accepted && report.motion < kStillPixels && !pays &&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
+  state.growths += NeedsMoreSamples(report, problem.UsesGram()) ? 1 : 0;
   state.costs.push_back(report.cost_total);
-  AddIterate(state.average, level_round, report.samples.spp, context.set, state.scene);
+  AddIterate(
+      state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);
   state.round = round;
   state.step = report.step;
   report.peak_rss_mb = ProcessMemory("VmHWM:") / 1e6;

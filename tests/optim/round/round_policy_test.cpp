@@ -37,11 +37,23 @@ TEST(SeedPolicy, GrowsSamplesToTheMaximum) {
   stage.samples.spp = 4;
   stage.max_spp = 16;
   stage.spp_growth = 1.5;
-  EXPECT_EQ(optim::SamplesOfRound(stage, 1, 1.0), 4);
-  EXPECT_EQ(optim::SamplesOfRound(stage, 2, 1.0), 6);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 0, 1.0), 4);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 1, 1.0), 6);
   EXPECT_EQ(optim::SamplesOfRound(stage, 100, 1.0), 16);
   stage.samples.spp = 1;
-  EXPECT_EQ(optim::SamplesOfRound(stage, 1, 1.0), 2);
+  EXPECT_EQ(optim::SamplesOfRound(stage, 0, 1.0), 2);
+}
+
+TEST(SeedPolicy, MoreSamplesWhereNoiseHidesWhatAStepGains) {
+  optim::RoundReport report;
+  report.noise_relative = 0.1;
+  report.cost_change_rel = -0.2;
+  EXPECT_FALSE(optim::NeedsMoreSamples(report, false));
+  EXPECT_TRUE(optim::NeedsMoreSamples(report, true)) << "their rounds add up";
+  report.cost_change_rel = -0.05;
+  EXPECT_TRUE(optim::NeedsMoreSamples(report, false));
+  report.cost_change_rel = 0.0;  // no step
+  EXPECT_TRUE(optim::NeedsMoreSamples(report, false));
 }
 
 class IterateAverageTest : public testing::Test {
