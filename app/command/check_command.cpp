@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -7,39 +8,24 @@
 #include "app/command/command_line.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/start_check.h"
 #include "app/output/fields.h"
-#include "optim/observation/observation.h"
 #include "optim/round/memory_forecast.h"
 #include "renderer/core/parallel.h"
-#include "renderer/renderer.h"
+#include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::app {
 namespace {
 
-constexpr int kOverlapSpp = 4;
-constexpr double kOverlapSize = 256.0;
-
-struct ViewOverlap {
+/// Of all photos with a mask, the worst first.
+struct Overlap {
   std::string name;
   double iou = 0.0;
 };
-
-/// Silhouette of the initial model against every mask, at low resolution.
-std::vector<ViewOverlap> MeasureOverlap(const Experiment& experiment) {
-  std::vector<ViewOverlap> overlaps;
-  if (experiment.observations.mask_meaning != optim::MaskMeaning::kSilhouette) return overlaps;
-  const renderer::Renderer renderer(experiment.scene);
-  for (const optim::View& view : experiment.observations.views) {
-    if (view.mask.Empty()) continue;
-    const double scale =
-        std::min(1.0, kOverlapSize / std::max(view.camera.width, view.camera.height));
-    const optim::ViewLevel level =
-        optim::PackedLevel(view, experiment.observations, scale).Unpack();
-    renderer::RenderOptions options;
-    options.spp = kOverlapSpp;
-    options.max_bounces = 0;
-    const renderer::Film film = renderer.RenderPrimal(level.camera, options);
-    overlaps.push_back({view.name, optim::MaskIou(renderer::CoverageImage(film), level.mask)});
+std::vector<Overlap> OverlapsOf(const StartCheck& start) {
+  std::vector<Overlap> overlaps;
+  for (const ViewStart& view : start.views) {
+    if (!std::isnan(view.iou)) overlaps.push_back({view.name, view.iou});
   }
   std::ranges::sort(overlaps, [](const auto& a, const auto& b) { return a.iou < b.iou; });
   return overlaps;
@@ -64,7 +50,7 @@ std::int64_t NumScalars(const Experiment& experiment, const optim::StageSpec& st
 }
 
 void PrintSummary(const Experiment& experiment,
-                  const std::vector<ViewOverlap>& overlaps,
+                  const StartCheck& start,
                   const std::vector<optim::StageMemory>& memory) {
   for (const std::string& text : experiment.assumptions) fmt::print("{}\n", text);
   for (const std::string& text : experiment.warnings) fmt::print("{}.\n", text);
@@ -100,7 +86,11 @@ void PrintSummary(const Experiment& experiment,
     }
     fmt::print(".\n");
   }
-  if (!overlaps.empty()) {
+  const std::vector<Overlap> overlaps = OverlapsOf(start);
+  if (overlaps.empty() && !experiment.observations.views.empty()) {
+    fmt::print(
+        "Silhouette of the initial model against the masks: - (there are no silhouettes).\n");
+  } else if (!overlaps.empty()) {
     fmt::print(
         "Silhouette of the initial model against the masks: median IoU {:.3f}, worst {:.3f} "
         "({}).\n",
@@ -111,7 +101,7 @@ void PrintSummary(const Experiment& experiment,
 }
 
 void PrintJson(const Experiment& experiment,
-               const std::vector<ViewOverlap>& overlaps,
+               const StartCheck& start,
                const std::vector<optim::StageMemory>& memory) {
   nlohmann::json json;
   json["assumptions"] = experiment.assumptions;
@@ -132,7 +122,8 @@ void PrintJson(const Experiment& experiment,
     json["stages"][i]["memory_bytes"] = optim::TotalBytes(memory[i].items);
     json["stages"][i]["linear_solver"] = optim::LinearSolverName(memory[i].solver);
   }
-  for (const ViewOverlap& overlap : overlaps) json["initial_iou"][overlap.name] = overlap.iou;
+  for (const Overlap& overlap : OverlapsOf(start)) json["initial_iou"][overlap.name] = overlap.iou;
+  json["warnings"] = start.warnings;
   fmt::print("{}\n", JsonText(json));
 }
 
@@ -142,13 +133,14 @@ ExitStatus Run(CommandContext& context) {
   const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   const Experiment experiment = BuildExperiment(config);
-  const std::vector<ViewOverlap> overlaps = MeasureOverlap(experiment);
+  const StartCheck start = CheckStart(config, experiment);
   const std::vector<optim::StageMemory> memory = ForecastStages(experiment);
   if (context.line.json) {
-    PrintJson(experiment, overlaps, memory);
+    PrintJson(experiment, start, memory);
   } else {
-    PrintSummary(experiment, overlaps, memory);
+    PrintSummary(experiment, start, memory);
   }
+  for (const std::string& warning : start.warnings) context.log.Warn(warning);
   return ExitStatus::kFinished;
 }
 

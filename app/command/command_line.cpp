@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <memory>
+#include <sstream>
 #include <utility>
 
 #include <CLI/App.hpp>
@@ -122,6 +123,26 @@ std::vector<std::string> CommandNames() {
   return names;
 }
 
+/// One of the arguments that Command::target speaks of.
+struct TargetWord {
+  std::string name;
+  bool is_optional = false, is_list = false;
+};
+
+std::vector<TargetWord> WordsOf(const Command& command) {
+  std::vector<TargetWord> words;
+  std::istringstream text(command.target == nullptr ? "" : command.target);
+  for (std::string word; text >> word;) {
+    TargetWord& target = words.emplace_back();
+    target.is_optional = word.starts_with('[');
+    target.is_list = word.ends_with("...");
+    for (const char c : word) {
+      if (c != '[' && c != ']' && c != '.') target.name += c;
+    }
+  }
+  return words;
+}
+
 std::vector<std::string> OptionNames(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options()) {
@@ -208,14 +229,22 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
   globals.Declare(root, before, line);
   struct Declared {
     CLI::App* app;
+    std::vector<TargetWord> words;
+    std::vector<std::unique_ptr<std::vector<std::string>>> given;  // for each of the words
     OptionList own, global;
   };
   std::vector<std::unique_ptr<Declared>> all;
   for (const Command* command : AllCommands()) {
     CLI::App* sub = root.add_subcommand(command->name, command->doc);
-    if (command->target != nullptr) sub->add_option(command->target, target, "")->type_name("");
-    all.push_back(
-        std::make_unique<Declared>(Declared{sub, OptionList(*sub, line), OptionList(*sub, line)}));
+    all.push_back(std::make_unique<Declared>(
+        Declared{sub, WordsOf(*command), {}, OptionList(*sub, line), OptionList(*sub, line)}));
+    for (const TargetWord& word : all.back()->words) {
+      std::vector<std::string>& given = *all.back()->given.emplace_back(
+          std::make_unique<std::vector<std::string>>(word.is_list ? 0 : 1));
+      (word.is_list ? sub->add_option(word.name, given, "")
+                    : sub->add_option(word.name, given.front(), ""))
+          ->type_name("");
+    }
     if (command->declare != nullptr) command->declare(all.back()->own, line);
     globals.Declare(*sub, all.back()->global, line);
   }
@@ -250,13 +279,18 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
     line.help_text = HelpOf(root, target);
     return line;
   }
-  if (line.command->target != nullptr && target.empty()) {
-    throw UsageError(name, std::string(line.command->target) + " is missing");
-  }
-  line.target = target;
   before.Finish();
   for (const auto& declared : all) {
     if (declared->app != &sub) continue;
+    for (std::size_t i = 0; i < declared->words.size(); ++i) {
+      std::vector<std::string>& given = *declared->given[i];
+      std::erase(given, "");
+      if (given.empty() && !declared->words[i].is_optional) {
+        throw UsageError(name, declared->words[i].name + " is missing");
+      }
+      line.targets.insert(line.targets.end(), given.begin(), given.end());
+    }
+    if (!line.targets.empty()) line.target = line.targets.front();
     declared->global.Finish();
     declared->own.Finish();
   }

@@ -40,8 +40,9 @@ enum class ExitStatus {
 struct CommandLine {
   const Command* command = nullptr;  ///< null: help_text goes to stdout
   std::string help_text;
-  std::filesystem::path target;        ///< CONFIG or RUN, relative to the working directory
-  std::vector<std::string> arguments;  ///< argv as given, for the record of the run
+  std::filesystem::path target;                ///< CONFIG or RUN, relative to the working directory
+  std::vector<std::filesystem::path> targets;  ///< all such words, `target` first
+  std::vector<std::string> arguments;          ///< argv as given, for the record of the run
   /// The changes to the config: every --set, then the flags that stand for a value of it.
   std::vector<ConfigOverride> overrides;
 
@@ -60,6 +61,13 @@ struct CommandLine {
   std::string stop_after;                ///< name of a stage, empty: none
   std::vector<std::string> views;        ///< indices or names of photos or sensors; empty: all
   std::vector<std::string> derivatives;  ///< parameters
+  std::filesystem::path masks, mesh;     ///< of init
+  std::filesystem::path cameras;         ///< to render instead of the scene's
+  std::filesystem::path environment;     ///< that lights the scene instead of its lights
+  int orbit = 0;                         ///< number of cameras on a circle; 0: none
+  bool force = false;                    ///< overwrites files
+  std::vector<std::string> formats;      ///< of export
+  std::string stage;  ///< whose end is meant, or "start"; empty: the newest state
 };
 
 /// The command line is wrong: what() is the complete message, the status is ExitStatus::kUsage.
@@ -136,7 +144,9 @@ struct CommandContext {
 struct Command {
   const char* name;
   const char* doc;
-  const char* target;  ///< what its argument is called in messages; null: it takes none
+  /// What its arguments are called in help and messages; null: it takes none. "[A] [B]" need not
+  /// be given, of "A..." there may be any number.
+  const char* target;
   void (*declare)(OptionList& options, CommandLine& line);  ///< null: it has no options of its own
   ExitStatus (*run)(CommandContext& context);
 };

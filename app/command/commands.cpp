@@ -18,14 +18,17 @@ bool IsOneOf(const std::exception& error) {
 
 }  // namespace
 
-extern const Command kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand, kGradcheckCommand,
-    kInfoCommand, kVersionCommand;
+extern const Command kInitCommand, kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand,
+    kExportCommand, kCompareCommand, kGradcheckCommand, kInfoCommand, kVersionCommand;
 
 const std::vector<const Command*>& AllCommands() {
-  static const std::vector<const Command*> commands = {&kCheckCommand,
+  static const std::vector<const Command*> commands = {&kInitCommand,
+                                                       &kCheckCommand,
                                                        &kFitCommand,
                                                        &kResumeCommand,
                                                        &kRenderCommand,
+                                                       &kExportCommand,
+                                                       &kCompareCommand,
                                                        &kGradcheckCommand,
                                                        &kInfoCommand,
                                                        &kVersionCommand};

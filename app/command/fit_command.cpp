@@ -5,9 +5,11 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/run_scene.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/start_check.h"
 #include "app/output/export_result.h"
 #include "app/output/fit_recorder.h"
 #include "app/output/parameter_table.h"
@@ -76,18 +78,6 @@ void RequireFittable(const ExperimentConfig& config, const std::string& stop_aft
     problems.push_back({{}, "stages", "--stop-after: no stage is called '" + stop_after + "'"});
   }
   if (!problems.empty()) throw ConfigError(source, problems);
-}
-
-std::vector<ExportedView> ExportedViews(const Experiment& experiment,
-                                        const ExperimentConfig& config) {
-  std::vector<ExportedView> views;
-  const fs::path folder = config.input->photos.images_dir.empty()
-                              ? config.input->photos.cameras.parent_path()
-                              : config.input->photos.images_dir;
-  for (const optim::View& view : experiment.observations.views) {
-    views.push_back({view.name, (folder / view.name).string(), view.validation});
-  }
-  return views;
 }
 
 struct Ending {
@@ -188,6 +178,7 @@ ExitStatus Fit(CommandContext& context) {
   const int threads = NumThreads(context.line, config.threads);
   const renderer::ThreadLimit limit(threads);
   Experiment experiment = BuildExperiment(config);
+  const StartCheck start = CheckStart(config, experiment);
 
   RunRecord record = MakeRunRecord(context.line.arguments);
   record.name = config.name;
@@ -206,6 +197,7 @@ ExitStatus Fit(CommandContext& context) {
   context.log.AddFile(run.LogFile());
   for (const std::string& text : experiment.assumptions) context.log.Info(text);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
+  for (const std::string& text : start.warnings) context.log.Warn(text);
   context.log.Info("run directory " + run.root().string());
   RunRecordFile record_file(run.Record(), record);
   const ExitStatus status =

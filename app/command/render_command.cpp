@@ -1,19 +1,27 @@
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <numbers>
+#include <string_view>
 
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/run_scene.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
+#include "app/experiment/build_parts.h"
 #include "app/experiment/direction.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/orbit.h"
+#include "app/output/fields.h"
 #include "app/output/report_images.h"
 #include "app/output/run_directory.h"
 #include "app/output/signed_image.h"
-#include "optim/checkpoint/checkpoint.h"
+#include "optim/observation/camera_import.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
@@ -124,23 +132,80 @@ class DirectionSink : public renderer::DerivativeSink {
   std::vector<std::unique_ptr<renderer::FilmSink>> films_;
 };
 
-/// A config, or a run whose newest state is put into its scene.
-Experiment LoadTarget(const ExperimentConfig& config, const fs::path& run_root, Log& log) {
-  Experiment experiment = BuildExperiment(config);
-  for (const std::string& text : experiment.assumptions) log.Info(text);
-  for (const std::string& text : experiment.warnings) log.Warn(text);
-  if (!run_root.empty()) {
-    optim::NewestCheckpoint newest = optim::ReadNewestCheckpoint(
-        RunDirectory(run_root).Checkpoints(), {experiment.scene, experiment.fit.unknowns});
-    for (const std::string& reason : newest.damaged) {
-      log.Warn("a checkpoint is left out, and an older one rendered: " + reason);
-    }
-    if (!newest.state) {
-      throw renderer::IoError(run_root.string() + ": the run has no checkpoint to render");
-    }
-    experiment.scene = std::move(newest.state->scene);
+struct Target {
+  ExperimentConfig config;
+  Experiment experiment;
+};
+
+/// A config, or a run with its newest state.
+Target LoadTarget(CommandContext& context) {
+  const CommandLine& line = context.line;
+  if (fs::is_directory(line.target)) {
+    RunScene loaded = LoadRunScene(context, line.target, line.stage);
+    return {std::move(loaded.config), std::move(loaded.experiment)};
   }
-  return experiment;
+  ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
+  Experiment experiment = BuildExperiment(config);
+  for (const std::string& text : experiment.assumptions) context.log.Info(text);
+  for (const std::string& text : experiment.warnings) context.log.Warn(text);
+  return {std::move(config), std::move(experiment)};
+}
+
+/// Lit by the picture alone, its up being that of the cameras; all exposures are 1.
+void Relight(const fs::path& picture, renderer::Scene& scene) {
+  renderer::EnvironmentEmitter light;
+  ReadEnvironmentFile(picture, "--env", light);
+  const renderer::Vec3 up = UpDirection(scene);
+  const renderer::Vec3 axis = Cross(renderer::Vec3{0.0, 1.0, 0.0}, up);
+  if (Norm(axis) > 0.0) {
+    light.frame_from_light = renderer::RotationAboutAxis(
+        Normalized(axis), std::atan2(Norm(axis), Dot(renderer::Vec3{0.0, 1.0, 0.0}, up)));
+  } else if (up.y < 0.0) {
+    light.frame_from_light = renderer::RotationAboutAxis({1.0, 0.0, 0.0}, std::numbers::pi);
+  }
+  scene.emitters = {{"environment", renderer::LightFrame::kWorld, {}, std::move(light)}};
+  for (renderer::Camera& camera : scene.sensors) camera.gain = 1.0;
+  renderer::ValidateScene(scene);
+}
+
+/// Those of a camera file, which must say their size.
+std::vector<renderer::Camera> CamerasOfFile(const fs::path& path) {
+  std::vector<renderer::Camera> cameras;
+  for (const optim::ImportedCamera& imported : optim::ImportCameras(path, "auto").cameras) {
+    if (imported.camera.width == 0) {
+      throw renderer::IoError(imported.place + ": says no size of its picture (w, h)");
+    }
+    cameras.push_back(
+        optim::CompleteCamera(imported, imported.camera.width, imported.camera.height));
+    cameras.back().name = imported.image;
+  }
+  if (cameras.empty()) throw renderer::IoError(path.string() + ": has no posed photo");
+  return cameras;
+}
+
+/// What the options make of the scene.
+void ChangeScene(const CommandLine& line, renderer::Scene& scene) {
+  if (!line.environment.empty()) Relight(line.environment, scene);
+  if (!line.cameras.empty()) scene.sensors = CamerasOfFile(line.cameras);
+  if (line.orbit > 0) scene.sensors = OrbitCameras(scene, line.orbit);
+  renderer::ValidateScene(scene);
+}
+
+/// "orbit:24" is 24; 0 for what is no orbit.
+int OrbitCount(const OptionList& options, const std::vector<std::string>& views) {
+  constexpr std::string_view kOrbit = "orbit:";
+  constexpr int kMost = 10000;
+  if (views.empty() || !views.front().starts_with(kOrbit)) return 0;
+  const std::string& word = views.front();
+  int count = 0;
+  const char* last = word.data() + word.size();
+  const auto [end, error] = std::from_chars(word.data() + kOrbit.size(), last, count);
+  if (views.size() > 1 || error != std::errc() || end != last || count < 1 || count > kMost) {
+    options.Fail("--views: '" + word +
+                 "' is not understood; write orbit:24 for 24 cameras on a circle, alone");
+  }
+  return count;
 }
 
 void LogStats(const renderer::RenderStats& stats, Log& log) {
@@ -162,7 +227,11 @@ void Declare(OptionList& options, CommandLine& line) {
   using Form = OptionList::Form;
   options.ConfigOptions();
   options.Path("-o,--output", "DIR", "Where images go", line.output);
-  options.List("--views", "Photos by index or name, e.g. 0,3,8; or all", line.views);
+  options.List(
+      "--views", "Photos by index or name, e.g. 0,3,8; all; or orbit:24 on a circle", line.views);
+  options.Path("--cameras", "PATH", "Cameras to render, of a camera file or folder", line.cameras);
+  options.Path("--env", "FILE", "Lights the scene by this EXR or HDR alone", line.environment);
+  options.Text("--stage", "STAGE", "Of a run: its state after a stage, or start", line.stage);
   options.Texts("--sensor", "NAME", "A sensor or photo; may be repeated", line.views);
   options.Override("--spp", "N", "Samples per pixel", "render.spp", Form::kWhole, 1);
   options.Texts("--derivative", "PARAM", "Derivative image; may be repeated", line.derivatives);
@@ -174,8 +243,15 @@ void Declare(OptionList& options, CommandLine& line) {
   options.Override(
       "--form", "FORM", "Of the derivative: image or material", "render.form", Form::kText);
   options.Check([&options, &line] {
-    if (!line.views.empty() && line.views.front().starts_with("orbit:")) {
-      options.Fail("--views: 'orbit:' is not supported; give indices, names or all");
+    line.orbit = OrbitCount(options, line.views);
+    if (line.orbit > 0) line.views.clear();
+    for (const char* flag : {"--cameras", "--env"}) {
+      if (options.Given(flag) && !line.derivatives.empty()) {
+        options.Fail(std::string(flag) + " and --derivative exclude each other");
+      }
+    }
+    if (line.orbit > 0 && (options.Given("--cameras") || !line.derivatives.empty())) {
+      options.Fail("--views orbit: excludes --cameras and --derivative");
     }
     if (options.Given("--views") && options.Given("--sensor")) {
       options.Fail("--views and --sensor exclude each other");
@@ -193,12 +269,9 @@ void Declare(OptionList& options, CommandLine& line) {
 
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
-  const bool is_run = fs::is_directory(line.target);
-  const fs::path run_root = is_run ? OpenRunDirectory(line.target).root() : fs::path();
-  const fs::path config_path = is_run ? RunDirectory(run_root).ResolvedConfig() : line.target;
-  const ExperimentConfig config = LoadExperimentConfig(config_path, line.overrides);
+  auto [config, experiment] = LoadTarget(context);
+  ChangeScene(line, experiment.scene);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
-  const Experiment experiment = LoadTarget(config, run_root, context.log);
   std::vector<Direction> directions;
   for (const std::string& name : line.derivatives) {
     directions.push_back(NamedDirection(experiment.scene, name));
@@ -248,7 +321,19 @@ ExitStatus Run(CommandContext& context) {
   } catch (const renderer::Cancelled&) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
-  for (const fs::path& path : written) std::printf("%s\n", path.c_str());
+  if (line.orbit > 0) {
+    context.log.Info(
+        fmt::format("a film of them: ffmpeg -framerate 24 -i '{}/orbit_%03d.png' -vf "
+                    "'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p orbit.mp4",
+                    folder.string()));
+  }
+  if (line.json) {
+    Json json = Json::array();
+    for (const fs::path& path : written) json.push_back(path.string());
+    fmt::print("{}\n", JsonText({{"files", std::move(json)}}));
+  } else {
+    for (const fs::path& path : written) fmt::print("{}\n", path.string());
+  }
   return ExitStatus::kFinished;
 }
 

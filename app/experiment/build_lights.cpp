@@ -27,21 +27,31 @@ renderer::EnvironmentEmitter BuildEnvironment(const LightConfig& config,
         ToRgb(config.init));
   } else {
     context.files.push_back(config.file);
-    const renderer::DecodedImage decoded = renderer::ReadImageFile(config.file, false);
-    if (!decoded.linear) {
-      throw SceneError(
-          "light '" + config.name + "': " + config.file.string() +
-          " is an 8- or 16-bit picture; an environment needs linear radiance (.exr or .hdr)");
-    }
-    light.width = decoded.image.width;
-    light.height = decoded.image.height;
-    light.texels.clear();
-    for (int y = 0; y < light.height; ++y) {
-      for (int x = 0; x < light.width; ++x) light.texels.push_back(decoded.image.ColorAt(x, y));
-    }
+    ReadEnvironmentFile(config.file, "light '" + config.name + "'", light);
   }
   return light;
 }
+
+}  // namespace
+
+void ReadEnvironmentFile(const std::filesystem::path& path,
+                         const std::string& name,
+                         renderer::EnvironmentEmitter& light) {
+  const renderer::DecodedImage decoded = renderer::ReadImageFile(path, false);
+  if (!decoded.linear) {
+    throw SceneError(name + ": " + path.string() +
+                     " is an 8- or 16-bit picture; an environment needs linear radiance (.exr or "
+                     ".hdr)");
+  }
+  light.width = decoded.image.width;
+  light.height = decoded.image.height;
+  light.texels.clear();
+  for (int y = 0; y < light.height; ++y) {
+    for (int x = 0; x < light.width; ++x) light.texels.push_back(decoded.image.ColorAt(x, y));
+  }
+}
+
+namespace {
 
 // Looks along the light's direction, then turned.
 Mat3 FrameOf(const LightConfig& config, const Vec3& up) {

@@ -65,6 +65,12 @@ renderer::Emitter BuildEmitter(const LightConfig& light,
                                const renderer::Scene& scene,
                                const BuildContext& context);
 
+/// Size and texels of an environment from a latitude-longitude picture; `name` begins messages.
+/// Throws IoError, and SceneError for a picture that is not linear.
+void ReadEnvironmentFile(const std::filesystem::path& path,
+                         const std::string& name,
+                         renderer::EnvironmentEmitter& light);
+
 renderer::Camera BuildSensor(const SensorConfig& sensor);
 
 }  // namespace pathfit::app

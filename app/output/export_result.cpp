@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "app/config/near_path.h"
 #include "app/output/export_cameras.h"
+#include "app/output/export_obj.h"
 #include "app/output/report_images.h"
 #include "app/output/run_directory.h"
 #include "renderer/core/check.h"
@@ -113,64 +115,122 @@ renderer::Image TextureImage(const renderer::Texture& texture) {
   return TexelImage(texture.width, texture.height, texture.texels, {1.0, 1.0, 1.0});
 }
 
-void WriteEnvironment(const fs::path& folder, const EnvironmentEmitter& environment) {
-  const renderer::Image image =
-      TexelImage(environment.width, environment.height, environment.texels, environment.intensity);
-  renderer::WriteExr(folder / "environment.exr", image);
-  renderer::WriteHdr(folder / "environment.hdr", image);
-}
-
-// The light that a mesh is, null if it does not shine.
-const renderer::AreaEmitter* EmissionOf(std::size_t mesh, const Scene& scene) {
-  for (const renderer::Emitter& emitter : scene.emitters) {
-    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-    if (area != nullptr && area->mesh == static_cast<int>(mesh)) return area;
-  }
-  return nullptr;
-}
+/// A mesh where its pose places it, and what formats say of its material.
+struct PlacedMesh {
+  renderer::Mesh mesh;
+  const renderer::Material& material;
+  renderer::MetallicRoughnessBsdf bsdf{.roughness = 1.0};
+  const renderer::Texture* texture = nullptr;
+  const renderer::AreaEmitter* emission = nullptr;  ///< the light that it is
+  [[nodiscard]] bool IsUniform() const { return !material.vertex_colors && texture == nullptr; }
+};
 
 std::optional<renderer::Texture> TextureAt(int index, const Scene& scene) {
   if (index < 0) return std::nullopt;
   return scene.textures.at(static_cast<std::size_t>(index));
 }
 
-void WriteMesh(const fs::path& stem, std::size_t index, const Scene& scene) {
+PlacedMesh Place(std::size_t index, const Scene& scene) {
   const renderer::SceneMesh& scene_mesh = scene.meshes[index];
-  const renderer::Material& material =
-      scene.materials.at(static_cast<std::size_t>(scene_mesh.material));
-  renderer::Mesh mesh = renderer::WorldMesh(scene_mesh);
-  renderer::GlbMaterial glb{.name = material.name, .double_sided = material.two_sided};
+  PlacedMesh placed{.mesh = renderer::WorldMesh(scene_mesh),
+                    .material = scene.materials.at(static_cast<std::size_t>(scene_mesh.material))};
+  const renderer::Material& material = placed.material;
   if (const auto* bsdf = std::get_if<renderer::MetallicRoughnessBsdf>(&material.bsdf)) {
-    glb.bsdf = *bsdf;
-    glb.roughness_texture = TextureAt(material.roughness_texture, scene);
-    glb.metallic_texture = TextureAt(material.metallic_texture, scene);
+    placed.bsdf = *bsdf;
   }
-  if (const renderer::AreaEmitter* emission = EmissionOf(index, scene)) {
-    glb.emission = emission->intensity;
-    glb.emission_texture = TextureAt(emission->texture, scene);
-  }
-  std::string texture_file;
   if (!material.vertex_colors) {
     // Colours that the material does not use would be multiplied in by viewers.
-    mesh.colors.clear();
-    mesh.color_triangles.clear();
+    placed.mesh.colors.clear();
+    placed.mesh.color_triangles.clear();
+    if (material.base_color_texture >= 0) {
+      placed.texture = &scene.textures.at(static_cast<std::size_t>(material.base_color_texture));
+    }
   }
-  if (!material.vertex_colors && material.base_color_texture >= 0) {
-    glb.base_color_texture = TextureAt(material.base_color_texture, scene);
-    texture_file = stem.filename().string() + ".png";
-    renderer::WritePng8(stem.parent_path() / texture_file,
-                        EncodedImage(TextureImage(*glb.base_color_texture)));
-  } else if (!material.vertex_colors) {
-    glb.base_color = material.base_color;
+  for (const renderer::Emitter& emitter : scene.emitters) {
+    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
+    if (area != nullptr && area->mesh == static_cast<int>(index)) placed.emission = area;
   }
-  renderer::WriteGlb(fs::path(stem) += ".glb", mesh, glb);
-  if (!material.vertex_colors && texture_file.empty()) {
-    renderer::SetUniformVertexColors(material.base_color, mesh);
+  return placed;
+}
+
+std::vector<fs::path> WritePlacedGlb(const fs::path& stem,
+                                     const PlacedMesh& placed,
+                                     const Scene& scene) {
+  renderer::GlbMaterial glb{
+      .name = placed.material.name, .bsdf = placed.bsdf, .double_sided = placed.material.two_sided};
+  if (placed.texture != nullptr) glb.base_color_texture = *placed.texture;
+  if (placed.IsUniform()) glb.base_color = placed.material.base_color;
+  if (std::holds_alternative<renderer::MetallicRoughnessBsdf>(placed.material.bsdf)) {
+    glb.roughness_texture = TextureAt(placed.material.roughness_texture, scene);
+    glb.metallic_texture = TextureAt(placed.material.metallic_texture, scene);
   }
-  renderer::WritePly(fs::path(stem) += ".ply", mesh, texture_file);
+  if (placed.emission != nullptr) {
+    glb.emission = placed.emission->intensity;
+    glb.emission_texture = TextureAt(placed.emission->texture, scene);
+  }
+  const fs::path path = fs::path(stem) += ".glb";
+  renderer::WriteGlb(path, placed.mesh, glb);
+  return {path};
+}
+
+std::vector<fs::path> WritePlacedPly(const fs::path& stem, PlacedMesh placed) {
+  std::vector<fs::path> written = {fs::path(stem) += ".ply"};
+  if (placed.texture != nullptr) {
+    written.push_back(fs::path(stem) += ".png");
+    renderer::WritePng8(written.back(), EncodedImage(TextureImage(*placed.texture)));
+  } else if (placed.IsUniform()) {
+    renderer::SetUniformVertexColors(placed.material.base_color, placed.mesh);
+  }
+  renderer::WritePly(written.front(),
+                     placed.mesh,
+                     placed.texture != nullptr ? written.back().filename().string() : "");
+  return written;
+}
+
+std::vector<fs::path> WritePlacedObj(const fs::path& stem, const PlacedMesh& placed) {
+  ObjMaterial material{
+      .name = placed.material.name, .base_color = placed.material.base_color, .bsdf = placed.bsdf};
+  if (placed.texture != nullptr) material.texture = TextureImage(*placed.texture);
+  return WriteObj(stem, placed.mesh, material);
+}
+
+std::vector<std::string> MeshFileNames(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const renderer::SceneMesh& mesh : scene.meshes) names.push_back(mesh.name);
+  return ViewFolderNames(names);
 }
 
 }  // namespace
+
+std::vector<fs::path> WriteMeshes(const fs::path& folder, const Scene& scene, MeshFormat format) {
+  renderer::CreateFolders(folder);
+  std::vector<fs::path> written;
+  const std::vector<std::string> names = MeshFileNames(scene);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const PlacedMesh placed = Place(i, scene);
+    const fs::path stem = folder / names[i];
+    const std::vector<fs::path> files = format == MeshFormat::kGlb
+                                            ? WritePlacedGlb(stem, placed, scene)
+                                        : format == MeshFormat::kPly ? WritePlacedPly(stem, placed)
+                                                                     : WritePlacedObj(stem, placed);
+    written.insert(written.end(), files.begin(), files.end());
+  }
+  return written;
+}
+
+std::vector<fs::path> WriteEnvironment(const fs::path& folder, const Scene& scene) {
+  for (const renderer::Emitter& emitter : scene.emitters) {
+    const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light);
+    if (environment == nullptr) continue;
+    renderer::CreateFolders(folder);
+    const renderer::Image image = TexelImage(
+        environment->width, environment->height, environment->texels, environment->intensity);
+    renderer::WriteExr(folder / "environment.exr", image);
+    renderer::WriteHdr(folder / "environment.hdr", image);
+    return {folder / "environment.exr", folder / "environment.hdr"};
+  }
+  return {};
+}
 
 std::string LightsJson(const Scene& scene) {
   Json lights = Json::array();
@@ -206,12 +266,9 @@ void ExportResult(const fs::path& folder,
                   const std::vector<ParameterSummary>& parameters) {
   PATHFIT_CHECK(scene.sensors.size() == views.size());
   renderer::CreateFolders(folder / "cameras");
-  std::vector<std::string> mesh_names, image_names, image_paths;
-  for (const renderer::SceneMesh& mesh : scene.meshes) mesh_names.push_back(mesh.name);
-  const std::vector<std::string> files = ViewFolderNames(mesh_names);
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    WriteMesh(folder / files[i], i, scene);
-  }
+  std::vector<std::string> image_names, image_paths;
+  WriteMeshes(folder, scene, MeshFormat::kGlb);
+  WriteMeshes(folder, scene, MeshFormat::kPly);
   std::vector<std::string> texture_names;
   for (const renderer::Texture& texture : scene.textures) texture_names.push_back(texture.name);
   const std::vector<std::string> texture_files = ViewFolderNames(texture_names);
@@ -220,13 +277,10 @@ void ExportResult(const fs::path& folder,
     renderer::WriteExr(folder / "textures" / (texture_files[i] + ".exr"),
                        TextureImage(scene.textures[i]));
   }
-  for (const renderer::Emitter& emitter : scene.emitters) {
-    const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light);
-    if (environment != nullptr) WriteEnvironment(folder, *environment);
-  }
+  WriteEnvironment(folder, scene);
   for (const ExportedView& view : views) {
     image_names.push_back(view.name);
-    image_paths.push_back(view.image_path);
+    image_paths.push_back(NearPath(view.image_path, folder / "cameras").generic_string());
   }
   WriteCameras(folder / "cameras", scene.sensors, image_names, image_paths);
   renderer::WriteFileAtomically(folder / "lights.json", LightsJson(scene));

@@ -12,9 +12,21 @@ namespace pathfit::app {
 /// What belongs to the scene's sensors, one entry each in their order.
 struct ExportedView {
   std::string name;        ///< file name of the photo
-  std::string image_path;  ///< where it is, for transforms.json
+  std::string image_path;  ///< where it is; transforms.json names it as seen from there (NearPath)
   bool validation = false;
 };
+
+enum class MeshFormat { kGlb, kPly, kObj };
+
+/// A file for each mesh of the scene, where their poses place them, and what it refers to. Returns
+/// the files: of each mesh in the scene's order, its own first. Throws as ExportResult.
+std::vector<std::filesystem::path> WriteMeshes(const std::filesystem::path& folder,
+                                               const renderer::Scene& scene,
+                                               MeshFormat format);
+
+/// environment.exr and .hdr, as ExportResult writes them; returns no files without an environment.
+std::vector<std::filesystem::path> WriteEnvironment(const std::filesystem::path& folder,
+                                                    const renderer::Scene& scene);
 
 /// Writes a result folder, in the frame and unit of the scene:
 /// <mesh>.glb and <mesh>.ply, where their poses place them, with vertex colours or the base-colour

@@ -1,6 +1,8 @@
 #include "app/output/report.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -74,7 +76,11 @@ std::vector<std::size_t> ChosenViews(const std::vector<optim::ViewReport>& views
   for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = i;
   std::ranges::stable_sort(chosen, [&](std::size_t a, std::size_t b) {
     if (views[a].validation != views[b].validation) return views[a].validation;
-    return views[a].psnr_srgb < views[b].psnr_srgb;
+    const auto known = [&](std::size_t i) {  // NaN would be no order
+      const double psnr = views[i].psnr_srgb;
+      return std::isnan(psnr) ? std::numeric_limits<double>::infinity() : psnr;
+    };
+    return known(a) < known(b);
   });
   int num_fitted = 0;
   std::erase_if(chosen,

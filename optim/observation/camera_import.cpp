@@ -79,6 +79,11 @@ std::vector<std::string> CameraFormatWords() {
   return words;
 }
 
+bool HasCameras(const fs::path& path) {
+  return std::ranges::any_of(
+      kFormats, [&](const CameraFormat& format) { return !format.find(path, false).empty(); });
+}
+
 ImportedCameras ImportCameras(const fs::path& path, std::string_view word) {
   std::error_code ignored;
   if (path.empty() || !fs::exists(path, ignored)) {

@@ -48,6 +48,10 @@ ImportedCameras ReadColmapText(const std::filesystem::path& folder);
 /// What ImportCameras takes: "auto" and a word for each kind of camera file.
 std::vector<std::string> CameraFormatWords();
 
+/// Whether a folder holds, or a file is, cameras of a format that ImportCameras knows; throws
+/// IoError where it would not read what is there, and says what to do.
+bool HasCameras(const std::filesystem::path& path);
+
 /// The first format that is there; only the one with this word of CameraFormatWords, unless it is
 /// "auto". Throws IoError when nothing of this kind is there.
 ImportedCameras ImportCameras(const std::filesystem::path& path, std::string_view word);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "renderer/image/color.h"
 
@@ -10,9 +11,8 @@ namespace pathfit::optim {
 namespace {
 
 double Psnr(double squared_error, double weight) {
-  if (weight <= 0.0 || squared_error <= 0.0) {
-    return kMaxPsnr;
-  }
+  if (weight <= 0.0) return std::numeric_limits<double>::quiet_NaN();
+  if (squared_error <= 0.0) return kMaxPsnr;
   return std::min(kMaxPsnr, -10.0 * std::log10(squared_error / weight));
 }
 
@@ -22,6 +22,7 @@ double Encoded(double linear) { return renderer::SrgbFromLinear(std::clamp(linea
 
 ViewQuality MeasureView(const ViewLevel& level, const renderer::Film& film, bool silhouettes) {
   double linear = 0.0, encoded = 0.0, weight = 0.0;
+  const bool has_silhouette = silhouettes && !level.mask.Empty();
   std::size_t both = 0, either = 0;
   for (std::size_t p = 0; p < film.pixels.size(); ++p) {
     const auto w = static_cast<double>(level.color_weight.data[p]);
@@ -33,7 +34,7 @@ ViewQuality MeasureView(const ViewLevel& level, const renderer::Film& film, bool
       encoded += w * difference * difference;
       weight += w;
     }
-    if (silhouettes && !level.mask.Empty()) {
+    if (has_silhouette) {
       const bool rendered = film.pixels[p].a > 0.5;
       const bool masked = level.mask.data[p] > 0.5F;
       both += static_cast<std::size_t>(rendered && masked);
@@ -43,7 +44,11 @@ ViewQuality MeasureView(const ViewLevel& level, const renderer::Film& film, bool
   ViewQuality quality;
   quality.psnr_linear = Psnr(linear, weight);
   quality.psnr_srgb = Psnr(encoded, weight);
-  quality.iou = either == 0 ? 1.0 : static_cast<double>(both) / static_cast<double>(either);
+  if (!has_silhouette) {
+    quality.iou = std::numeric_limits<double>::quiet_NaN();
+  } else {
+    quality.iou = either == 0 ? 1.0 : static_cast<double>(both) / static_cast<double>(either);
+  }
   return quality;
 }
 

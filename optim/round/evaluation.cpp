@@ -17,19 +17,21 @@ namespace {
 constexpr double kSure = 3.0;  // standard errors
 
 void Average(StageReport& report) {
-  double fit = 0.0, val = 0.0;
+  struct Means {
+    KnownMean psnr_srgb, psnr_linear, iou;
+  } fit, val;
   for (const ViewReport& view : report.views) {
-    (view.validation ? val : fit) += 1.0;
+    Means& means = view.validation ? val : fit;
+    means.psnr_srgb.Add(view.psnr_srgb);
+    means.psnr_linear.Add(view.psnr_linear);
+    means.iou.Add(view.iou);
   }
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  report.psnr_srgb_fit = report.psnr_linear_fit = report.iou_fit = fit > 0.0 ? 0.0 : none;
-  report.psnr_srgb_val = report.psnr_linear_val = report.iou_val = val > 0.0 ? 0.0 : none;
-  for (const ViewReport& view : report.views) {
-    const double count = view.validation ? val : fit;
-    (view.validation ? report.psnr_srgb_val : report.psnr_srgb_fit) += view.psnr_srgb / count;
-    (view.validation ? report.psnr_linear_val : report.psnr_linear_fit) += view.psnr_linear / count;
-    (view.validation ? report.iou_val : report.iou_fit) += view.iou / count;
-  }
+  report.psnr_srgb_fit = fit.psnr_srgb.Value();
+  report.psnr_srgb_val = val.psnr_srgb.Value();
+  report.psnr_linear_fit = fit.psnr_linear.Value();
+  report.psnr_linear_val = val.psnr_linear.Value();
+  report.iou_fit = fit.iou.Value();
+  report.iou_val = val.iou.Value();
 }
 
 }  // namespace

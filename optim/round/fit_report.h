@@ -29,9 +29,9 @@ struct RoundReport {
   double image_scale = 1.0;                  ///< of the photos in this round
   renderer::SampleBudget samples{.spp = 0};  ///< of both halves together
   double noise_relative = 0.0;  ///< rms of the half difference over rms of the residual
-  // Means over fitted and held-out views; NaN without held-out views.
+  // Means over fitted and held-out views of what is known (ViewQuality), NaN if nothing is.
   double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;  ///< dB, inside the mask
-  double iou_fit = 0.0, iou_val = 0.0;  ///< coverage > 1/2 against the mask; 1 without masks
+  double iou_fit = 0.0, iou_val = 0.0;                  ///< coverage > 1/2 against the mask
   /// After the round, of the meshes whose vertices move (renderer/geometry/mesh_folds.h).
   int folded_edges = 0, crossing_triangles = 0;
   double render_s = 0.0, jacobian_s = 0.0, linear_s = 0.0;
@@ -41,7 +41,8 @@ struct RoundReport {
   std::string solver_failure;  ///< the solver's own words if it gave up; empty = it did not
 };
 
-/// Quality of the views at one moment, from one common set of samples.
+/// Quality of the views at one moment, from one common set of samples; NaN where it is not known
+/// (ViewQuality).
 struct ViewReport {
   std::string name;
   bool validation = false;
@@ -59,7 +60,7 @@ struct StageReport {
   double cost_before = 0.0, cost_after = 0.0;  ///< same samples for both
   std::string kept;  ///< which candidate was kept: "averaged", "last" or "start"
   std::vector<ViewReport> views;
-  // Means over fitted and held-out views; NaN without such views.
+  // Means over fitted and held-out views of what is known, NaN if nothing is.
   double psnr_srgb_fit = 0.0, psnr_srgb_val = 0.0;
   double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;
   double iou_fit = 0.0, iou_val = 0.0;

@@ -73,18 +73,20 @@ double Distance(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 void ReportFittedQuality(const std::vector<ViewQuality>& quality, RoundReport& report) {
-  const auto count = static_cast<double>(quality.size());
+  KnownMean psnr, iou;
   for (const ViewQuality& view : quality) {
-    report.psnr_linear_fit += view.psnr_linear / count;
-    report.iou_fit += view.iou / count;
+    psnr.Add(view.psnr_linear);
+    iou.Add(view.iou);
   }
+  report.psnr_linear_fit = psnr.Value();
+  report.iou_fit = iou.Value();
 }
 
 void ReportValidation(const StageContext& context,
                       const ImageSource& source,
                       int round,
                       RoundReport& report) {
-  const auto count = static_cast<double>(context.views.validation.size());
+  KnownMean psnr, iou;
   const SampleHalves samples = MakeHalves(context.spec.seed,
                                           context.stage,
                                           round,
@@ -94,12 +96,11 @@ void ReportValidation(const StageContext& context,
     const ViewLevel level = context.views.levels[static_cast<std::size_t>(view)].Unpack();
     const ReportedView reported = RenderForReport(
         source, context.views, view, level, samples, context.estimate_validation_gains);
-    report.psnr_linear_val += reported.quality.psnr_linear / count;
-    report.iou_val += reported.quality.iou / count;
+    psnr.Add(reported.quality.psnr_linear);
+    iou.Add(reported.quality.iou);
   }
-  if (context.views.validation.empty()) {
-    report.psnr_linear_val = report.iou_val = std::numeric_limits<double>::quiet_NaN();
-  }
+  report.psnr_linear_val = psnr.Value();
+  report.iou_val = iou.Value();
 }
 
 SolveOutcome Solve(const StageContext& context,

@@ -112,6 +112,48 @@ class Program(unittest.TestCase):
         self.assertEqual(rendered.returncode, 0, rendered.stderr)
         for path in rendered.stdout.split():
             self.assertTrue(pathlib.Path(path).exists(), path)
+        self.check_what_can_be_made_of(run_folder)
+
+    def check_what_can_be_made_of(self, run_folder):
+        formats = {"glb": ["axe.glb"], "obj": ["axe.obj", "axe.mtl", "axe.png"], "ply": ["axe.ply"],
+                   "colmap": ["cameras.txt", "images.txt", "points3D.txt"], "transforms": ["transforms.json"],
+                   "blender": ["blender_setup.py", "axe.glb", "environment.exr", "environment.hdr"]}
+        out = run("export", run_folder, "--to", ",".join(formats), "--json")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        files = json.loads(out.stdout)
+        for name, expected in formats.items():
+            folder = run_folder / "export" / name
+            self.assertEqual(files[name], [str(folder / file) for file in expected])
+            for file in files[name]:
+                self.assertGreater(pathlib.Path(file).stat().st_size, 50, file)
+        compile((run_folder / "export/blender/blender_setup.py").read_text(), "blender_setup.py", "exec")
+        self.assertEqual((run_folder / "export/glb/axe.glb").read_bytes(), (run_folder / "result/axe.glb").read_bytes())
+        start = run("export", run_folder, "--to", "ply", "--stage", "start", "-o", self.folder / "start")
+        self.assertEqual(start.returncode, 0, start.stderr)
+        self.assertNotEqual((self.folder / "start/axe.ply").read_bytes(), (run_folder / "result/axe.ply").read_bytes())
+        wrong = run("export", run_folder, "--to", "ply", "--stage", "nothing")
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("they have start, colours", wrong.stderr)
+
+        # Its own cameras, read back, give its own pictures.
+        for name, more in (("own", []), ("colmap", ["--cameras", run_folder / "export/colmap"])):
+            out = run("render", run_folder, "--views", "1", "--spp", "4", "-o", self.folder / name, "--json", *more)
+            self.assertEqual(out.returncode, 0, out.stderr)
+        own, again = ((self.folder / name / "IMG_8841_coverage.exr").read_bytes() for name in ("own", "colmap"))
+        self.assertEqual(own, again)
+        out = run("render", run_folder, "--views", "orbit:3", "--spp", "2", "-o", self.folder / "orbit",
+                  "--env", run_folder / "result/environment.hdr")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        self.assertEqual(len(list((self.folder / "orbit").glob("orbit_00?.png"))), 3)
+
+        page = self.folder / "compare.html"
+        out = run("compare", run_folder, self.folder / "again", "-o", page)
+        self.assertEqual(out.returncode, 0, out.stderr)
+        lines = out.stdout.splitlines()
+        self.assertTrue(lines[1].startswith("run ") and lines[2].startswith("again "), out.stdout)
+        self.assertIn("output.directory", out.stdout)
+        self.assertNotIn("://", page.read_text().replace("http://www.w3.org/2000/svg", ""))
+        self.assertEqual(len(json.loads(run("compare", run_folder, run_folder, "--json", "-o", page).stdout)["runs"]), 2)
 
     def test_any_number_of_threads_gives_the_same_bits(self):
         for threads in (1, 2, 8):
@@ -208,6 +250,40 @@ class Program(unittest.TestCase):
         out = run("fit", config, "-o", self.folder / "none", "--set", "solver.max_memory=1 MiB")
         self.assertEqual(out.returncode, 8, out.stderr)
         self.assertIn("memory", out.stderr)
+
+    def test_init_writes_a_config_that_check_accepts_and_never_overwrites(self):
+        config = self.folder / "axe.yaml"
+        ready = run("init", SOURCE / "data" / "axe", cwd=self.folder)
+        self.assertEqual(ready.returncode, 0, ready.stderr)
+        self.assertEqual(ready.stdout.strip(), str(config))
+        self.assertIn("frame: camera", config.read_text(), "it stood on a turntable")
+        checked = run("check", config)
+        self.assertEqual(checked.returncode, 0, checked.stderr)
+        self.assertNotIn("warning", checked.stderr)
+        config.write_text("mine")
+        again = run("init", SOURCE / "data" / "axe", cwd=self.folder)
+        self.assertEqual(again.returncode, 2)
+        self.assertEqual(config.read_text(), "mine")
+        forced = run("init", SOURCE / "data" / "axe", "--force", "--json", cwd=self.folder)
+        self.assertEqual(json.loads(forced.stdout)["masks"], 24)
+        gone = run("init", SOURCE / "data" / "axe", "--mesh", "gone.ply", "-o", "b.yaml", cwd=self.folder)
+        self.assertEqual(gone.returncode, 4)
+        self.assertFalse((self.folder / "b.yaml").exists())
+        nothing = run("init", self.folder)
+        self.assertEqual(nothing.returncode, 4)
+        self.assertIn("no cameras were found", nothing.stderr)
+
+    def test_hopeless_input_is_refused_or_warned_of(self):
+        away = run("check", DEMO, "--set", "scene.geometry.axe.transform={translate_m: [50, 0, 0]}")
+        self.assertEqual(away.returncode, 4)
+        self.assertIn("the object is in no fitted photo", away.stderr)
+        eaten = fit(self.folder / "run", "--set", "input.masks.erode_px=100")
+        self.assertEqual(eaten.returncode, 3)
+        self.assertIn("leave nothing of any mask", eaten.stderr)
+        self.assertFalse((self.folder / "run").exists())
+        inverted = run("check", DEMO, "--json", "--set", "input.masks.invert=true")
+        self.assertEqual(inverted.returncode, 0)
+        self.assertIn("the masks look inverted", json.loads(inverted.stdout)["warnings"][0])
 
     def test_help_goes_to_stdout_with_status_zero(self):
         out = run("--help")

@@ -220,13 +220,12 @@ function addReadout(figure, drawing, x, chart) {
   drawing.addEventListener("pointermove", (event) => {
     const box = drawing.getBoundingClientRect();
     const at = ((event.clientX - box.left) / box.width) * FRAME.width;
+    const nearestIn = (one) => one.x.reduce((best, step, i) =>
+      (Math.abs(x.at(step) - at) < Math.abs(x.at(one.x[best]) - at) ? i : best), 0);
     const steps = chart.series[0].x;
-    let nearest = 0;
-    steps.forEach((step, i) => {
-      if (Math.abs(x.at(step) - at) < Math.abs(x.at(steps[nearest]) - at)) nearest = i;
-    });
+    const nearest = nearestIn(chart.series[0]);
     cursor.setAttribute("d", `M${px(x.at(steps[nearest]))} ${FRAME.top}V${FRAME.bottom}`);
-    const values = chart.series.map((one) => `${one.name} ${number(one.y[nearest])}`);
+    const values = chart.series.map((one) => `${one.name} ${number(one.y[nearestIn(one)])}`);
     readout.textContent = `${chart.x} ${steps[nearest]}: ${values.join(" · ")}`;
   });
   drawing.addEventListener("pointerleave", () => {
@@ -592,4 +591,68 @@ function draw(data) {
     ...sections.map((one) => one.node));
 }
 
-draw(JSON.parse(document.getElementById("data").textContent));
+// ---- several runs on one page (app/output/comparison.cpp)
+
+const COMPARED = [
+  { along: "wall_s", x: "time, s", keys: ["cost_total", "psnr_linear_val_db", "psnr_linear_fit_db", "iou_val"] },
+  { along: "step", x: "step", keys: ["cost_total", "psnr_linear_val_db", "psnr_linear_fit_db", "iou_val"] }];
+
+function comparedRunsSection(data) {
+  const units = { wall_s: "s", peak_rss_mb: "MB", iou_val: "IoU", iou_fit: "IoU" };
+  const columns = [["Run", (run) => [h("b", {}, run.label), h("br"), h("span", { class: "note" }, run.run_path)], "wrap"],
+    ["Status", (run) => run.status],
+    ...data.columns.map(({ key, heading }) => [heading, (run) =>
+      show({ unit: units[key] ?? (key.endsWith("_db") ? "dB" : "") }, run[key])])];
+  return section("runs", "Runs", h("div", { class: "card scroll" }, table(columns, data.runs),
+    note("Of each run's last stage. PSNR is measured inside the mask, after the sRGB curve; – where there is no mask, or " +
+      "no held-out photo.")));
+}
+
+function comparedViewsSection(data) {
+  if (data.views.length === 0) return null;
+  const articles = data.views.map((view) => {
+    const row = h("div", { class: "row" });
+    picture(row, "Photo", "photo " + view.name, view.photo);
+    view.results.forEach((result, i) => {
+      const words = `${data.runs[i].label}: ${fixed(num(result.psnr_srgb_db), 2, "dB")}, IoU ${fixed(num(result.iou), 4)}`;
+      picture(row, words, data.runs[i].label + ", " + view.name, result.picture);
+    });
+    return h("article", { class: "card view" }, h("div", { class: "head" }, h("h3", {}, view.name),
+      view.validation ? h("span", { class: "tag val" }, "held out") : null), row);
+  });
+  return section("views", "Views", note(data.views_note), articles);
+}
+
+function comparedCurvesSection(data) {
+  const charts = COMPARED.flatMap(({ along, x, keys }) => keys.flatMap((key) => {
+    const figure = data.figures.find((one) => one.key === key);
+    const series = data.runs.map((run) => ({ name: run.label, doc: run.run_path,
+      x: run.history.map((round) => num(round[along])), y: run.history.map((round) => num(round[key])) }));
+    const log = key === "cost_total";
+    if (!figure || !series.some((one) => one.y.some((value) => drawable(value, log)))) return [];
+    return [linePlot({ title: `${figure.chart}, ${figure.label}`, x, y: figure.unit, log, zero: false, marks: [],
+      crosses: [], series: series.filter((one) => one.x.length > 0) })];
+  }));
+  return charts.length === 0 ? null : section("curves", "Curves", h("div", { class: "plots" }, charts));
+}
+
+function differencesSection(data) {
+  if (data.differences.length === 0) return null;
+  const columns = [["Setting", (row) => h("code", {}, row.key), "wrap"],
+    ...data.runs.map((run, i) => [run.label, (row) => row.values[i], "wrap"])];
+  return section("settings", "Settings that differ", h("div", { class: "card scroll" }, table(columns, data.differences)));
+}
+
+function drawComparison(data) {
+  const sections = [comparedRunsSection(data), comparedCurvesSection(data), comparedViewsSection(data),
+    differencesSection(data)].filter((one) => one);
+  document.title = "pathfit comparison";
+  document.querySelector("main").append(
+    h("header", {}, h("h1", {}, "Comparison"), h("p", { class: "sub" }, data.runs.map((run) => run.label).join(" · "))),
+    h("nav", { "aria-label": "Sections" }, sections.map((one) => h("a", { href: "#" + one.id }, one.title))),
+    ...sections.map((one) => one.node));
+}
+
+const shown = JSON.parse(document.getElementById("data").textContent);
+if (shown.runs) drawComparison(shown);
+else draw(shown);

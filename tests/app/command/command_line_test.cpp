@@ -54,6 +54,21 @@ TEST(CommandLine, FlagsMayStandAnywhere) {
   EXPECT_TRUE(line.json);
 }
 
+TEST(CommandLine, SomeCommandsTakeSeveralWordsOrNone) {
+  EXPECT_TRUE(Parse({"init"}).targets.empty());
+  const CommandLine one = Parse({"init", "photos", "--force"});
+  ASSERT_EQ(one.targets.size(), 1U);
+  EXPECT_EQ(one.target, "photos");
+  EXPECT_TRUE(one.force);
+  const CommandLine two = Parse({"init", "--masks", "m", "photos", "-o", "a.yaml", "cameras.json"});
+  ASSERT_EQ(two.targets.size(), 2U);
+  EXPECT_EQ(two.targets[1], "cameras.json");
+  EXPECT_EQ(two.masks, "m");
+  EXPECT_EQ(Refusal({"init", "a", "b", "c"}), "pathfit init: unexpected argument 'c'");
+  EXPECT_EQ(Refusal({"check", "a", "b"}), "pathfit check: unexpected argument 'b'");
+  EXPECT_EQ(Refusal({"check", ""}), "pathfit check: CONFIG is missing");
+}
+
 TEST(CommandLine, OverridesComeInOrderOfPrecedence) {
   const CommandLine line =
       Parse({"gradcheck", "c.yaml", "--params",  "a.*", "--params",     "it's", "--spp",  "64",
@@ -147,8 +162,8 @@ TEST(CommandLine, EnvironmentGivesDefaultsOnly) {
 TEST(CommandLine, MistakesAreNamed) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{},
-       "pathfit: a command is needed: check, fit, resume, render, gradcheck, info, version, "
-       "help"},
+       "pathfit: a command is needed: init, check, fit, resume, render, export, compare, "
+       "gradcheck, info, version, help"},
       {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
       {{"fit", "c.yaml", "-o", ""}, "pathfit fit: --output: '' is not a path"},
       {{"help", "rendr"}, "pathfit: unknown command 'rendr' (did you mean 'render'?)"},
@@ -181,8 +196,18 @@ TEST(CommandLine, MistakesAreNamed) {
        "pathfit fit: --log-level: 'loud' is not one of: trace, debug, info, warn, error"},
       {{"render", "c.yaml", "--views", "1,,2"},
        "pathfit render: --views: '1,,2' has an empty part"},
-      {{"render", "c.yaml", "--views", "orbit:24"},
-       "pathfit render: --views: 'orbit:' is not supported; give indices, names or all"},
+      {{"render", "c.yaml", "--views", "orbit:24.5"},
+       "pathfit render: --views: 'orbit:24.5' is not understood; write orbit:24 for 24 cameras on "
+       "a circle, alone"},
+      {{"render", "c.yaml", "--views", "orbit:4", "--derivative", "a"},
+       "pathfit render: --views orbit: excludes --cameras and --derivative"},
+      {{"render", "c.yaml", "--env", "a.exr", "--derivative", "a"},
+       "pathfit render: --env and --derivative exclude each other"},
+      {{"export", "run"},
+       "pathfit export: --to is missing; give one of: glb, obj, ply, colmap, transforms, blender"},
+      {{"export", "run", "--to", "glb,fbx"},
+       "pathfit export: --to: 'fbx' is not one of: glb, obj, ply, colmap, transforms, blender"},
+      {{"compare", "run"}, "pathfit compare: at least two runs are needed"},
       {{"render", "c.yaml", "--views", "1", "--sensor", "front"},
        "pathfit render: --views and --sensor exclude each other"},
       {{"render", "c.yaml", "--form", "image"}, "pathfit render: --form needs --derivative"},

@@ -2,3 +2,6 @@ pathfit_test(app/experiment/closed_form_scenes_test LABEL statistical LINK pathf
 pathfit_test(app/experiment/build_scene_test LABEL unit LINK pathfit_app)
 pathfit_test(app/experiment/direction_test LABEL unit LINK pathfit_app)
 pathfit_test(app/experiment/read_unknowns_test LABEL unit LINK pathfit_app)
+pathfit_test(app/experiment/start_check_test LABEL unit LINK pathfit_app pathfit_test_support)
+pathfit_test(app/experiment/draft_config_test LABEL unit LINK pathfit_app pathfit_test_support)
+pathfit_test(app/experiment/orbit_test LABEL unit LINK pathfit_app pathfit_test_support)

@@ -222,9 +222,35 @@ function testNumbers(script) {
   assert.strictEqual(duration(7620), "2 h 07 min");
 }
 
+function testComparison(script) {
+  const data = (word = "a") => ({
+    columns: [{ key: "psnr_srgb_val_db", heading: "PSNR" }, { key: "rounds", heading: "Rounds" }],
+    runs: [word, "b"].map((label, i) => ({ label, run_path: "/" + label, status: "finished", psnr_srgb_val_db: i ? null : 24.5,
+      rounds: 7, history: [1, 2, 3].slice(i).map((step) => ({ step, wall_s: 2.5 * step, cost_total: 1 / step })) })),
+    differences: [{ key: "seed", values: [word, "2"] }],
+    figures: [figure("cost_total", { chart: "Cost" }), figure("iou_val", { chart: "IoU" })],
+    views: [{ name: word, validation: true, photo: "data:image/jpeg;base64,AA==", results: [
+      { picture: "data:image/jpeg;base64,BB==", psnr_srgb_db: 20, iou: 0.9 }, { picture: null, psnr_srgb_db: null, iou: null }] }],
+    views_note: word });
+  const { main, links } = draw(script, data());
+  assert.deepStrictEqual(links, ["runs", "curves", "views", "settings"]);
+  assert.strictEqual(main.classed("plot").length, 2, "cost over time and over steps; no run has the other figure");
+  assert.strictEqual(main.classed("line").length, 4, "a line for each run");
+  for (const part of ["24.50 dB", "–", "a: 20.00 dB, IoU 0.9000", "not available", "seed"]) {
+    assert.ok(main.textContent.includes(part), part);
+  }
+  const drawing = main.tagged("svg")[1];
+  drawing.listeners.pointermove({ clientX: 500 });
+  assert.strictEqual(drawing.parent.classed("readout")[0].textContent, "step 3: a 0.3333 · b 0.3333", "of each run its own");
+  const nasty = "</script><img src=x onerror=alert(1)>";
+  assert.ok(draw(script, data(nasty)).main.textContent.includes(nasty));
+  const nothing = { ...data(), views: [], differences: [], figures: [] };
+  assert.deepStrictEqual(draw(script, nothing).links, ["runs"]);
+}
+
 const script = fs.readFileSync(process.argv[2], "utf8");
 for (const test of [testAllSections, testNothing, testHostileWords, testPicturesEnlargeInPlace, testPlots, testBars,
-  testTicks, testNumbers]) {
+  testTicks, testNumbers, testComparison]) {
   test(script);
 }
 for (const path of process.argv.slice(3)) {

@@ -1,6 +1,6 @@
 foreach(name sha256 run_directory fit_history run_record progress report_images report export_result fit_recorder
-        signed_image fields)
-  pathfit_test(app/output/${name}_test LABEL unit LINK "pathfit_app;nlohmann_json::nlohmann_json")
+        signed_image fields export_formats comparison)
+  pathfit_test(app/output/${name}_test LABEL unit LINK "pathfit_app;nlohmann_json::nlohmann_json;pathfit_test_support")
 endforeach()
 
 # The script of the report's page, where there is something to run it with.

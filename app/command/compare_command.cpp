@@ -1,0 +1,48 @@
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "app/command/command_line.h"
+#include "app/output/comparison.h"
+#include "renderer/io/atomic_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+void Declare(OptionList& options, CommandLine& line) {
+  options.Path("-o,--output", "FILE", "Page to write; else compare.html here", line.output);
+  options.Check([&options, &line] {
+    if (line.targets.size() < 2) options.Fail("at least two runs are needed");
+  });
+}
+
+ExitStatus Run(CommandContext& context) {
+  const CommandLine& line = context.line;
+  std::vector<RunDirectory> directories;
+  for (const fs::path& target : line.targets) directories.push_back(OpenRunDirectory(target));
+  const std::vector<ComparedRun> runs = LoadRuns(directories);
+  const fs::path page = fs::absolute(line.output.empty() ? "compare.html" : line.output);
+  renderer::WriteFileAtomically(page, ReportPage(ComparisonJson(runs, {})));
+  if (line.json) {
+    Json json = ComparisonFigures(runs);
+    json["page"] = page.string();
+    fmt::print("{}\n", JsonText(json));
+  } else {
+    fmt::print("{}", ComparisonTable(runs));
+  }
+  context.log.Info("curves and pictures: " + page.string());
+  return ExitStatus::kFinished;
+}
+
+}  // namespace
+
+extern const Command kCompareCommand = {
+    "compare",
+    "Compares runs: a table, and a page with curves and pictures",
+    "RUN...",
+    Declare,
+    Run};
+
+}  // namespace pathfit::app

@@ -1,0 +1,136 @@
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "app/command/command_line.h"
+#include "app/command/run_scene.h"
+#include "app/config/near_path.h"
+#include "app/config/nearest_name.h"
+#include "app/output/export_blender.h"
+#include "app/output/export_cameras.h"
+#include "app/output/fields.h"
+#include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Files = std::vector<fs::path>;
+
+/// Names of the photos, and where they are, seen from a folder.
+struct PhotoNames {
+  std::vector<std::string> names, paths;
+};
+PhotoNames PhotosOf(const RunScene& loaded, const fs::path& folder) {
+  PhotoNames photos;
+  for (const ExportedView& view : ExportedViews(loaded.experiment, loaded.config)) {
+    photos.names.push_back(view.name);
+    photos.paths.push_back(NearPath(view.image_path, folder).generic_string());
+  }
+  return photos;
+}
+
+Files WriteGlbs(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+  return WriteMeshes(folder, loaded.experiment.scene, MeshFormat::kGlb);
+}
+Files WriteObjs(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+  return WriteMeshes(folder, loaded.experiment.scene, MeshFormat::kObj);
+}
+Files WritePlys(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+  return WriteMeshes(folder, loaded.experiment.scene, MeshFormat::kPly);
+}
+
+Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+  const ColmapText text =
+      ColmapModel(loaded.experiment.scene.sensors, PhotosOf(loaded, folder).names);
+  const std::array<std::pair<const char*, const std::string*>, 3> files = {
+      {{"cameras.txt", &text.cameras},
+       {"images.txt", &text.images},
+       {"points3D.txt", &text.points}}};
+  Files written;
+  for (const auto& [name, content] : files) {
+    written.push_back(folder / name);
+    renderer::WriteFileAtomically(written.back(), *content);
+  }
+  return written;
+}
+
+Files WriteTransforms(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+  const fs::path path = folder / "transforms.json";
+  renderer::WriteFileAtomically(
+      path, TransformsJson(loaded.experiment.scene.sensors, PhotosOf(loaded, folder).paths));
+  return {path};
+}
+
+Files WriteBlender(const fs::path& folder, const RunScene& loaded, Log& log) {
+  const renderer::Scene& scene = loaded.experiment.scene;
+  Files written = WriteMeshes(folder, scene, MeshFormat::kGlb);
+  std::vector<std::string> names;
+  for (const fs::path& mesh : written) names.push_back(mesh.filename().string());
+  const fs::path script = folder / "blender_setup.py";
+  renderer::WriteFileAtomically(script,
+                                BlenderScript(scene, names, loaded.config.render.max_bounces));
+  for (const std::string& gap : BlenderGaps(scene)) log.Warn(gap);
+  const Files environment = WriteEnvironment(folder, scene);
+  written.insert(written.end(), environment.begin(), environment.end());
+  written.insert(written.begin(), script);
+  return written;
+}
+
+struct ExportFormat {
+  const char* word;
+  Files (*write)(const fs::path& folder, const RunScene& loaded, Log& log);
+};
+constexpr std::array<ExportFormat, 6> kFormats = {{{"glb", WriteGlbs},
+                                                   {"obj", WriteObjs},
+                                                   {"ply", WritePlys},
+                                                   {"colmap", WriteColmap},
+                                                   {"transforms", WriteTransforms},
+                                                   {"blender", WriteBlender}}};
+
+void Declare(OptionList& options, CommandLine& line) {
+  options.List("--to", "Formats: glb,obj,ply,colmap,transforms,blender", line.formats);
+  options.Text(
+      "--stage", "STAGE", "State at the end of a stage, or start; else the newest", line.stage);
+  options.Path(
+      "-o,--output", "DIR", "Folder for the files; else export/FORMAT in the run", line.output);
+  options.Check([&options, &line] {
+    std::vector<std::string> words;
+    for (const ExportFormat& format : kFormats) words.emplace_back(format.word);
+    if (line.formats.empty()) options.Fail("--to is missing; give one of: " + JoinNames(words));
+    for (const std::string& given : line.formats) {
+      if (std::ranges::find(words, given) == words.end()) {
+        options.Fail("--to: '" + given + "' is not one of: " + JoinNames(words));
+      }
+    }
+  });
+}
+
+ExitStatus Run(CommandContext& context) {
+  const CommandLine& line = context.line;
+  const RunScene loaded = LoadRunScene(context, line.target, line.stage);
+  Json json = Json::object();
+  for (const ExportFormat& format : kFormats) {
+    if (std::ranges::find(line.formats, format.word) == line.formats.end()) continue;
+    const fs::path folder =
+        fs::absolute(line.output.empty() ? loaded.run.root() / "export" / format.word : line.output)
+            .lexically_normal();
+    renderer::CreateFolders(folder);
+    for (const fs::path& file : format.write(folder, loaded, context.log)) {
+      json[format.word].push_back(file.string());
+      if (!line.json) fmt::print("{}\n", file.string());
+    }
+  }
+  if (line.json) fmt::print("{}\n", JsonText(json));
+  return ExitStatus::kFinished;
+}
+
+}  // namespace
+
+extern const Command kExportCommand = {
+    "export", "Writes a run's result in other formats", "RUN", Declare, Run};
+
+}  // namespace pathfit::app

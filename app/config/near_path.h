@@ -1,0 +1,12 @@
+#pragma once
+
+#include <filesystem>
+
+namespace pathfit::app {
+
+/// `path` as seen from `folder` (both absolute), so that both can be moved together; as it is where
+/// only the root is above both.
+std::filesystem::path NearPath(const std::filesystem::path& path,
+                               const std::filesystem::path& folder);
+
+}  // namespace pathfit::app

@@ -1,0 +1,153 @@
+#include "app/experiment/draft_config.h"
+
+#include <fmt/format.h>
+
+#include "app/config/near_path.h"
+#include "renderer/core/error.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kSphereShare = 0.5;  // of the ball that fills the pictures
+
+/// As YAML text, relative to the folder of the config if that is near.
+std::string PathText(const fs::path& path, const fs::path& folder) {
+  const std::string text = NearPath(path, folder).generic_string();
+  constexpr const char* kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-";
+  if (text.find_first_not_of(kPlain) == std::string::npos && text != ".") return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+bool CamerasMoveAlone(const FoundInput& input) {
+  return !input.background_change || *input.background_change >= kStillBackground;
+}
+
+std::string MaskLines(const FoundInput& input, const fs::path& folder) {
+  const optim::MaskOptions& masks = input.options.masks;
+  if (masks.meaning == optim::MaskMeaning::kNone) {
+    return "  # No masks were found: the whole photos count, background too. With masks of the "
+           "object the shape is found\n  # far more surely: masks: {path: FOLDER}, for a.jpg a "
+           "file a.jpg.png or a.png, black = the object is not there.\n";
+  }
+  std::string keys;
+  if (masks.alpha) {
+    keys = "path: alpha, ";
+  } else if (!masks.folder.empty()) {
+    keys = "path: " + PathText(masks.folder, folder) + ", ";
+  }
+  keys += "meaning: silhouette";
+  if (masks.invert) keys += ", invert: true";
+  if (masks.require == optim::MaskRequirement::kSome) keys += ", require: some";
+  return fmt::format("  masks: {{{}}}  # {} of {} photos have one{}\n",
+                     keys,
+                     input.num_masks,
+                     input.observations.views.size(),
+                     masks.invert ? "; white along the border, so taken as the background" : "");
+}
+
+std::string GeometryLines(const FoundInput& input, const fs::path& folder, const fs::path& mesh) {
+  if (!mesh.empty()) {
+    return "    object: {file: " + PathText(mesh, folder) + ", material: surface}\n";
+  }
+  if (input.options.masks.meaning == optim::MaskMeaning::kSilhouette) {
+    return "    # The start, carved from the masks. A mesh of your own: {file: mesh.ply, material: "
+           "surface}\n    object: {visual_hull: {}, material: surface}\n";
+  }
+  if (!input.layout || input.layout->radius <= 0.0) {
+    throw renderer::SceneError(
+        "without masks the start is a sphere where the cameras look, but they look at no common "
+        "point; give a start mesh (--mesh FILE) or masks (--masks DIR)");
+  }
+  const CameraLayout& layout = *input.layout;
+  return fmt::format(
+      "    # The start: a sphere where the cameras look. A mesh of your own, in the frame of the "
+      "cameras, is better:\n"
+      "    # {{file: mesh.ply, material: surface}}\n"
+      "    object:\n      primitive: {{sphere: {{radius_m: {:.4g}}}}}\n      transform: "
+      "{{translate_m: [{:.4g}, "
+      "{:.4g}, {:.4g}]}}\n      material: surface\n",
+      kSphereShare * layout.radius,
+      layout.centre.x,
+      layout.centre.y,
+      layout.centre.z);
+}
+
+}  // namespace
+
+std::string LightGuess(const FoundInput& input) {
+  if (!input.background_change) {
+    return "nothing tells whether the light goes with the camera; taken to stand still around the "
+           "object";
+  }
+  return CamerasMoveAlone(input)
+             ? fmt::format(
+                   "the background changes from photo to photo (by {:.0f} %): the camera "
+                   "went round the object, whose light stood still",
+                   100.0 * *input.background_change)
+             : fmt::format(
+                   "the background stays as it is (to {:.0f} %) while the view changes: "
+                   "the object turned, and the light goes with the camera",
+                   100.0 * *input.background_change);
+}
+
+std::string DraftConfig(const FoundInput& input,
+                        const fs::path& path,
+                        const std::string& name,
+                        const fs::path& mesh) {
+  const fs::path folder = path.parent_path();
+  const auto& views = input.observations.views;
+  const renderer::Camera& first = views.front().camera;
+  const bool masked = input.options.masks.meaning != optim::MaskMeaning::kNone;
+  std::string text =
+      "# Written by pathfit init. Every setting that is not here has its default "
+      "(configs/README.md lists them).\n"
+      "schema: 1\nname: '" +
+      name + "'\n\ninput:\n";
+  text += fmt::format("  images: {}  # {} photos, the first of {} x {} pixels\n",
+                      PathText(input.options.images_dir, folder),
+                      views.size(),
+                      first.width,
+                      first.height);
+  text += fmt::format("  cameras: {{path: {}{}}}  # {}{}\n",
+                      PathText(input.options.cameras, folder),
+                      input.options.apply_exif_orientation ? ", orientation: exif" : "",
+                      input.camera_format,
+                      input.metres_per_unit > 0.0
+                          ? fmt::format("; 1 unit = {:.4g} m", input.metres_per_unit)
+                          : "; it does not say how long its unit is");
+  text += MaskLines(input, folder);
+  text +=
+      "  exposure: {model: gain}  # each photo has a brightness of its own; none: all the same\n"
+      "\nscene:\n  geometry:\n" +
+      GeometryLines(input, folder, mesh) +
+      "  materials:\n"
+      "    surface: {model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}  # one colour per "
+      "vertex\n"
+      "  lights:\n    # Guess: " +
+      LightGuess(input) +
+      ".\n    # frame: world = the light stands still around the object; camera = it goes with the "
+      "camera (turntable, flash).\n    # A matt surface sees no finer light than this.\n";
+  text +=
+      fmt::format("    surroundings: {{type: envmap, size_px: [8, 4], frame: {}, visible: {}}}\n",
+                  CamerasMoveAlone(input) ? "world" : "camera",
+                  !masked);
+  text +=
+      "\n# What may change, in these stages one after the other.\n"
+      "unknowns:\n"
+      "  object.vertices: {}\n"
+      "  object.colors: {}\n"
+      "  surroundings.texels: {}\n"
+      "  exposure: {}\n"
+      "\nstages:\n"
+      "  - {name: light, free: [surroundings.texels, exposure]}\n"
+      "  - {name: shape, free: [object.vertices]}\n"
+      "  - {name: colours, free: [object.colors, exposure]}\n";
+  return text;
+}
+
+}  // namespace pathfit::app

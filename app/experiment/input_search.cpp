@@ -1,0 +1,366 @@
+#include "app/experiment/input_search.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "optim/observation/camera_import.h"
+#include "optim/observation/photo_file.h"
+#include "renderer/io/image_filter.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using optim::ImportedCamera;
+using optim::ImportedCameras;
+using renderer::Image;
+using renderer::IoError;
+
+constexpr double kWhiteBorder = 0.7;  // of an inverted mask
+constexpr std::size_t kMaskSamples = 8;
+constexpr double kUsefulMasks = 0.5;  // share of the photos
+constexpr int kSmallPx = 48;          // width at which backgrounds are compared
+constexpr double kRim = 0.12;         // of the width: background of photos without masks
+constexpr std::size_t kFewestNumbers = 120;
+constexpr double kDark = 0.01;  // linear; a black background is a still one
+
+std::string Lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+bool IsFolder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+bool IsPicture(const fs::path& path) {
+  static const std::set<std::string> kExtensions = {
+      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".hdr"};
+  std::error_code ignored;
+  return kExtensions.contains(Lower(path.extension().string())) &&
+         fs::is_regular_file(path, ignored);
+}
+
+/// Entries that pass, by name.
+template <class Predicate>
+std::vector<fs::path> EntriesOf(const fs::path& folder, Predicate predicate) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (predicate(it->path())) found.push_back(it->path());
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
+std::size_t NumPictures(const fs::path& folder) { return EntriesOf(folder, IsPicture).size(); }
+
+void AddOnce(const fs::path& path, std::vector<fs::path>& list) {
+  const fs::path normal = (path.has_filename() ? path : path.parent_path()).lexically_normal();
+  if (IsFolder(normal) && std::ranges::find(list, normal) == list.end()) list.push_back(normal);
+}
+
+fs::path Absolute(const fs::path& path) {
+  std::error_code error;
+  fs::path absolute = fs::absolute(path.empty() ? fs::path(".") : path, error).lexically_normal();
+  return absolute.has_filename() ? absolute : absolute.parent_path();
+}
+
+std::string PathList(const std::vector<fs::path>& paths) {
+  std::string text;
+  for (const fs::path& path : paths) text += (text.empty() ? "" : ", ") + path.string();
+  return text;
+}
+
+/// The file or folder of the cameras.
+fs::path FindCameras(const InputPlaces& places) {
+  if (!places.cameras.empty()) return Absolute(places.cameras);
+  const fs::path top = Absolute(places.photos);
+  if (!IsFolder(top)) throw IoError(top.string() + ": no such folder");
+  std::vector<fs::path> tried;
+  const auto has_cameras = [&tried](const fs::path& folder) {
+    AddOnce(folder, tried);
+    return optim::HasCameras(folder);
+  };
+  for (const fs::path& folder : {top, top / "colmap", top / "cameras"}) {
+    if (has_cameras(folder)) return folder;
+  }
+  // Sets that are divided for learning and testing.
+  if (const fs::path file = top / "transforms_train.json"; optim::HasCameras(file)) return file;
+  // Several sets in one folder are not to be guessed among.
+  const std::vector<fs::path> sets =
+      EntriesOf(top, [&](const fs::path& path) { return IsFolder(path) && has_cameras(path); });
+  if (sets.size() > 1) {
+    throw IoError(top.string() + ": holds several sets of cameras; name one: " + PathList(sets));
+  }
+  if (sets.size() == 1) return sets.front();
+  for (const fs::path& folder : {top.parent_path(), top.parent_path().parent_path()}) {
+    for (const fs::path& place : {folder, folder / "colmap", folder / "cameras"}) {
+      if (has_cameras(place)) return place;
+    }
+  }
+  throw IoError(top.string() +
+                ": no cameras were found. Looked for transforms.json and a COLMAP text model "
+                "(cameras.txt, images.txt, also in sparse/0) in: " +
+                PathList(tried) +
+                ". Photos need cameras from such a program first; give their file or folder as "
+                "second argument");
+}
+
+/// Photos of the cameras that are in a folder (empty: where the camera file says).
+std::size_t NumFound(const ImportedCameras& cameras, const fs::path& folder) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(cameras.cameras, [&](const ImportedCamera& camera) {
+        return optim::FindPhoto(camera.image, cameras, folder).found.has_value();
+      }));
+}
+
+/// The folder in which all photos are; refuses when some are missing everywhere.
+fs::path FindPhotos(const InputPlaces& places, const ImportedCameras& cameras) {
+  std::vector<fs::path> folders;
+  if (!places.photos.empty()) {
+    const fs::path top = Absolute(places.photos);
+    AddOnce(top, folders);
+    for (const fs::path& child : EntriesOf(top, IsFolder)) AddOnce(child, folders);
+  }
+  if (!cameras.cameras.empty()) {
+    const optim::FileSearch said = optim::FindPhoto(cameras.cameras.front().image, cameras, {});
+    if (said.found) AddOnce(said.found->parent_path(), folders);
+  }
+  const fs::path around = cameras.folder.parent_path();
+  for (const fs::path& folder : {cameras.folder, around, around.parent_path()}) {
+    for (const char* name : {"images", "photos", "rgb", "input"}) AddOnce(folder / name, folders);
+  }
+  fs::path best;
+  std::size_t most = 0;
+  for (const fs::path& folder : folders) {
+    const std::size_t found = NumFound(cameras, folder);
+    if (found > most) {
+      most = found;
+      best = folder;
+    }
+  }
+  if (most < cameras.cameras.size()) {
+    const auto missing = std::ranges::find_if(cameras.cameras, [&](const ImportedCamera& camera) {
+      return !optim::FindPhoto(camera.image, cameras, best).found;
+    });
+    throw IoError(fmt::format(
+        "{}: {} of its {} photos are missing, the first is {} ({}). Looked in: {}",
+        cameras.files.empty() ? cameras.folder.string() : cameras.files.front().string(),
+        cameras.cameras.size() - most,
+        cameras.cameras.size(),
+        missing->image,
+        missing->place,
+        folders.empty() ? "no folder" : PathList(folders)));
+  }
+  // The very folder of the photos, if it is one.
+  std::set<fs::path> parents;
+  for (const ImportedCamera& camera : cameras.cameras) {
+    parents.insert(optim::FindPhoto(camera.image, cameras, best).found->parent_path());
+  }
+  const fs::path one = parents.begin()->lexically_normal();
+  return parents.size() == 1 && NumFound(cameras, one) == most ? one : best;
+}
+
+/// In how many photos a mask is found so.
+std::size_t NumMasks(const ImportedCameras& cameras, const optim::ObservationOptions& options) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(cameras.cameras, [&](const ImportedCamera& camera) {
+        const auto photo = optim::FindPhoto(camera.image, cameras, options.images_dir).found;
+        return photo && optim::FindMask(camera, *photo, cameras, options).found;
+      }));
+}
+
+bool SpeaksOfMasks(const fs::path& folder) {
+  const std::string name = Lower(folder.filename().string());
+  return IsFolder(folder) &&
+         std::ranges::any_of(
+             std::vector<std::string>{"mask", "silhouette", "matte", "segment"},
+             [&](const std::string& part) { return name.find(part) != std::string::npos; });
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+class InputFinder {
+ public:
+  explicit InputFinder(const InputPlaces& places) : places_(places) {}
+
+  FoundInput Run() {
+    input_.options.cameras = FindCameras(places_);
+    cameras_ = optim::ImportCameras(input_.options.cameras, "auto");
+    if (cameras_.cameras.empty()) {
+      throw IoError(input_.options.cameras.string() + ": has no posed photo");
+    }
+    input_.camera_format = cameras_.format;
+    input_.metres_per_unit = cameras_.metres_per_unit;
+    input_.options.images_dir = FindPhotos(places_, cameras_);
+    CountUnused();
+    FindMasks();
+    Load();
+    std::vector<renderer::Camera> sensors;
+    for (const optim::View& view : input_.observations.views) sensors.push_back(view.camera);
+    input_.layout = FindCameraLayout(sensors);
+    input_.background_change = BackgroundChange();
+    return std::move(input_);
+  }
+
+ private:
+  void CountUnused() {
+    const std::size_t pictures = NumPictures(input_.options.images_dir);
+    const std::size_t used = cameras_.cameras.size();
+    input_.num_without_camera = pictures > used ? pictures - used : 0;
+  }
+
+  void UseMasks(std::size_t count) {
+    optim::MaskOptions& masks = input_.options.masks;
+    masks.meaning = optim::MaskMeaning::kSilhouette;
+    masks.require = count == cameras_.cameras.size() ? optim::MaskRequirement::kAll
+                                                     : optim::MaskRequirement::kSome;
+    input_.num_masks = count;
+  }
+
+  void FindMasks() {
+    optim::ObservationOptions options = input_.options;
+    const auto wanted =
+        static_cast<std::size_t>(kUsefulMasks * static_cast<double>(cameras_.cameras.size()));
+    if (!places_.masks.empty()) {
+      options.masks.folder = Absolute(places_.masks);
+      const std::size_t count = NumMasks(cameras_, options);
+      if (count == 0) {
+        throw IoError(options.masks.folder.string() +
+                      ": holds no mask of a photo (for a.jpg: a.jpg.png, a.png or a.mask.png)");
+      }
+      input_.options = options;
+      return UseMasks(count);
+    }
+    if (const std::size_t count = NumMasks(cameras_, options); count > wanted) {
+      return UseMasks(count);  // as the camera file says
+    }
+    const fs::path& photos = input_.options.images_dir;
+    std::vector<fs::path> folders = EntriesOf(photos, SpeaksOfMasks);
+    for (const fs::path& above : {photos.parent_path(), cameras_.folder}) {
+      for (const fs::path& folder : EntriesOf(above, SpeaksOfMasks)) AddOnce(folder, folders);
+    }
+    folders.push_back(photos);  // a.mask.png beside a.jpg
+    for (const fs::path& folder : folders) {
+      options.masks.folder = folder;
+      if (const std::size_t count = NumMasks(cameras_, options); count > wanted) {
+        input_.options = options;
+        return UseMasks(count);
+      }
+    }
+    const auto first = optim::FindPhoto(cameras_.cameras.front().image, cameras_, photos).found;
+    const Image alpha = optim::ReadPhotoFile(*first, input_.options).alpha;
+    if (std::ranges::any_of(alpha.data, [](float a) { return a < 0.5F; })) {
+      input_.options.masks.alpha = true;
+      UseMasks(cameras_.cameras.size());
+    }
+  }
+
+  void Load() {
+    optim::ObservationOptions& options = input_.options;
+    try {
+      input_.observations = optim::LoadObservations(options);
+    } catch (const optim::ObservationError&) {
+      // Cameras that were found on upright pictures; if that is not it, the first message counts.
+      optim::ObservationOptions upright = options;
+      upright.apply_exif_orientation = true;
+      try {
+        input_.observations = optim::LoadObservations(upright);
+      } catch (const optim::ObservationError&) {
+        input_.observations = optim::LoadObservations(options);
+      }
+      options = upright;
+    }
+    if (MasksLookInverted()) {
+      options.masks.invert = true;
+      input_.observations = optim::LoadObservations(options);
+    }
+  }
+
+  [[nodiscard]] bool MasksLookInverted() const {
+    if (input_.options.masks.alpha) return false;
+    double white = 0.0, all = 0.0;
+    std::size_t left = kMaskSamples;
+    for (const optim::View& view : input_.observations.views) {
+      if (view.mask.Empty() || left == 0) continue;
+      --left;
+      const Image mask = renderer::ResizeArea(view.mask.Unpack(), kSmallPx, kSmallPx);
+      for (int i = 0; i < kSmallPx; ++i) {
+        for (const float v : {mask.At(i, 0, 0),
+                              mask.At(i, kSmallPx - 1, 0),
+                              mask.At(0, i, 0),
+                              mask.At(kSmallPx - 1, i, 0)}) {
+          white += v > 0.5F ? 1.0 : 0.0;
+          all += 1.0;
+        }
+      }
+    }
+    return white > kWhiteBorder * all;
+  }
+
+  /// A small copy and what of it is background.
+  struct Small {
+    Image photo, background;
+  };
+  [[nodiscard]] static Small MakeSmall(const optim::View& view) {
+    const int height = std::max(1, kSmallPx * view.camera.height / std::max(1, view.camera.width));
+    Small small{renderer::ResizeArea(view.photo.Unpack(), kSmallPx, height),
+                Image(kSmallPx, height, 1)};
+    const int rim = std::max(1, static_cast<int>(kRim * kSmallPx));
+    Image mask;
+    if (!view.mask.Empty()) mask = renderer::ResizeArea(view.mask.Unpack(), kSmallPx, height);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < kSmallPx; ++x) {
+        const bool at_rim =
+            std::min({x, y, kSmallPx - 1 - x, height - 1 - y}) < std::min(rim, height / 3);
+        const bool free = mask.Empty() ? at_rim : mask.At(x, y, 0) < 0.01F;
+        small.background.At(x, y, 0) = free ? 1.0F : 0.0F;
+      }
+    }
+    return small;
+  }
+
+  /// Median over pairs of neighbouring views of the median over pixels.
+  [[nodiscard]] std::optional<double> BackgroundChange() const {
+    const auto& views = input_.observations.views;
+    std::vector<double> changes;
+    for (std::size_t i = 0; i + 1 < views.size(); ++i) {
+      const Small a = MakeSmall(views[i]), b = MakeSmall(views[i + 1]);
+      if (a.photo.data.size() != b.photo.data.size()) continue;
+      std::vector<double> differences, brightness;
+      for (std::size_t p = 0; p < a.background.data.size(); ++p) {
+        if (a.background.data[p] * b.background.data[p] == 0.0F) continue;
+        for (std::size_t c = 3 * p; c < 3 * p + 3; ++c) {
+          const auto u = static_cast<double>(a.photo.data[c]);
+          const auto v = static_cast<double>(b.photo.data[c]);
+          differences.push_back(std::abs(u - v));
+          brightness.push_back(0.5 * (u + v));
+        }
+      }
+      if (differences.size() < kFewestNumbers) continue;
+      changes.push_back(Median(differences) / std::max(kDark, Median(brightness)));
+    }
+    if (changes.empty()) return std::nullopt;
+    return Median(changes);
+  }
+
+  const InputPlaces& places_;
+  ImportedCameras cameras_;
+  FoundInput input_;
+};
+
+}  // namespace
+
+FoundInput FindInput(const InputPlaces& places) { return InputFinder(places).Run(); }
+
+}  // namespace pathfit::app

@@ -1,0 +1,341 @@
+#include "app/experiment/start_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "app/experiment/camera_layout.h"
+#include "renderer/core/error.h"
+#include "renderer/io/image_filter.h"
+#include "renderer/renderer.h"
+
+namespace pathfit::app {
+namespace {
+
+using optim::MaskMeaning;
+using renderer::Image;
+using renderer::Vec3;
+
+constexpr int kSpp = 4;
+constexpr double kSize = 256.0;  // pixels of the longer side
+
+// What is so far off that a fit hardly finds back.
+constexpr double kPoorIou = 0.3;
+constexpr double kInvertedIou = 0.5;
+constexpr double kWhiteBorder = 0.7;
+constexpr double kOtherSize = 4.0;      // in area
+constexpr double kLittleLeft = 0.1;     // of a mask, by erosion
+constexpr double kSmallerThanPx = 2.0;  // at the size of this check
+constexpr std::size_t kNamed = 5;
+
+/// What a view's picture says beyond ViewStart, for the reasons.
+struct ViewFacts {
+  double inverted_iou = 0.0;
+  double white_border = 0.0;  ///< share of the mask's border that is white
+};
+
+double Share(const Image& image) {
+  if (image.Empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto above = std::ranges::count_if(image.data, [](float value) { return value > 0.5F; });
+  return static_cast<double>(above) / static_cast<double>(image.data.size());
+}
+
+double WhiteBorder(const Image& mask) {
+  std::int64_t white = 0, all = 0;
+  const auto count = [&](int x, int y) {
+    white += mask.At(x, y, 0) > 0.5F ? 1 : 0;
+    ++all;
+  };
+  for (int x = 0; x < mask.width; ++x) {
+    count(x, 0);
+    count(x, mask.height - 1);
+  }
+  for (int y = 0; y < mask.height; ++y) {
+    count(0, y);
+    count(mask.width - 1, y);
+  }
+  return static_cast<double>(white) / static_cast<double>(all);
+}
+
+double Median(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return std::isnan(v); });
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// "5 of 24 photos: a.jpg, b.jpg, ..."
+std::string Counted(const std::vector<std::string>& names, std::size_t of) {
+  std::string text = fmt::format("{} of {} fitted photos (", names.size(), of);
+  for (std::size_t i = 0; i < std::min(kNamed, names.size()); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  return text + (names.size() > kNamed ? ", ...)" : ")");
+}
+
+/// "axe.yaml:12:5: " of a key of the config.
+Place PlaceOf(const ExperimentConfig& config, std::initializer_list<const char*> keys) {
+  const YamlNode* node = &config.resolved;
+  Place place;
+  for (const char* key : keys) {
+    node = node->Find(key);
+    if (node == nullptr) return place;
+    place = node->place;
+  }
+  return place;
+}
+
+class StartChecker {
+ public:
+  StartChecker(const ExperimentConfig& config, const Experiment& experiment)
+      : config_(config), experiment_(experiment), observations_(experiment.observations) {
+    for (const renderer::Mesh& mesh : renderer::WorldMeshes(experiment.scene)) {
+      for (const Vec3& p : mesh.positions) {
+        low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y), std::min(low_.z, p.z)};
+        high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y), std::max(high_.z, p.z)};
+      }
+    }
+  }
+
+  StartCheck Run() {
+    LookAtViews();
+    if (num_fitted_ == 0) return std::move(check_);
+    RefuseBlackMasks();
+    RefuseEroded();
+    RefuseUnseen();
+    WarnOfMasks();
+    WarnOfPlace();
+    return std::move(check_);
+  }
+
+ private:
+  void LookAtViews() {
+    const renderer::Renderer renderer(experiment_.scene);
+    const bool silhouettes = observations_.mask_meaning == MaskMeaning::kSilhouette;
+    renderer::RenderOptions options;
+    options.spp = kSpp;
+    options.max_bounces = 0;
+    for (const optim::View& view : observations_.views) {
+      const double scale = std::min(1.0, kSize / std::max(view.camera.width, view.camera.height));
+      const optim::ViewLevel level = optim::PackedLevel(view, observations_, scale).Unpack();
+      const Image coverage = renderer::CoverageImage(renderer.RenderPrimal(level.camera, options));
+      ViewStart start{.name = view.name, .validation = view.validation};
+      for (const float c : coverage.data) start.covered += static_cast<double>(c);
+      start.covered /= static_cast<double>(coverage.data.size());
+      for (const float w : level.color_weight.data) start.evidence += static_cast<double>(w);
+      start.evidence /= static_cast<double>(coverage.data.size());
+      start.masked = Share(level.mask);
+      const bool has_mask = silhouettes && !level.mask.Empty();
+      start.iou = has_mask ? optim::MaskIou(coverage, level.mask)
+                           : std::numeric_limits<double>::quiet_NaN();
+      ViewFacts facts;
+      if (has_mask) {
+        facts.white_border = WhiteBorder(level.mask);
+        Image inverted = level.mask;
+        for (float& v : inverted.data) v = 1.0F - v;
+        facts.inverted_iou = optim::MaskIou(coverage, inverted);
+      }
+      num_fitted_ += view.validation ? 0 : 1;
+      check_.views.push_back(std::move(start));
+      facts_.push_back(facts);
+    }
+  }
+
+  template <class Predicate>
+  [[nodiscard]] std::vector<std::string> FittedWhere(Predicate predicate) const {
+    std::vector<std::string> names;
+    for (const ViewStart& view : check_.views) {
+      if (!view.validation && predicate(view)) names.push_back(view.name);
+    }
+    return names;
+  }
+
+  template <class Figure>
+  [[nodiscard]] double MedianOfFitted(Figure figure) const {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < check_.views.size(); ++i) {
+      if (!check_.views[i].validation) values.push_back(figure(check_.views[i], facts_[i]));
+    }
+    return Median(std::move(values));
+  }
+
+  [[nodiscard]] std::string Where(std::initializer_list<const char*> keys) const {
+    return FormatPlace(config_.source, PlaceOf(config_, keys));
+  }
+
+  void RefuseBlackMasks() const {
+    const std::size_t black =
+        FittedWhere([](const ViewStart& v) { return v.masked == 0.0; }).size();
+    if (black < num_fitted_) return;
+    const optim::MaskOptions& options = config_.input->photos.masks;
+    throw optim::ObservationError(
+        {Where({"input", "masks"}) + ": the masks of all " + std::to_string(black) +
+         " fitted photos are black: nothing is left to fit to. " +
+         (options.invert ? "They are inverted, so the files are white throughout; is invert meant?"
+          : options.alpha || options.folder.empty()
+              ? "Is the alpha channel, or what the camera file names, meant?"
+              : "Is " + options.folder.string() + " the right folder?")});
+  }
+
+  /// The largest erosion that leaves a pixel of some mask.
+  [[nodiscard]] int LargestErosion() const {
+    float largest = 0.0F;
+    for (const optim::View& view : observations_.views) {
+      if (view.mask.Empty()) continue;
+      largest = std::max(largest,
+                         std::ranges::max(renderer::SignedDistanceToMask(view.mask.Unpack()).data));
+    }
+    return static_cast<int>(largest);
+  }
+
+  void RefuseEroded() const {
+    const std::size_t eaten =
+        FittedWhere([](const ViewStart& v) { return v.masked > 0.0 && v.evidence == 0.0; }).size();
+    if (eaten == 0 || eaten < num_fitted_) return;
+    throw ConfigError(config_.source,
+                      {{PlaceOf(config_, {"input", "masks", "erode_px"}),
+                        "input.masks.erode_px",
+                        fmt::format("{} pixels leave nothing of any mask, so no colour could be "
+                                    "compared; the widest place of the object allows {}, and 1 or "
+                                    "2 are usual",
+                                    observations_.mask_erode_px,
+                                    std::max(0, LargestErosion() - 1))}});
+  }
+
+  /// Why no camera sees the meshes.
+  [[nodiscard]] std::string ReasonUnseen() const {
+    const auto& sensors = experiment_.scene.sensors;
+    const Vec3 middle = (low_ + high_) * 0.5;
+    const double size = Norm(high_ - low_);
+    std::size_t behind = 0;
+    double pixels = 0.0;
+    for (const renderer::Camera& camera : sensors) {
+      const double depth = -renderer::RigidInverse(renderer::CameraPose(camera)).Point(middle).z;
+      behind += depth <= 0.0 ? 1 : 0;
+      pixels = std::max(
+          pixels,
+          depth > 0.0 ? size / depth * camera.fx * kSize / std::max(camera.width, camera.height)
+                      : 0.0);
+    }
+    const std::string extent =
+        fmt::format("the meshes are {:.3g} units across, about [{:.3g}, {:.3g}, {:.3g}]",
+                    size,
+                    middle.x,
+                    middle.y,
+                    middle.z);
+    if (2 * behind > sensors.size()) {
+      return fmt::format(
+          "{} of {} cameras look away from it: {}. Poses of another convention show so (here "
+          "cameras look along -z, y up), and so does a mesh in another frame than the cameras'",
+          behind,
+          sensors.size(),
+          extent);
+    }
+    if (pixels < kSmallerThanPx) {
+      return "it is smaller than a pixel: " + extent +
+             ". Is its unit that of the cameras (transform: {scale: ...})?";
+    }
+    const std::optional<CameraLayout> layout = FindCameraLayout(sensors);
+    return "it is beside all pictures: " + extent +
+           (layout ? fmt::format(", while the cameras look at about [{:.3g}, {:.3g}, {:.3g}] from "
+                                 "a distance of {:.3g}",
+                                 layout->centre.x,
+                                 layout->centre.y,
+                                 layout->centre.z,
+                                 layout->distance)
+                   : "") +
+           ". Is the mesh in the frame of the cameras (transform: {translate_m: ...})?";
+  }
+
+  void RefuseUnseen() {
+    const std::vector<std::string> unseen =
+        FittedWhere([](const ViewStart& v) { return v.covered == 0.0; });
+    if (unseen.empty() || experiment_.scene.meshes.empty()) return;
+    if (unseen.size() < num_fitted_) {
+      Warn("the start is not seen in " + Counted(unseen, num_fitted_) +
+           ": nothing draws it there. Are their cameras right?");
+      return;
+    }
+    const std::string text = "the object is in no fitted photo; " + ReasonUnseen();
+    // Pictures of the surroundings alone can be fitted by them.
+    if (experiment_.scene.environment_visible &&
+        observations_.mask_meaning != MaskMeaning::kSilhouette) {
+      Warn(text);
+      return;
+    }
+    throw renderer::SceneError(Where({"scene", "geometry"}) + ": " + text);
+  }
+
+  void WarnOfMasks() {
+    const auto black = FittedWhere([](const ViewStart& v) { return v.masked == 0.0; });
+    if (!black.empty()) {
+      Warn("the mask is black in " + Counted(black, num_fitted_) +
+           ": the object is taken to be absent there");
+    }
+    const auto eaten = FittedWhere(
+        [](const ViewStart& v) { return v.masked > 0.0 && v.evidence < kLittleLeft * v.masked; });
+    if (!eaten.empty()) {
+      Warn(fmt::format("input.masks.erode_px: {} pixels leave less than a tenth of the mask in {}",
+                       observations_.mask_erode_px,
+                       Counted(eaten, num_fitted_)));
+    }
+    const double white =
+        MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.white_border; });
+    const double inverted =
+        MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.inverted_iou; });
+    inverted_ = white > kWhiteBorder || inverted > kInvertedIou;
+    if (inverted_) {
+      Warn(
+          fmt::format("the masks look inverted: they are white along {:.0f} % of the pictures' "
+                      "borders, and their black agrees with the start to IoU {:.2f}. Where black "
+                      "is the object, write input.masks.invert: {}",
+                      100.0 * white,
+                      inverted,
+                      !config_.input->photos.masks.invert));
+    }
+  }
+
+  void WarnOfPlace() {
+    const double iou = MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    if (inverted_ || !(iou < kPoorIou)) return;
+    const double ratio =
+        MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.covered / v.masked; });
+    std::string reason =
+        "it lies elsewhere than the masks. Are mesh (transform) and cameras of one frame, and the "
+        "masks those of these photos?";
+    if (ratio > kOtherSize || ratio < 1.0 / kOtherSize) {
+      reason = fmt::format(
+          "it covers {:.2g} times the area of the masks. Is its unit that of the cameras "
+          "(transform: {{scale: ...}})?",
+          ratio);
+    }
+    Warn(
+        fmt::format("the start hardly agrees with the masks (median IoU {:.2f}), and a fit may "
+                    "not find back; likely {}",
+                    iou,
+                    reason));
+  }
+
+  void Warn(std::string text) { check_.warnings.push_back(std::move(text)); }
+
+  const ExperimentConfig& config_;
+  const Experiment& experiment_;
+  const optim::ObservationSet& observations_;
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
+  Vec3 low_{kFar, kFar, kFar}, high_{-kFar, -kFar, -kFar};  // of all meshes
+  std::size_t num_fitted_ = 0;
+  StartCheck check_;
+  std::vector<ViewFacts> facts_;
+  bool inverted_ = false;
+};
+
+}  // namespace
+
+StartCheck CheckStart(const ExperimentConfig& config, const Experiment& experiment) {
+  return StartChecker(config, experiment).Run();
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/experiment/experiment.h"
+
+namespace pathfit::app {
+
+/// One photo and the scene a fit begins with, at low resolution.
+struct ViewStart {
+  std::string name;
+  bool validation = false;
+  double covered = 0.0;   ///< share of the picture in which the scene's meshes are seen
+  double masked = 0.0;    ///< share of the picture that is mask; NaN without one
+  double evidence = 0.0;  ///< share of the picture whose colours are compared
+  double iou = 0.0;       ///< of silhouette and mask; NaN unless masks are silhouettes
+};
+
+struct StartCheck {
+  std::vector<ViewStart> views;       ///< in the order of the observations
+  std::vector<std::string> warnings;  ///< what makes a good fit unlikely, with the likely reason
+};
+
+/// Looks at the photos beside renderings of the start. Empty without photos. Throws what leaves
+/// nothing to fit: ObservationError (all masks are black), ConfigError (nothing is left of them
+/// inside the eroded rim), SceneError (no fitted photo shows any mesh).
+StartCheck CheckStart(const ExperimentConfig& config, const Experiment& experiment);
+
+}  // namespace pathfit::app

@@ -1,0 +1,184 @@
+#include "app/experiment/draft_config.h"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "app/experiment/experiment.h"
+#include "app/experiment/start_check.h"
+#include "app/output/export_cameras.h"
+#include "app/output/report_images.h"
+#include "optim/observation/camera_import.h"
+#include "renderer/core/error.h"
+#include "renderer/io/image_file.h"
+#include "tests/optim/observation/observation_files.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::Image;
+
+constexpr int kViews = 6;
+
+/// Photos of a ball and their cameras in a folder.
+class DraftConfigTest : public ::testing::Test {
+ protected:
+  enum class Cameras { kTransforms, kColmap };
+
+  void WriteSet(const fs::path& set, Cameras kind) {
+    renderer::Scene scene = tests::BallScene(2, kViews, 48);
+    for (std::size_t i = 0; i < kViews; ++i) {
+      const std::string name = "view" + std::to_string(i) + ".png";
+      names_.push_back(name);
+      paths_.push_back("images/" + name);
+    }
+    views_ = tests::Photograph(scene, 4).views;
+    fs::create_directories(set / "images");
+    for (std::size_t i = 0; i < kViews; ++i) {
+      renderer::WritePng8(set / paths_[i], EncodedImage(views_[i].photo.Unpack()));
+    }
+    if (kind == Cameras::kColmap) {
+      fs::create_directories(set / "sparse/0");
+      WriteCameras(set / "sparse/0", scene.sensors, names_, paths_);
+      fs::remove(set / "sparse/0/transforms.json");
+    } else {
+      std::ofstream(set / "transforms.json") << TransformsJson(scene.sensors, paths_);
+    }
+  }
+  void WriteMasks(const fs::path& folder, bool inverted, std::size_t count = kViews) const {
+    fs::create_directories(folder);
+    for (std::size_t i = 0; i < count; ++i) {
+      Image mask = views_[i].mask.Unpack();
+      for (float& v : mask.data) v = inverted ? 1.0F - v : v;
+      renderer::WritePng8(folder / (names_[i] + ".png"), mask);
+    }
+  }
+  /// The experiment of the draft for this input.
+  [[nodiscard]] Experiment Built(const FoundInput& input) const {
+    const fs::path path = top() / "draft.yaml";
+    std::ofstream(path) << DraftConfig(input, path, "ball", {});
+    return BuildExperiment(LoadExperimentConfig(path, {}));
+  }
+  [[nodiscard]] static std::string Refusal(const InputPlaces& places) {
+    try {
+      static_cast<void>(FindInput(places));
+    } catch (const renderer::IoError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  [[nodiscard]] const fs::path& top() const { return folder_.path(); }
+
+  optim::TempFolder folder_;
+  std::vector<std::string> names_, paths_;
+  std::vector<optim::View> views_;
+};
+
+bool Says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(DraftConfigTest, FindsPhotosCamerasAndMasks) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "masks", false);
+  const FoundInput input = FindInput({.photos = top()});
+  EXPECT_EQ(input.options.images_dir, top() / "images");
+  EXPECT_EQ(input.options.masks.folder, top() / "masks");
+  EXPECT_EQ(input.options.masks.require, optim::MaskRequirement::kAll);
+  EXPECT_FALSE(input.options.masks.invert);
+  EXPECT_EQ(input.num_masks, std::size_t{kViews});
+  EXPECT_EQ(input.num_without_camera, 0U);
+  ASSERT_TRUE(input.layout);
+  EXPECT_LT(Norm(input.layout->centre), 1e-9);
+
+  const Experiment experiment = Built(input);
+  EXPECT_EQ(experiment.observations.views.size(), std::size_t{kViews});
+  EXPECT_EQ(experiment.fit.stages.size(), 3U);
+  EXPECT_EQ(experiment.fit.unknowns.size(), 4U);
+  const StartCheck start = CheckStart(LoadExperimentConfig(top() / "draft.yaml", {}), experiment);
+  EXPECT_TRUE(start.warnings.empty()) << start.warnings.front();
+  for (const ViewStart& view : start.views) EXPECT_GT(view.iou, 0.85) << "a hull";
+}
+
+TEST_F(DraftConfigTest, FindsCamerasAbovePhotosAndStartsFromASphereWithoutMasks) {
+  WriteSet(top() / "a set, it's odd", Cameras::kColmap);
+  std::ofstream(top() / "a set, it's odd/images/extra.jpg") << "no camera";
+  const FoundInput input = FindInput({.photos = top() / "a set, it's odd/images"});
+  EXPECT_EQ(input.options.masks.meaning, optim::MaskMeaning::kNone);
+  EXPECT_EQ(input.num_without_camera, 1U);
+  const Experiment experiment = Built(input);
+  EXPECT_TRUE(experiment.scene.environment_visible);
+  ASSERT_EQ(experiment.scene.meshes.size(), 1U);
+  const renderer::Mesh mesh = renderer::WorldMesh(experiment.scene.meshes[0]);
+  for (const renderer::Vec3& p : mesh.positions) {
+    EXPECT_NEAR(Norm(p), 0.5 * input.layout->radius, 1e-3);
+  }
+}
+
+TEST_F(DraftConfigTest, SeesInvertedMasksAndThatSomeAreMissing) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "object_masks", true, kViews - 1);
+  const FoundInput input = FindInput({.photos = top()});
+  EXPECT_TRUE(input.options.masks.invert);
+  EXPECT_EQ(input.options.masks.require, optim::MaskRequirement::kSome);
+  const Experiment experiment = Built(input);
+  EXPECT_LT(experiment.observations.views[0].mask.Unpack().At(0, 0, 0), 0.5F);
+  EXPECT_TRUE(experiment.observations.views.back().mask.Empty());
+}
+
+TEST_F(DraftConfigTest, TakesPlacesThatAreNamed) {
+  WriteSet(top() / "photos here", Cameras::kTransforms);
+  WriteMasks(top() / "elsewhere", false);
+  fs::create_directories(top() / "poses");
+  fs::rename(top() / "photos here/transforms.json", top() / "poses/mine.json");
+  const FoundInput input = FindInput({.photos = top() / "photos here",
+                                      .cameras = top() / "poses/mine.json",
+                                      .masks = top() / "elsewhere"});
+  EXPECT_EQ(Built(input).input_files.size(), std::size_t{1 + 2 * kViews});
+}
+
+TEST_F(DraftConfigTest, GuessesWhoTurned) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "masks", false);
+  const auto repaint = [&](bool still) {  // the background
+    for (std::size_t i = 0; i < kViews; ++i) {
+      Image photo = views_[i].photo.Unpack();
+      const Image mask = views_[i].mask.Unpack();
+      for (std::size_t p = 0; p < mask.data.size(); ++p) {
+        if (mask.data[p] > 0.0F) continue;
+        for (std::size_t c = 0; c < 3; ++c)
+          photo.data[3 * p + c] = still ? 0.5F : 0.1F + 0.15F * static_cast<float>(i);
+      }
+      renderer::WritePng8(top() / paths_[i], EncodedImage(photo));
+    }
+  };
+  repaint(true);
+  FoundInput input = FindInput({.photos = top()});
+  EXPECT_LT(*input.background_change, kStillBackground);
+  EXPECT_EQ(Built(input).scene.emitters[0].frame, renderer::LightFrame::kCamera);
+  repaint(false);
+  input = FindInput({.photos = top()});
+  EXPECT_GT(*input.background_change, kStillBackground);
+  EXPECT_EQ(Built(input).scene.emitters[0].frame, renderer::LightFrame::kWorld);
+}
+
+TEST_F(DraftConfigTest, SaysWhatIsMissing) {
+  EXPECT_TRUE(Says(Refusal({.photos = top()}), "no cameras were found. Looked for"));
+  EXPECT_TRUE(Says(Refusal({.photos = top() / "nowhere"}), "no such folder"));
+  WriteSet(top() / "one", Cameras::kTransforms);
+  EXPECT_EQ(Refusal({.photos = top()}), "") << "one set in a folder is that set";
+  EXPECT_TRUE(Says(Refusal({.photos = top(), .masks = top() / "one"}), "holds no mask of a photo"));
+  fs::copy(top() / "one", top() / "two", fs::copy_options::recursive);
+  EXPECT_TRUE(Says(Refusal({.photos = top()}), "several sets of cameras"));
+  fs::remove(top() / "two" / paths_[3]);
+  const std::string text = Refusal({.photos = top() / "two"});
+  EXPECT_TRUE(Says(text, "1 of its 6 photos are missing, the first is images/view3.png")) << text;
+  folder_.WriteText("three/cameras.bin", "x");
+  EXPECT_TRUE(Says(Refusal({.photos = top() / "three"}), "colmap model_converter"));
+}
+
+}  // namespace
+}  // namespace pathfit::app

@@ -1,0 +1,190 @@
+#include "app/experiment/start_check.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "app/experiment/camera_layout.h"
+#include "optim/problem/view_quality.h"
+#include "renderer/core/error.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+namespace pathfit::app {
+namespace {
+
+using ::testing::Test;
+
+class StartCheckTest : public Test {
+ protected:
+  StartCheckTest() {
+    experiment_.scene = tests::BallScene(2, 5, 40);
+    experiment_.observations = tests::Photograph(experiment_.scene, 16);
+    config_.source.file = "ball.yaml";
+    config_.input.emplace();
+  }
+
+  [[nodiscard]] StartCheck Check() const { return CheckStart(config_, experiment_); }
+  /// what() of the exception of this type, empty if there is none.
+  template <class Error>
+  [[nodiscard]] std::string Refusal() const {
+    try {
+      static_cast<void>(Check());
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+  void SetMasks(float (*value)(float)) {
+    for (optim::View& view : experiment_.observations.views) {
+      renderer::Image mask = view.mask.Unpack();
+      for (float& v : mask.data) v = value(v);
+      view.mask = mask;
+    }
+  }
+  void MoveBall(const renderer::Vec3& by) {
+    for (renderer::Vec3& p : experiment_.scene.meshes[0].mesh.positions) p += by;
+  }
+
+  ExperimentConfig config_;
+  Experiment experiment_;
+};
+
+bool Says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(StartCheckTest, HasNothingAgainstAGoodStart) {
+  const StartCheck check = Check();
+  EXPECT_TRUE(check.warnings.empty()) << check.warnings.front();
+  ASSERT_EQ(check.views.size(), 5U);
+  for (const ViewStart& view : check.views) {
+    EXPECT_GT(view.iou, 0.95);
+    EXPECT_NEAR(view.covered, view.masked, 0.03);
+  }
+  EXPECT_TRUE(check.views.back().validation);
+}
+
+TEST_F(StartCheckTest, RefusesMasksThatAreBlackEverywhere) {
+  SetMasks([](float) { return 0.0F; });
+  const std::string text = Refusal<optim::ObservationError>();
+  EXPECT_TRUE(Says(text, "all 4 fitted photos are black")) << text;
+  config_.input->photos.masks.invert = true;
+  EXPECT_TRUE(Says(Refusal<optim::ObservationError>(), "is invert meant?"));
+}
+
+TEST_F(StartCheckTest, NamesPhotosWhoseMaskIsBlack) {
+  optim::View& view = experiment_.observations.views[1];
+  view.mask = renderer::Image(view.mask.width(), view.mask.height(), 1);
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "black in 1 of 4 fitted photos (view1)"))
+      << check.warnings[0];
+}
+
+TEST_F(StartCheckTest, RefusesAnErosionThatLeavesNothing) {
+  experiment_.observations.mask_erode_px = 30;
+  const std::string text = Refusal<ConfigError>();
+  EXPECT_TRUE(Says(text, "input.masks.erode_px: 30 pixels leave nothing")) << text;
+  const std::size_t at = text.find("allows ");
+  ASSERT_NE(at, std::string::npos);
+  experiment_.observations.mask_erode_px = std::stoi(text.substr(at + 7));
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U) << "what the message allows does not leave nothing";
+  EXPECT_TRUE(Says(check.warnings[0], "less than a tenth of the mask")) << check.warnings[0];
+}
+
+TEST_F(StartCheckTest, SeesInvertedMasks) {
+  SetMasks([](float v) { return 1.0F - v; });
+  StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "look inverted")) << check.warnings[0];
+  EXPECT_TRUE(Says(check.warnings[0], "input.masks.invert: true")) << check.warnings[0];
+}
+
+TEST_F(StartCheckTest, RefusesAnObjectBesideAllPictures) {
+  MoveBall({0.0, 0.0, 40.0});
+  EXPECT_TRUE(Says(Refusal<renderer::SceneError>(), "in no fitted photo; "));
+  MoveBall({0.0, 100.0, -40.0});
+  const std::string text = Refusal<renderer::SceneError>();
+  EXPECT_TRUE(Says(text, "ball.yaml: the object is in no fitted photo")) << text;
+}
+
+TEST_F(StartCheckTest, KnowsCamerasThatLookAway) {
+  for (std::size_t i = 0; i < experiment_.scene.sensors.size(); ++i) {
+    renderer::Camera& camera = experiment_.observations.views[i].camera;
+    renderer::Mat3& axes = camera.world_from_camera.linear;
+    axes = {-axes.x, axes.y, -axes.z};
+    experiment_.scene.sensors[i] = camera;
+  }
+  const std::string text = Refusal<renderer::SceneError>();
+  EXPECT_TRUE(Says(text, "5 of 5 cameras look away")) << text;
+}
+
+TEST_F(StartCheckTest, KnowsAnotherUnit) {
+  for (renderer::Vec3& p : experiment_.scene.meshes[0].mesh.positions) p *= 0.2;
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "times the area of the masks")) << check.warnings[0];
+  for (renderer::Vec3& p : experiment_.scene.meshes[0].mesh.positions) p *= 1e-4;
+  EXPECT_TRUE(Says(Refusal<renderer::SceneError>(), "smaller than a pixel"));
+}
+
+TEST_F(StartCheckTest, NamesPhotosThatDoNotShowTheObject) {
+  renderer::Camera& camera = experiment_.observations.views[0].camera;
+  camera.cx += 500.0;
+  experiment_.scene.sensors[0] = camera;
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "not seen in 1 of 4 fitted photos (view0)"))
+      << check.warnings[0];
+}
+
+TEST_F(StartCheckTest, IouIsUnknownWithoutMasks) {
+  experiment_.observations.mask_meaning = optim::MaskMeaning::kNone;
+  for (optim::View& view : experiment_.observations.views) view.mask = {};
+  for (const ViewStart& view : Check().views) {
+    EXPECT_TRUE(std::isnan(view.iou));
+    EXPECT_TRUE(std::isnan(view.masked));
+  }
+}
+
+TEST(ViewQuality, IsUnknownWhereNothingIsCompared) {
+  optim::ViewLevel level;
+  level.photo = renderer::Image(2, 2, 3);
+  level.color_weight = renderer::Image(2, 2, 1);
+  const renderer::Film film(2, 2);
+  const optim::ViewQuality unknown = optim::MeasureView(level, film, true);
+  EXPECT_TRUE(std::isnan(unknown.psnr_linear));
+  EXPECT_TRUE(std::isnan(unknown.psnr_srgb));
+  EXPECT_TRUE(std::isnan(unknown.iou));
+  level.mask = renderer::Image(2, 2, 1);
+  level.color_weight.data[0] = 1.0F;
+  const optim::ViewQuality equal = optim::MeasureView(level, film, true);
+  EXPECT_EQ(equal.psnr_srgb, optim::kMaxPsnr);
+  EXPECT_EQ(equal.iou, 1.0);
+  EXPECT_TRUE(std::isnan(optim::MeasureView(level, film, false).iou)) << "masks of data";
+}
+
+TEST(CameraLayout, FindsWhatCamerasLookAt) {
+  renderer::Scene scene = tests::BallScene(1, 12, 64);
+  for (renderer::Camera& camera : scene.sensors) {
+    camera.world_from_camera.translation += renderer::Vec3{5.0, -2.0, 1.0};
+  }
+  const std::optional<CameraLayout> layout = FindCameraLayout(scene.sensors);
+  ASSERT_TRUE(layout);
+  EXPECT_LT(Norm(layout->centre - renderer::Vec3{5.0, -2.0, 1.0}), 1e-9);
+  EXPECT_NEAR(layout->distance, 4.0, 1e-9);
+  EXPECT_NEAR(layout->radius, 4.0 * 32.0 / scene.sensors[0].fx, 1e-9);
+  EXPECT_EQ(layout->num_behind, 0);
+}
+
+TEST(CameraLayout, IsUnknownOfParallelAxes) {
+  std::vector<renderer::Camera> cameras(2, tests::BallScene(1, 1, 64).sensors[0]);
+  cameras[1].world_from_camera.translation += renderer::Vec3{1.0, 0.0, 0.0};
+  EXPECT_FALSE(FindCameraLayout(cameras));
+  EXPECT_FALSE(FindCameraLayout({}));
+}
+
+}  // namespace
+}  // namespace pathfit::app
