@@ -225,6 +225,7 @@ class Codec {
                  {"growths", state.growths},
                  {"within_error", state.within_error},
                  {"still", state.still},
+                 {"flat", state.flat},
                  {"precise", state.precise},
                  {"standard_errors", Json::object()},
                  {"wall_s", state.wall_s},
@@ -278,6 +279,7 @@ class Codec {
     json.at("growths").get_to(state.growths);
     json.at("within_error").get_to(state.within_error);
     json.at("still").get_to(state.still);
+    json.at("flat").get_to(state.flat);
     json.at("precise").get_to(state.precise);
     for (const auto& [name, values] : json.at("standard_errors").items()) {
       ReadArray(arrays, values, state.standard_errors[name]);

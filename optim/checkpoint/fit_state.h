@@ -59,6 +59,7 @@ struct FitState {
   QuadraticModel model;  ///< of the level's rounds, where normal equations are formed; else empty
   int within_error = 0;  ///< rounds in a row whose step its own error explains, by the model
   int still = 0;         ///< rounds in a row whose step moved nothing by more than kStillPixels
+  int flat = 0;  ///< rounds in a row whose step lowered a cost that is not noise hardly at all
   bool precise = false;  ///< whether more samples would hardly improve the result, by the model
   /// By group of unknowns (name), one per scalar in its unit; of the last stage that fitted it with
   /// a model.

@@ -177,6 +177,7 @@ class FitDriver {
     state_.model = QuadraticModel();
     state_.within_error = 0;
     state_.still = 0;
+    state_.flat = 0;
     state_.precise = false;
     state_.average = {};
     if (state_.stage == static_cast<int>(spec_.stages.size())) {
@@ -204,19 +205,22 @@ class FitDriver {
     return ImageProblem::FormsNormalEquations(spec_.linear_solver, set.NumScalars());
   }
 
+  static bool MovesSomething(const ParameterSet& set) {
+    return set.layout().AnyKind(renderer::MovesGeometry);
+  }
+
   /// Of the present stage, by the scene that it began with.
   [[nodiscard]] std::vector<double> Scales() const {
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
-    const bool moves = std::any_of(stage.free.begin(), stage.free.end(), [&](int unknown) {
-      return renderer::MovesGeometry(spec_.unknowns[static_cast<std::size_t>(unknown)].kind);
-    });
     int smallest_side = std::numeric_limits<int>::max();
     for (const View& view : observations_.views) {
       smallest_side = std::min({smallest_side, view.photo.width(), view.photo.height()});
     }
     const ParameterSet set = FreeSet(state_.stage_start, stage);
-    // What is held moves nothing: a stage that frees nothing has one level, which is skipped.
-    return ScalesOfStage(stage, moves && set.NumScalars() > 0, IsFew(set), smallest_side);
+    if (set.NumScalars() == 0) {
+      return {stage.image_scale};  // and is skipped
+    }
+    return ScalesOfStage(stage, MovesSomething(set), IsFew(set), smallest_side);
   }
 
   /// False when the time limit ended it.
@@ -258,17 +262,18 @@ class FitDriver {
       observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
       return true;
     }
-    return RunRounds({spec_,
-                      state_.stage,
-                      views,
-                      model.set,
-                      exposure_,
-                      model.priors,
-                      fits_exposure_,
-                      scale,
-                      SampleFactor(scale, stage.image_scale, IsFew(model.set))},
-                     stage,
-                     static_cast<int>(scales.size()));
+    return RunRounds(
+        {spec_,
+         state_.stage,
+         views,
+         model.set,
+         exposure_,
+         model.priors,
+         fits_exposure_,
+         scale,
+         SampleFactor(scale, stage.image_scale, MovesSomething(model.set), IsFew(model.set))},
+        stage,
+        static_cast<int>(scales.size()));
   }
 
   void EndStage(const StageSpec& stage, bool in_time) {

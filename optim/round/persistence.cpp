@@ -54,7 +54,8 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
               state.level_start >= 0 && state.level_start <= state.round && state.accepted >= 0 &&
               state.accepted <= state.round && state.growths >= 0 &&
               state.growths <= state.RoundsOfLevel() && state.within_error >= 0 &&
-              state.still >= 0 && state.average.newer_start <= std::max(1, state.RoundsOfLevel()),
+              state.still >= 0 && state.flat >= 0 &&
+              state.average.newer_start <= std::max(1, state.RoundsOfLevel()),
           "a count of rounds out of range");
   require(state.wall_s >= 0.0 && std::isfinite(state.wall_s) && state.radius_factor > 0.0 &&
               std::isfinite(state.radius_factor) && state.damping > 0.0 &&

@@ -62,7 +62,7 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
                                   int smallest_side) {
   const int least = few_unknowns ? kSmallestSide : kSmallestSideOfShapes;
   std::vector<double> scales{stage.image_scale};
-  while (stage.coarse_to_fine && moves_something &&
+  while (stage.coarse_to_fine && (moves_something || few_unknowns) &&
          static_cast<int>(scales.size()) < stage.max_rounds / kRoundsWithinError &&
          0.5 * scales.back() * smallest_side >= least) {
     scales.push_back(0.5 * scales.back());
@@ -71,13 +71,16 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
   return scales;
 }
 
-double SampleFactor(double scale, double last_scale, bool few_unknowns) {
+double SampleFactor(double scale, double last_scale, bool moves_something, bool few_unknowns) {
   const double ratio = last_scale / scale;
-  return few_unknowns ? ratio * ratio : ratio;
+  if (!few_unknowns) {
+    return ratio;
+  }
+  return moves_something ? ratio * ratio : 1.0;
 }
 
-bool NeedsMoreSamples(const RoundReport& report, bool adds_up) {
-  return adds_up || -report.cost_change_rel <= report.noise_relative;
+bool NeedsMoreSamples(const RoundReport& report, bool adds_up, bool precise) {
+  return adds_up ? !precise : -report.cost_change_rel <= report.noise_relative;
 }
 
 int SamplesOfRound(const StageSpec& stage, int growths, double factor) {
@@ -186,6 +189,9 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
   }
   if (!last && state.still >= kRoundsWithinError) {
     return "nothing moves at this scale";
+  }
+  if (state.flat >= kRoundsWithinError) {
+    return "cost no longer falls";
   }
   const std::size_t count = state.costs.size();
   if (state.model.Empty() && stage.stop_relative_cost > 0.0 && count >= 2 * kStopWindow) {

@@ -27,16 +27,18 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
                                   int smallest_side);
 
 /// Factor of a stage's budgets at one of its scales. With few unknowns their error depends on the
-/// samples of all pixels together, which stay the same; else that of each pixel counts, too.
-double SampleFactor(double scale, double last_scale, bool few_unknowns);
+/// samples of all pixels together, which stay the same where something moves: its small photos
+/// must find the way. Elsewhere they only bring it near. With many, that of each pixel counts, too.
+double SampleFactor(double scale, double last_scale, bool moves_something, bool few_unknowns);
 
 /// Samples per pixel of both halves together in a round, after its level's samples have grown so
 /// many times: factor * spp * growth^growths, even, at most factor * max_spp.
 int SamplesOfRound(const StageSpec& stage, int growths, double factor);
 
-/// Whether the next round should have more samples. Few unknowns, whose rounds add up, always; the
-/// others once a step changes the cost by no more than the noise's share of the residuals.
-bool NeedsMoreSamples(const RoundReport& report, bool adds_up);
+/// Whether the next round should have more samples. Few unknowns, whose rounds add up, until they
+/// are precise; the others once a step changes the cost by no more than the noise's share of the
+/// residuals.
+bool NeedsMoreSamples(const RoundReport& report, bool adds_up, bool precise);
 
 /// Budgets of a round with `spp` samples: what the stage gives, grown like spp, else those of
 /// `split` (SplitMeter); 0 for terms that do not exist.

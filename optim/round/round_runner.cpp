@@ -314,7 +314,13 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   const bool is_still = outcome.accepted && report.motion < kStillPixels && !pays &&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
-  state.growths += NeedsMoreSamples(report, problem.UsesGram()) ? 1 : 0;
+  // What the scene cannot explain leaves a cost at which badly determined unknowns wander on.
+  const bool is_flat = outcome.accepted && problem.UsesGram() &&
+                       !context.set.layout().AnyKind(renderer::MovesGeometry) &&
+                       report.noise_relative < kHidingNoise &&
+                       -report.cost_change_rel < stage.stop_relative_cost;
+  state.flat = is_flat ? state.flat + 1 : 0;
+  state.growths += NeedsMoreSamples(report, problem.UsesGram(), state.precise) ? 1 : 0;
   state.costs.push_back(report.cost_total);
   AddIterate(
       state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);

@@ -48,12 +48,13 @@ TEST(SeedPolicy, MoreSamplesWhereNoiseHidesWhatAStepGains) {
   optim::RoundReport report;
   report.noise_relative = 0.1;
   report.cost_change_rel = -0.2;
-  EXPECT_FALSE(optim::NeedsMoreSamples(report, false));
-  EXPECT_TRUE(optim::NeedsMoreSamples(report, true)) << "their rounds add up";
+  EXPECT_FALSE(optim::NeedsMoreSamples(report, false, false));
+  EXPECT_TRUE(optim::NeedsMoreSamples(report, true, false)) << "their rounds add up";
+  EXPECT_FALSE(optim::NeedsMoreSamples(report, true, true));
   report.cost_change_rel = -0.05;
-  EXPECT_TRUE(optim::NeedsMoreSamples(report, false));
+  EXPECT_TRUE(optim::NeedsMoreSamples(report, false, false));
   report.cost_change_rel = 0.0;  // no step
-  EXPECT_TRUE(optim::NeedsMoreSamples(report, false));
+  EXPECT_TRUE(optim::NeedsMoreSamples(report, false, false));
 }
 
 class IterateAverageTest : public testing::Test {
@@ -150,7 +151,8 @@ TEST(ScalesOfStage, WhatMovesBeginsWithSmallPhotos) {
   optim::StageSpec stage;
   stage.image_scale = 0.5;
   const std::vector<double> last{0.5};
-  EXPECT_EQ(optim::ScalesOfStage(stage, false, true, 512), last);
+  EXPECT_EQ(optim::ScalesOfStage(stage, false, false, 512), last);
+  EXPECT_EQ(optim::ScalesOfStage(stage, false, true, 32), (std::vector<double>{0.25, 0.5}));
   EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128),
             (std::vector<double>{0.0625, 0.125, 0.25, 0.5}));
   EXPECT_EQ(optim::ScalesOfStage(stage, true, false, 128), (std::vector<double>{0.25, 0.5}));
@@ -160,8 +162,9 @@ TEST(ScalesOfStage, WhatMovesBeginsWithSmallPhotos) {
   stage.coarse_to_fine = false;
   EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), last);
   // As many samples in all, as few unknowns need; more per pixel for many.
-  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, true), 16.0);
-  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, false), 4.0);
+  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, true, true), 16.0);
+  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, true, false), 4.0);
+  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, false, true), 1.0);
 }
 
 TEST(StoppingRule, ComparesMeansOfRounds) {
