@@ -53,7 +53,6 @@ void PrintSummary(const Experiment& experiment,
                   const StartCheck& start,
                   const std::vector<optim::StageMemory>& memory) {
   for (const std::string& text : experiment.assumptions) fmt::print("{}\n", text);
-  for (const std::string& text : experiment.warnings) fmt::print("{}.\n", text);
   for (const auto& mesh : experiment.scene.meshes) {
     fmt::print("Mesh {}: {} vertices, {} triangles.\n",
                mesh.name,
@@ -123,7 +122,7 @@ void PrintJson(const Experiment& experiment,
     json["stages"][i]["linear_solver"] = optim::LinearSolverName(memory[i].solver);
   }
   for (const Overlap& overlap : OverlapsOf(start)) json["initial_iou"][overlap.name] = overlap.iou;
-  json["warnings"] = start.warnings;
+  for (const std::string& text : start.warnings) json["warnings"].push_back(text);
   fmt::print("{}\n", JsonText(json));
 }
 
@@ -140,6 +139,7 @@ ExitStatus Run(CommandContext& context) {
   } else {
     PrintSummary(experiment, start, memory);
   }
+  for (const std::string& warning : experiment.warnings) context.log.Warn(warning);
   for (const std::string& warning : start.warnings) context.log.Warn(warning);
   return ExitStatus::kFinished;
 }

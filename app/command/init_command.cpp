@@ -10,6 +10,7 @@
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/gltf_reader.h"
 #include "renderer/io/mesh_file.h"
 
 namespace pathfit::app {
@@ -56,7 +57,13 @@ void Declare(OptionList& options, CommandLine& line) {
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
   const renderer::ThreadLimit limit(NumThreads(line, 0));
-  if (!line.mesh.empty()) static_cast<void>(renderer::ReadMesh(line.mesh));  // refuses what is none
+  if (!line.mesh.empty()) {  // refuses what is none
+    if (renderer::IsGltfPath(line.mesh)) {
+      static_cast<void>(renderer::ReadGltf(line.mesh));
+    } else {
+      static_cast<void>(renderer::ReadMesh(line.mesh));
+    }
+  }
   const fs::path first = line.targets.empty() ? fs::path(".") : line.targets[0];
   // A camera file alone says where its photos are.
   const bool is_file = fs::is_regular_file(first);

@@ -144,6 +144,7 @@ Target LoadTarget(CommandContext& context) {
     RunScene loaded = LoadRunScene(context, line.target, line.stage);
     return {std::move(loaded.config), std::move(loaded.experiment)};
   }
+  if (!line.stage.empty()) throw UsageError("render", "--stage needs a run, not a config");
   ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   Experiment experiment = BuildExperiment(config);
@@ -166,7 +167,6 @@ void Relight(const fs::path& picture, renderer::Scene& scene) {
   }
   scene.emitters = {{"environment", renderer::LightFrame::kWorld, {}, std::move(light)}};
   for (renderer::Camera& camera : scene.sensors) camera.gain = 1.0;
-  renderer::ValidateScene(scene);
 }
 
 /// Those of a camera file, which must say their size.

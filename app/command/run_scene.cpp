@@ -51,8 +51,11 @@ std::vector<ExportedView> ExportedViews(const Experiment& experiment,
   for (const optim::View& view : experiment.observations.views) {
     // Of a view's files its photo comes first.
     const auto file = std::ranges::find_if(experiment.input_files, [&](const fs::path& path) {
-      return path.filename() == fs::path(view.name).filename() &&
-             path.generic_string().ends_with(view.name);
+      // Camera files may leave a photo's extension out.
+      fs::path named = path;
+      if (!fs::path(view.name).has_extension()) named.replace_extension();
+      return named.filename() == fs::path(view.name).filename() &&
+             named.generic_string().ends_with(view.name);
     });
     const fs::path path =
         file != experiment.input_files.end() ? *file : config.input->photos.images_dir / view.name;

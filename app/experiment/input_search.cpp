@@ -10,6 +10,7 @@
 #include "optim/observation/camera_import.h"
 #include "optim/observation/photo_file.h"
 #include "renderer/io/image_filter.h"
+#include "renderer/math/median.h"
 
 namespace pathfit::app {
 namespace {
@@ -184,12 +185,6 @@ bool SpeaksOfMasks(const fs::path& folder) {
              [&](const std::string& part) { return name.find(part) != std::string::npos; });
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 class InputFinder {
  public:
   explicit InputFinder(const InputPlaces& places) : places_(places) {}
@@ -348,10 +343,11 @@ class InputFinder {
         }
       }
       if (differences.size() < kFewestNumbers) continue;
-      changes.push_back(Median(differences) / std::max(kDark, Median(brightness)));
+      changes.push_back(renderer::Median(differences) /
+                        std::max(kDark, renderer::Median(brightness)));
     }
     if (changes.empty()) return std::nullopt;
-    return Median(changes);
+    return renderer::Median(changes);
   }
 
   const InputPlaces& places_;

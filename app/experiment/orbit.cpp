@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include <fmt/format.h>
 
 #include "renderer/core/error.h"
+#include "renderer/math/box.h"
 
 namespace pathfit::app {
 namespace {
@@ -36,16 +36,12 @@ struct Ball {
 };
 
 Ball BallOfMeshes(const renderer::Scene& scene) {
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+  renderer::Box box;
   const std::vector<renderer::Mesh> meshes = renderer::WorldMeshes(scene);
   for (const renderer::Mesh& mesh : meshes) {
-    for (const Vec3& p : mesh.positions) {
-      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
+    box.Include(renderer::BoxAround(mesh.positions));
   }
-  Ball ball{(low + high) * 0.5};
+  Ball ball{box.Middle()};
   for (const renderer::Mesh& mesh : meshes) {
     for (const Vec3& p : mesh.positions) ball.radius = std::max(ball.radius, Norm(p - ball.centre));
   }
@@ -102,10 +98,11 @@ std::vector<Camera> OrbitCameras(const renderer::Scene& scene, int count) {
     const double sine = half_side / std::sqrt(1.0 + half_side * half_side);
     const double least = kRoom * ball.radius / sine;
     if (distance < least) {
-      height *= least / distance;
+      height = distance > 0.0 ? height * (least / distance) : 0.0;
       distance = least;
     }
   }
+  if (!(distance > 0.0)) distance = ball.radius;
   const double highest = std::sqrt(1.0 - kLeastSide * kLeastSide) * distance;
   height = std::clamp(height, -highest, highest);
   const double side = std::sqrt(distance * distance - height * height);

@@ -9,6 +9,8 @@
 #include "app/experiment/camera_layout.h"
 #include "renderer/core/error.h"
 #include "renderer/io/image_filter.h"
+#include "renderer/math/box.h"
+#include "renderer/math/median.h"
 #include "renderer/renderer.h"
 
 namespace pathfit::app {
@@ -59,12 +61,9 @@ double WhiteBorder(const Image& mask) {
   return static_cast<double>(white) / static_cast<double>(all);
 }
 
-double Median(std::vector<double> values) {
+double KnownMedian(std::vector<double> values) {
   std::erase_if(values, [](double v) { return std::isnan(v); });
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : renderer::Median(values);
 }
 
 /// "5 of 24 photos: a.jpg, b.jpg, ..."
@@ -93,10 +92,7 @@ class StartChecker {
   StartChecker(const ExperimentConfig& config, const Experiment& experiment)
       : config_(config), experiment_(experiment), observations_(experiment.observations) {
     for (const renderer::Mesh& mesh : renderer::WorldMeshes(experiment.scene)) {
-      for (const Vec3& p : mesh.positions) {
-        low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y), std::min(low_.z, p.z)};
-        high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y), std::max(high_.z, p.z)};
-      }
+      box_.Include(renderer::BoxAround(mesh.positions));
     }
   }
 
@@ -127,7 +123,7 @@ class StartChecker {
       start.covered /= static_cast<double>(coverage.data.size());
       for (const float w : level.color_weight.data) start.evidence += static_cast<double>(w);
       start.evidence /= static_cast<double>(coverage.data.size());
-      start.masked = Share(level.mask);
+      start.masked = Share(view.mask.Unpack());  // thin things vanish at the size of this check
       const bool has_mask = silhouettes && !level.mask.Empty();
       start.iou = has_mask ? optim::MaskIou(coverage, level.mask)
                            : std::numeric_limits<double>::quiet_NaN();
@@ -159,7 +155,7 @@ class StartChecker {
     for (std::size_t i = 0; i < check_.views.size(); ++i) {
       if (!check_.views[i].validation) values.push_back(figure(check_.views[i], facts_[i]));
     }
-    return Median(std::move(values));
+    return KnownMedian(std::move(values));
   }
 
   [[nodiscard]] std::string Where(std::initializer_list<const char*> keys) const {
@@ -208,8 +204,8 @@ class StartChecker {
   /// Why no camera sees the meshes.
   [[nodiscard]] std::string ReasonUnseen() const {
     const auto& sensors = experiment_.scene.sensors;
-    const Vec3 middle = (low_ + high_) * 0.5;
-    const double size = Norm(high_ - low_);
+    const Vec3 middle = box_.Middle();
+    const double size = 2.0 * box_.HalfDiagonal();
     std::size_t behind = 0;
     double pixels = 0.0;
     for (const renderer::Camera& camera : sensors) {
@@ -273,14 +269,18 @@ class StartChecker {
     const auto black = FittedWhere([](const ViewStart& v) { return v.masked == 0.0; });
     if (!black.empty()) {
       Warn("the mask is black in " + Counted(black, num_fitted_) +
-           ": the object is taken to be absent there");
+           (observations_.mask_meaning == MaskMeaning::kSilhouette
+                ? ": the object is taken to be absent there"
+                : ": nothing there is evidence"));
     }
     const auto eaten = FittedWhere(
         [](const ViewStart& v) { return v.masked > 0.0 && v.evidence < kLittleLeft * v.masked; });
     if (!eaten.empty()) {
-      Warn(fmt::format("input.masks.erode_px: {} pixels leave less than a tenth of the mask in {}",
-                       observations_.mask_erode_px,
-                       Counted(eaten, num_fitted_)));
+      Warn(fmt::format(
+          "{}: input.masks.erode_px: {} pixels leave less than a tenth of the mask in {}",
+          Where({"input", "masks", "erode_px"}),
+          observations_.mask_erode_px,
+          Counted(eaten, num_fitted_)));
     }
     const double white =
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.white_border; });
@@ -289,9 +289,10 @@ class StartChecker {
     inverted_ = white > kWhiteBorder || inverted > kInvertedIou;
     if (inverted_) {
       Warn(
-          fmt::format("the masks look inverted: they are white along {:.0f} % of the pictures' "
+          fmt::format("{}: the masks look inverted: they are white along {:.0f} % of the pictures' "
                       "borders, and their black agrees with the start to IoU {:.2f}. Where black "
                       "is the object, write input.masks.invert: {}",
+                      Where({"input", "masks"}),
                       100.0 * white,
                       inverted,
                       !config_.input->photos.masks.invert));
@@ -324,8 +325,7 @@ class StartChecker {
   const ExperimentConfig& config_;
   const Experiment& experiment_;
   const optim::ObservationSet& observations_;
-  static constexpr double kFar = std::numeric_limits<double>::infinity();
-  Vec3 low_{kFar, kFar, kFar}, high_{-kFar, -kFar, -kFar};  // of all meshes
+  renderer::Box box_;  // around all meshes
   std::size_t num_fitted_ = 0;
   StartCheck check_;
   std::vector<ViewFacts> facts_;

@@ -64,7 +64,9 @@ void Flatten(const YamlNode& node,
 std::map<std::string, std::string> SettingsOf(const ComparedRun& run) {
   std::map<std::string, std::string> settings;
   if (run.data.resolved_config.empty()) return settings;
-  Flatten(ParseYaml(run.data.resolved_config, "config.resolved.yaml").root, "", settings);
+  Flatten(ParseYaml(run.data.resolved_config, run.data.run_path + "/config.resolved.yaml").root,
+          "",
+          settings);
   return settings;
 }
 

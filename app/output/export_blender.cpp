@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/output/fields.h"
+#include "app/output/vector_json.h"
 #include "renderer/core/check.h"
 
 namespace pathfit::app {
@@ -14,17 +15,9 @@ namespace {
 
 using renderer::Camera;
 using renderer::Mat3;
-using renderer::Rgb;
 using renderer::Scene;
 using renderer::Transform;
 using renderer::Vec3;
-
-Json Components(const Rgb& c) { return Json::array({c.r, c.g, c.b}); }
-Json Components(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
-Json RowsJson(const Mat3& m) {
-  const Mat3 rows = renderer::Transposed(m);
-  return Json::array({Components(rows.x), Components(rows.y), Components(rows.z)});
-}
 
 Json CameraJson(const Camera& camera) {
   const Transform pose = renderer::CameraPose(camera);
@@ -166,7 +159,9 @@ def add_environment(light):
     nodes, links = world.node_tree.nodes, world.node_tree.links
     picture = nodes.new("ShaderNodeTexEnvironment")
     picture.image = bpy.data.images.load(os.path.join(HERE, "environment.exr"))
-    picture.image.colorspace_settings.name = "Linear"
+    spaces = picture.image.colorspace_settings
+    known = spaces.bl_rna.properties["name"].enum_items.keys()
+    spaces.name = "Linear" if "Linear" in known else "Linear Rec.709"  # since 4.0
     mapping = nodes.new("ShaderNodeMapping")
     mapping.vector_type = "POINT"
     links.new(nodes.new("ShaderNodeTexCoord").outputs["Generated"], mapping.inputs["Vector"])

@@ -11,6 +11,7 @@
 #include "app/output/export_obj.h"
 #include "app/output/report_images.h"
 #include "app/output/run_directory.h"
+#include "app/output/vector_json.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
@@ -30,13 +31,6 @@ using renderer::PointEmitter;
 using renderer::Rgb;
 using renderer::Scene;
 using renderer::Vec3;
-
-Json Components(const Rgb& c) { return Json::array({c.r, c.g, c.b}); }
-Json Components(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
-Json RowsJson(const Mat3& m) {
-  const Mat3 rows = renderer::Transposed(m);
-  return Json::array({Components(rows.x), Components(rows.y), Components(rows.z)});
-}
 
 Json EnvironmentJson(const EnvironmentEmitter& environment, const Mat3& turn) {
   return {{"type", "environment"},

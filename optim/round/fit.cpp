@@ -191,7 +191,11 @@ class FitDriver {
                      evaluation_.ViewsAt(Scales()[static_cast<std::size_t>(state_.level)]));
     state_.scene = std::move(levels.scene);
     state_.level_scene = state_.scene;
-    state_.radius_factor = IsFew(FreeSet(state_.scene, stage)) ? kStartRadiusFactor : 1.0;
+    const ParameterSet set = FreeSet(state_.scene, stage);
+    // Where nothing moves, steps hold at any size of the photos.
+    if (state_.level == 0 || MovesSomething(set) || !IsFew(set)) {
+      state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
+    }
     for (const std::string& message : levels.messages) {
       observer_.OnMessage("stage '" + stage.name + "': " + message);
     }

@@ -47,12 +47,16 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   options.linear_solver = spec.linear_solver;
   options.max_memory_bytes = spec.max_memory_bytes;
   options.expected_views = fitted.size();
-  options.samples = MakeHalves(
-      spec.seed,
-      stage,
-      1,
-      SampleUse::kFit,
-      BudgetOfRound(stage_spec.samples, stage_spec.samples.spp, kStartSplit, spec.estimators));
+  // The size of normal equations does not depend on what the pixels see.
+  const int spp = ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars())
+                      ? 2
+                      : stage_spec.samples.spp;
+  options.samples =
+      MakeHalves(spec.seed,
+                 stage,
+                 1,
+                 SampleUse::kFit,
+                 BudgetOfRound(stage_spec.samples, spp, kStartSplit, spec.estimators));
   ImageProblem problem(source, views, set, options);
   problem.Linearize(set.layout().Gather(refined));
   ProblemSize size = problem.size();

@@ -60,12 +60,15 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
                                   bool moves_something,
                                   bool few_unknowns,
                                   int smallest_side) {
-  const int least = few_unknowns ? kSmallestSide : kSmallestSideOfShapes;
+  const int least = few_unknowns && moves_something ? kSmallestSide : kSmallestSideOfShapes;
   std::vector<double> scales{stage.image_scale};
   while (stage.coarse_to_fine && (moves_something || few_unknowns) &&
          static_cast<int>(scales.size()) < stage.max_rounds / kRoundsWithinError &&
          0.5 * scales.back() * smallest_side >= least) {
     scales.push_back(0.5 * scales.back());
+  }
+  if (!moves_something && scales.size() > 1) {
+    return {scales.back(), scales.front()};
   }
   std::reverse(scales.begin(), scales.end());
   return scales;

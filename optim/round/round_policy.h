@@ -19,8 +19,9 @@ enum class SampleUse : std::uint64_t { kFit = 0, kValidation = 1, kEvaluation = 
 /// Scales of the photos that a stage goes through, the last one image_scale. One that moves
 /// something begins where the photos still show where things are, and doubles: a step then reaches
 /// as far as a thing may be off, and large errors do not end in wrong valleys. `smallest_side`: of
-/// the photos, in pixels. Few unknowns can begin where there are few pixels. Fewer levels if there
-/// are hardly rounds for them.
+/// the photos, in pixels. Few unknowns can begin where there are few pixels; if they move nothing,
+/// one small size brings them near at little cost. Fewer levels if there are hardly rounds for
+/// them.
 std::vector<double> ScalesOfStage(const StageSpec& stage,
                                   bool moves_something,
                                   bool few_unknowns,

@@ -667,7 +667,8 @@ class GltfReader {
       } else if (!((*use)->uv == plan.uv)) {
         Warn(plan.where + ": " + name +
              " has other texture coordinates than the first texture of the material, which is not "
-             "supported; it is left out, its factor stays");
+             "supported; it is left out, " +
+             (use == &plan.emissive ? "and nothing shines" : "its factor stays"));
         use->reset();
         if (use == &plan.emissive) plan.emission = {};
       }
@@ -895,7 +896,7 @@ class GltfReader {
 
   void ReadNodes() {
     std::vector<std::pair<int, Transform>> open;
-    const auto add_root = [&](int node) { open.insert(open.begin(), {node, Transform{}}); };
+    const auto add_root = [&](int node) { open.push_back({node, Transform{}}); };
     if (!model_.scenes.empty()) {
       const int wanted = std::max(0, model_.defaultScene);
       const std::string where = "scene " + std::to_string(wanted);
@@ -920,6 +921,7 @@ class GltfReader {
         if (!is_child[i]) add_root(static_cast<int>(i));
       }
     }
+    std::ranges::reverse(open);
     std::vector<bool> is_seen(model_.nodes.size(), false);
     while (!open.empty()) {
       const auto [index, parent] = open.back();
@@ -1072,6 +1074,7 @@ class GltfReader {
                   type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
               where + ", indices",
               "they have componentType " + std::to_string(type));
+      Require(!accessor.normalized, where + ", indices", "they cannot be normalized");
       corners.reserve(numbers.count);
       for (std::size_t i = 0; i < numbers.count; ++i) {
         if (numbers.values[i] >= static_cast<double>(num_vertices)) {

@@ -65,6 +65,20 @@ TEST(Orbit, KeepsHeightDistanceAndSight) {
   EXPECT_EQ(orbit[3].name, "orbit_003");
 }
 
+TEST(Orbit, LeavesTheMiddleOfTheMeshes) {
+  renderer::Scene scene = Arc({0.0, 1.0, 0.0}, 0.0);
+  scene.sensors.resize(1);
+  scene.sensors[0].world_from_camera.translation = {0.0, 0.0, 0.0};
+  for (const auto kind :
+       {renderer::ProjectionKind::kPerspective, renderer::ProjectionKind::kOrthographic}) {
+    scene.sensors[0].projection = kind;
+    for (const Camera& camera : OrbitCameras(scene, 3)) {
+      EXPECT_GT(Norm(camera.world_from_camera.translation), 0.5);
+      EXPECT_TRUE(std::isfinite(camera.world_from_camera.linear.x.x));
+    }
+  }
+}
+
 TEST(Orbit, StandsBackUntilTheMeshesFit) {
   renderer::Scene scene = Arc({0.0, 1.0, 0.0}, 0.0);
   for (Camera& camera : scene.sensors) camera.fx = camera.fy = 600.0;

@@ -152,7 +152,8 @@ TEST(ScalesOfStage, WhatMovesBeginsWithSmallPhotos) {
   stage.image_scale = 0.5;
   const std::vector<double> last{0.5};
   EXPECT_EQ(optim::ScalesOfStage(stage, false, false, 512), last);
-  EXPECT_EQ(optim::ScalesOfStage(stage, false, true, 32), (std::vector<double>{0.25, 0.5}));
+  EXPECT_EQ(optim::ScalesOfStage(stage, false, true, 512), (std::vector<double>{0.0625, 0.5}))
+      << "what stands still need not be followed through all sizes";
   EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128),
             (std::vector<double>{0.0625, 0.125, 0.25, 0.5}));
   EXPECT_EQ(optim::ScalesOfStage(stage, true, false, 128), (std::vector<double>{0.25, 0.5}));

@@ -645,6 +645,7 @@ TEST(GltfReader, WrongElementsAreRefusedByName) {
       {set("/nodes/0/rotation", {0, 0, 0, 0}), "its rotation is not a quaternion"},
       {set("/nodes/0/matrix", {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}),
        "the last row of its matrix"},
+      {set("/accessors/1/normalized", true), "indices: they cannot be normalized"},
       {set("/meshes/0/primitives/0/mode", 9), "mesh 0, primitive 0: there is no mode 9"},
       {set("/meshes/0/primitives/0/material", 2), "mesh 0, primitive 0: there is no material 2"},
       {set("/meshes/0/primitives/0/attributes", {{"NORMAL", 0}}), "it has no POSITION"},
