@@ -37,8 +37,8 @@ double SampleFactor(double scale, double last_scale, bool moves_something, bool 
 int SamplesOfRound(const StageSpec& stage, int growths, double factor);
 
 /// Whether the next round should have more samples. Few unknowns, whose rounds add up, until they
-/// are precise; the others once a step changes the cost by no more than the noise's share of the
-/// residuals.
+/// are `precise` (which says nothing while something is still on its way); the others once a step
+/// changes the cost by no more than the noise's share of the residuals.
 bool NeedsMoreSamples(const RoundReport& report, bool adds_up, bool precise);
 
 /// Budgets of a round with `spp` samples: what the stage gives, grown like spp, else those of

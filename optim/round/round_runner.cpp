@@ -250,7 +250,8 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
                         : nullptr;
   options.weight = report.samples.spp;
   // Where nothing moves there are no boundaries to divide samples among.
-  if (!HasAllBudgets(stage.samples) && context.set.layout().AnyKind(renderer::MovesGeometry)) {
+  const bool moves = context.set.layout().AnyKind(renderer::MovesGeometry);
+  if (!HasAllBudgets(stage.samples) && moves) {
     options.num_measured = std::min(kMeasuredViews, context.views.fitted.size());
     options.first_measured = static_cast<std::size_t>(round);
   }
@@ -315,12 +316,11 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
   // What the scene cannot explain leaves a cost at which badly determined unknowns wander on.
-  const bool is_flat = outcome.accepted && problem.UsesGram() &&
-                       !context.set.layout().AnyKind(renderer::MovesGeometry) &&
+  const bool is_flat = outcome.accepted && problem.UsesGram() && !moves &&
                        report.noise_relative < kHidingNoise &&
                        -report.cost_change_rel < stage.stop_relative_cost;
   state.flat = is_flat ? state.flat + 1 : 0;
-  state.growths += NeedsMoreSamples(report, problem.UsesGram(), state.precise) ? 1 : 0;
+  state.growths += NeedsMoreSamples(report, problem.UsesGram(), state.precise && !moves) ? 1 : 0;
   state.costs.push_back(report.cost_total);
   AddIterate(
       state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);
