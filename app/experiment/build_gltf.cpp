@@ -181,7 +181,7 @@ std::vector<MeshPart> ReadGltfParts(const GeometryConfig& geometry,
   }
   Adder adder(geometry.name, file.scene, scene);
   std::vector<MeshPart> parts;
-  std::vector<int> part_of(file.scene.meshes.size(), -1);  // that shine by their own material
+  std::vector<bool> has_own_material(file.scene.meshes.size(), false);  // and shines by it
   std::set<std::string> names;
   for (std::size_t i = 0; i < file.scene.meshes.size(); ++i) {
     renderer::SceneMesh& mesh = file.scene.meshes[i];
@@ -195,11 +195,11 @@ std::vector<MeshPart> ReadGltfParts(const GeometryConfig& geometry,
         file.scene.materials[static_cast<std::size_t>(mesh.material)].name, geometry, config);
     if (part.material >= 0) continue;
     part.material = adder.Material(mesh.material);
-    part_of[i] = static_cast<int>(i);
+    has_own_material[i] = true;
   }
   for (const Emitter& emitter : file.scene.emitters) {
     const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-    if (area == nullptr || part_of[static_cast<std::size_t>(area->mesh)] < 0) continue;
+    if (area == nullptr || !has_own_material[static_cast<std::size_t>(area->mesh)]) continue;
     auto& emission = parts[static_cast<std::size_t>(area->mesh)].emission;
     emission = *area;
     emission->texture = adder.Texture(area->texture);
