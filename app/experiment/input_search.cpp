@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/experiment/start_check.h"
 #include "optim/observation/camera_import.h"
 #include "optim/observation/photo_file.h"
 #include "renderer/io/image_filter.h"
@@ -21,7 +22,6 @@ using optim::ImportedCameras;
 using renderer::Image;
 using renderer::IoError;
 
-constexpr double kWhiteBorder = 0.7;  // of an inverted mask
 constexpr std::size_t kMaskSamples = 8;
 constexpr double kUsefulMasks = 0.5;  // share of the photos
 constexpr int kSmallPx = 48;          // width at which backgrounds are compared
@@ -284,23 +284,15 @@ class InputFinder {
 
   [[nodiscard]] bool MasksLookInverted() const {
     if (input_.options.masks.alpha) return false;
-    double white = 0.0, all = 0.0;
+    double white = 0.0, num_seen = 0.0;
     std::size_t left = kMaskSamples;
     for (const optim::View& view : input_.observations.views) {
       if (view.mask.Empty() || left == 0) continue;
       --left;
-      const Image mask = renderer::ResizeArea(view.mask.Unpack(), kSmallPx, kSmallPx);
-      for (int i = 0; i < kSmallPx; ++i) {
-        for (const float v : {mask.At(i, 0, 0),
-                              mask.At(i, kSmallPx - 1, 0),
-                              mask.At(0, i, 0),
-                              mask.At(kSmallPx - 1, i, 0)}) {
-          white += v > 0.5F ? 1.0 : 0.0;
-          all += 1.0;
-        }
-      }
+      white += WhiteBorder(renderer::ResizeArea(view.mask.Unpack(), kSmallPx, kSmallPx));
+      num_seen += 1.0;
     }
-    return white > kWhiteBorder * all;
+    return white > kWhiteBorder * num_seen;
   }
 
   /// A small copy and what of it is background.

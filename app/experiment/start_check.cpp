@@ -26,7 +26,6 @@ constexpr double kSize = 256.0;  // pixels of the longer side
 // What is so far off that a fit hardly finds back.
 constexpr double kPoorIou = 0.3;
 constexpr double kInvertedIou = 0.5;
-constexpr double kWhiteBorder = 0.7;
 constexpr double kOtherSize = 4.0;      // in area
 constexpr double kLittleLeft = 0.1;     // of a mask, by erosion
 constexpr double kSmallerThanPx = 2.0;  // at the size of this check
@@ -42,23 +41,6 @@ double Share(const Image& image) {
   if (image.Empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto above = std::ranges::count_if(image.data, [](float value) { return value > 0.5F; });
   return static_cast<double>(above) / static_cast<double>(image.data.size());
-}
-
-double WhiteBorder(const Image& mask) {
-  std::int64_t white = 0, all = 0;
-  const auto count = [&](int x, int y) {
-    white += mask.At(x, y, 0) > 0.5F ? 1 : 0;
-    ++all;
-  };
-  for (int x = 0; x < mask.width; ++x) {
-    count(x, 0);
-    count(x, mask.height - 1);
-  }
-  for (int y = 0; y < mask.height; ++y) {
-    count(0, y);
-    count(mask.width - 1, y);
-  }
-  return static_cast<double>(white) / static_cast<double>(all);
 }
 
 double KnownMedian(std::vector<double> values) {
@@ -333,6 +315,23 @@ class StartChecker {
 };
 
 }  // namespace
+
+double WhiteBorder(const Image& mask) {
+  std::int64_t white = 0, all = 0;
+  const auto count = [&](int x, int y) {
+    white += mask.At(x, y, 0) > 0.5F ? 1 : 0;
+    ++all;
+  };
+  for (int x = 0; x < mask.width; ++x) {
+    count(x, 0);
+    count(x, mask.height - 1);
+  }
+  for (int y = 0; y < mask.height; ++y) {
+    count(0, y);
+    count(mask.width - 1, y);
+  }
+  return static_cast<double>(white) / static_cast<double>(all);
+}
 
 StartCheck CheckStart(const ExperimentConfig& config, const Experiment& experiment) {
   return StartChecker(config, experiment).Run();

@@ -27,4 +27,8 @@ struct StartCheck {
 /// inside the eroded rim), SceneError (no fitted photo shows any mesh).
 StartCheck CheckStart(const ExperimentConfig& config, const Experiment& experiment);
 
+/// Share of a mask's border pixels that are white; of an inverted mask more than kWhiteBorder.
+double WhiteBorder(const renderer::Image& mask);
+inline constexpr double kWhiteBorder = 0.7;
+
 }  // namespace pathfit::app
