@@ -83,6 +83,11 @@ struct Fields<optim::RoundReport> {
           r.psnr_linear_val);
     visit(Figure{.key = "iou_fit", .unit = "IoU", .label = "fitted", .chart = kIou}, r.iou_fit);
     visit(Figure{.key = "iou_val", .unit = "IoU", .label = "held out", .chart = kIou}, r.iou_val);
+    visit(Figure{.key = "moving_vertices",
+                 .label = "Vertices",
+                 .doc = "Vertices of the moving meshes, after the round.",
+                 .chart = "Detail"},
+          r.moving_vertices);
     visit(Figure{.key = "folded_edges",
                  .label = "Folded edges",
                  .doc = "Edges of the moving meshes folded over 150 degrees, after the round.",

@@ -38,6 +38,16 @@ bool HasKind(const ParameterSet& set, renderer::ParameterKind kind) {
       groups.begin(), groups.end(), [kind](const auto& group) { return group.kind == kind; });
 }
 
+int CountMovingVertices(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
+  std::size_t sum = 0;
+  for (const renderer::ParameterGroup& group : layout.groups()) {
+    if (group.kind == renderer::ParameterKind::kVertexPositions) {
+      sum += scene.meshes[static_cast<std::size_t>(group.object)].mesh.positions.size();
+    }
+  }
+  return static_cast<int>(sum);
+}
+
 bool AnyView(const ObservationSet& observations, bool validation) {
   return std::any_of(observations.views.begin(),
                      observations.views.end(),
@@ -261,23 +271,27 @@ class FitDriver {
   bool RunLevel(const StageSpec& stage, const std::vector<double>& scales) {
     const double scale = scales[static_cast<std::size_t>(state_.level)];
     const FitViews& views = evaluation_.ViewsAt(scale);
-    const Model model = MakeModel(Reference(), stage, views);
-    if (model.set.NumScalars() == 0) {
-      observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
-      return true;
+    RoundsEnd end = RoundsEnd::kMended;
+    while (end == RoundsEnd::kMended) {
+      const Model model = MakeModel(Reference(), stage, views);
+      if (model.set.NumScalars() == 0) {
+        observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
+        return true;
+      }
+      end = RunRounds(
+          {spec_,
+           state_.stage,
+           views,
+           model.set,
+           exposure_,
+           model.priors,
+           fits_exposure_,
+           scale,
+           SampleFactor(scale, stage.image_scale, MovesSomething(model.set), IsFew(model.set))},
+          stage,
+          static_cast<int>(scales.size()));
     }
-    return RunRounds(
-        {spec_,
-         state_.stage,
-         views,
-         model.set,
-         exposure_,
-         model.priors,
-         fits_exposure_,
-         scale,
-         SampleFactor(scale, stage.image_scale, MovesSomething(model.set), IsFew(model.set))},
-        stage,
-        static_cast<int>(scales.size()));
+    return end == RoundsEnd::kDone;
   }
 
   void EndStage(const StageSpec& stage, bool in_time) {
@@ -304,24 +318,29 @@ class FitDriver {
     Report(std::move(report), last ? FitEvaluation::SppOfPictures(stage) : kDraftSpp);
   }
 
-  /// Runs the rounds that are left. False when the time limit leaves no room for another one.
-  bool RunRounds(const StageContext& context, const StageSpec& stage, int num_levels) {
+  /// Why rounds end: the level is done, the time limit leaves no room for another one, or the
+  /// scene has meshes of other shapes.
+  enum class RoundsEnd { kDone, kTimeLimit, kMended };
+
+  /// Runs the rounds that are left.
+  RoundsEnd RunRounds(const StageContext& context, const StageSpec& stage, int num_levels) {
     const auto source = evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
-    double round_s = 0.0;
     while (StopReason(stage, state_, num_levels).empty()) {
       if (controls_.cancel != nullptr && controls_.cancel->load()) {
         throw renderer::Cancelled();
       }
       const double before = WallSeconds();
-      if (spec_.time_limit_s > 0.0 && before - earlier_wall_s_ + round_s > spec_.time_limit_s) {
-        return false;
+      if (spec_.time_limit_s > 0.0 && before - earlier_wall_s_ + round_s_ > spec_.time_limit_s) {
+        return RoundsEnd::kTimeLimit;
       }
       RoundReport report = RunRound(context, *source, state_);
+      const bool mended = report.accepted && Mend(stage, context.views);
       const renderer::MeshFolds folds = CountFolds(state_.scene, context.set.layout());
+      report.moving_vertices = CountMovingVertices(state_.scene, context.set.layout());
       report.folded_edges = folds.folded_edges;
       report.crossing_triangles = folds.crossing_triangles;
       report.wall_s = WallSeconds();
-      round_s = report.wall_s - before;
+      round_s_ = report.wall_s - before;
       failure_ = report.solver_failure.empty() ? "" : "; the solver: " + report.solver_failure;
       if (!failure_.empty()) {
         observer_.OnWarning("round " + std::to_string(report.step) + ": no step" + failure_);
@@ -330,7 +349,23 @@ class FitDriver {
       // bring back missing ones.
       observer_.OnRound(report);
       SaveCheckpoint();
+      if (mended) {
+        return RoundsEnd::kMended;
+      }
     }
+    return RoundsEnd::kDone;
+  }
+
+  /// New triangles where the last step has worn out the meshes. False: nowhere.
+  bool Mend(const StageSpec& stage, const FitViews& views) {
+    std::optional<renderer::Scene> mended =
+        MendMeshes(state_.scene, spec_.unknowns, stage.free, views);
+    if (!mended) {
+      return false;
+    }
+    state_.scene = std::move(*mended);
+    state_.level_scene = state_.scene;
+    state_.model = QuadraticModel();  // of other unknowns
     return true;
   }
 
@@ -434,6 +469,7 @@ class FitDriver {
   FitState state_;
   FitResult result_;
   std::string failure_;          ///< what the solver said if the last round has no step
+  double round_s_ = 0.0;         ///< of the last round
   double earlier_wall_s_ = 0.0;  ///< of sessions before this one
   std::chrono::steady_clock::time_point session_start_;
 };

@@ -32,7 +32,8 @@ struct RoundReport {
   // Means over fitted and held-out views of what is known (ViewQuality), NaN if nothing is.
   double psnr_linear_fit = 0.0, psnr_linear_val = 0.0;  ///< dB, inside the mask
   double iou_fit = 0.0, iou_val = 0.0;                  ///< coverage > 1/2 against the mask
-  /// After the round, of the meshes whose vertices move (renderer/geometry/mesh_folds.h).
+  // After the round, of the meshes whose vertices move (renderer/geometry/mesh_folds.h).
+  int moving_vertices = 0;
   int folded_edges = 0, crossing_triangles = 0;
   double render_s = 0.0, jacobian_s = 0.0, linear_s = 0.0;
   double jacobian_mb = 0.0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <optional>
 #include <utility>
 #include <variant>
 
@@ -103,6 +104,20 @@ std::string Obstacle(const Scene& scene,
   return "";
 }
 
+/// Whose vertices are free and which may have others in their place.
+std::vector<int> MeshesOfLevels(const std::vector<UnknownSpec>& unknowns,
+                                const std::vector<int>& free) {
+  std::vector<int> meshes;
+  for (const int index : free) {
+    const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
+    if (unknown.kind == ParameterKind::kVertexPositions && !unknown.hold &&
+        unknown.mesh_detail == MeshDetail::kLevels) {
+      meshes.push_back(unknown.object);
+    }
+  }
+  return meshes;
+}
+
 std::string Number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
@@ -158,6 +173,25 @@ class Leveller {
     item.mesh = std::move(made);
   }
 
+  /// False: there is nothing to mend, or it cannot be.
+  bool Mend(int index) {
+    renderer::SceneMesh& item = levels_.scene.meshes[static_cast<std::size_t>(index)];
+    const auto topology = renderer::MeshTopology::Build(item.mesh);
+    if (!Obstacle(levels_.scene, index, unknowns_, topology).empty()) return false;
+    const double wanted = WantedEdge(item);
+    if (wanted == 0.0) return false;
+    try {
+      std::optional<Mesh> made = MendEdges(item.mesh, wanted);
+      if (!made) return false;
+      renderer::Unfold(*made);
+      renderer::ValidateMesh(*made, item.name);
+      item.mesh = std::move(*made);
+      return true;
+    } catch (const renderer::SceneError&) {
+      return false;  // the next level says why
+    }
+  }
+
  private:
   void Say(const renderer::SceneMesh& item, const std::string& text) {
     levels_.messages.push_back("mesh '" + item.name + "': " + text);
@@ -200,14 +234,23 @@ MeshLevels RefineMeshes(Scene scene,
                         const FitViews& views) {
   MeshLevels levels{std::move(scene), {}};
   Leveller leveller(unknowns, views, levels);
-  for (const int index : free) {
-    const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
-    if (unknown.kind == ParameterKind::kVertexPositions && !unknown.hold &&
-        unknown.mesh_detail == MeshDetail::kLevels) {
-      leveller.Level(unknown.object);
-    }
+  for (const int mesh : MeshesOfLevels(unknowns, free)) {
+    leveller.Level(mesh);
   }
   return levels;
+}
+
+std::optional<Scene> MendMeshes(const Scene& scene,
+                                const std::vector<UnknownSpec>& unknowns,
+                                const std::vector<int>& free,
+                                const FitViews& views) {
+  MeshLevels levels{scene, {}};
+  Leveller leveller(unknowns, views, levels);
+  bool mended = false;
+  for (const int mesh : MeshesOfLevels(unknowns, free)) {
+    mended = leveller.Mend(mesh) || mended;
+  }
+  return mended ? std::optional(std::move(levels.scene)) : std::nullopt;
 }
 
 renderer::MeshFolds CountFolds(const Scene& scene, const renderer::ParameterLayout& layout) {

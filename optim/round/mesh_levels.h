@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,14 @@ MeshLevels RefineMeshes(renderer::Scene scene,
                         const std::vector<UnknownSpec>& unknowns,
                         const std::vector<int>& free,
                         const FitViews& views);
+
+/// The same between rounds of one level: parts of these meshes that the last steps have stretched,
+/// crushed or folded get new triangles (MendEdges), so that a thing can grow out of a coarse
+/// surface. Empty: nothing is to be mended. Depends on the arguments only.
+std::optional<renderer::Scene> MendMeshes(const renderer::Scene& scene,
+                                          const std::vector<UnknownSpec>& unknowns,
+                                          const std::vector<int>& free,
+                                          const FitViews& views);
 
 /// Of all meshes whose vertices are in the layout.
 renderer::MeshFolds CountFolds(const renderer::Scene& scene,

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,10 @@ constexpr double kLongest = 4.0 / 3.0, kShortest = 4.0 / 5.0;  // of the wanted 
 constexpr double kMaxTurn = 0.5;    // least cosine between a normal before and after a collapse
 constexpr double kThinnest = 0.05;  // least twice-area over squared longest side that a move leaves
 constexpr int kMaxValence = 12;
+// What a moving mesh has stretched, crushed or flattened; twice the area over squared side.
+constexpr double kTooLong = 2.0, kTooShort = 0.4;  // of the wanted length
+constexpr double kTooThin = 0.15;
+constexpr int kRings = 2;                // of neighbours that help to mend it
 constexpr double kMostPerSquare = 16.0;  // vertices; equal sides give 1.15
 
 struct Traits : OpenMesh::DefaultTraits {
@@ -56,6 +61,7 @@ class Remesher {
  public:
   Remesher(const renderer::Mesh& mesh, double edge)
       : surface_(mesh),
+        edge_(edge),
         longest_(kLongest * edge * kLongest * edge),
         shortest_(kShortest * edge * kShortest * edge),
         most_vertices_(4.0 * static_cast<double>(mesh.positions.size()) +
@@ -71,6 +77,41 @@ class Remesher {
         throw renderer::SceneError("a vertex joins parts of the surface that share no edge there");
       }
     }
+  }
+
+  /// Restricts all changes to where edges and triangles are too uneven, and a few rings of
+  /// neighbours. False: they are not.
+  bool KeepEven() {
+    bool found = false;
+    const auto mark = [&](Vertex v) {
+      kernel_.status(v).set_tagged(true);
+      found = true;
+    };
+    for (const Edge edge : kernel_.edges()) {
+      const Halfedge h = kernel_.halfedge_handle(edge, 0);
+      const double length = std::sqrt(SquaredLength(h));
+      if (length > kTooLong * edge_ || length < kTooShort * edge_) {
+        mark(kernel_.to_vertex_handle(h));
+        mark(kernel_.from_vertex_handle(h));
+      }
+    }
+    for (const Face face : kernel_.faces()) {
+      const Halfedge h = kernel_.halfedge_handle(face);
+      const Vertex a = kernel_.from_vertex_handle(h), b = kernel_.to_vertex_handle(h);
+      if (Shape(At(a), At(b), Apex(h)) < kTooThin) {
+        for (const Vertex v : kernel_.fv_range(face)) mark(v);
+      }
+    }
+    for (int ring = 0; ring < kRings; ++ring) {
+      std::vector<Vertex> next;
+      for (const Vertex v : kernel_.vertices()) {
+        if (!kernel_.status(v).tagged()) continue;
+        for (const Vertex neighbor : kernel_.vv_range(v)) next.push_back(neighbor);
+      }
+      for (const Vertex v : next) kernel_.status(v).set_tagged(true);
+    }
+    only_tagged_ = true;
+    return found;
   }
 
   void Run() {
@@ -115,6 +156,14 @@ class Remesher {
   }
 
  private:
+  [[nodiscard]] bool MayChange(Vertex v) const {
+    return !only_tagged_ || kernel_.status(v).tagged();
+  }
+  [[nodiscard]] bool MayChange(Edge edge) const {
+    const Halfedge h = kernel_.halfedge_handle(edge, 0);
+    return !kernel_.status(edge).deleted() && MayChange(kernel_.to_vertex_handle(h)) &&
+           MayChange(kernel_.from_vertex_handle(h));
+  }
   [[nodiscard]] Vec3 At(Vertex v) const { return FromPoint(kernel_.point(v)); }
   [[nodiscard]] double SquaredLength(Halfedge h) const {
     return SquaredNorm(At(kernel_.to_vertex_handle(h)) - At(kernel_.from_vertex_handle(h)));
@@ -155,12 +204,13 @@ class Remesher {
     // Halves of very long edges are again long: they come at the end of the list.
     for (std::size_t i = 0; i < kernel_.n_edges(); ++i) {
       const Edge edge(static_cast<int>(i));
-      if (kernel_.status(edge).deleted()) continue;
+      if (!MayChange(edge)) continue;
       const Halfedge h = kernel_.halfedge_handle(edge, 0);
       if (SquaredLength(h) <= longest_) continue;
       const Vec3 middle =
           (At(kernel_.to_vertex_handle(h)) + At(kernel_.from_vertex_handle(h))) * 0.5;
       const Vertex v = kernel_.add_vertex({middle.x, middle.y, middle.z});
+      kernel_.status(v).set_tagged(true);
       kernel_.split(edge, v);
       // The first half keeps its number.
       if (SquaredLength(kernel_.halfedge_handle(edge, 0)) > longest_) --i;
@@ -170,7 +220,7 @@ class Remesher {
   void CollapseShort() {
     for (std::size_t i = 0; i < kernel_.n_edges(); ++i) {
       const Edge edge(static_cast<int>(i));
-      if (kernel_.status(edge).deleted()) continue;
+      if (!MayChange(edge)) continue;
       Halfedge h = kernel_.halfedge_handle(edge, 0);
       if (SquaredLength(h) >= shortest_) continue;
       for (int side = 0; side < 2; ++side) {
@@ -198,7 +248,7 @@ class Remesher {
   void EqualizeValences() {
     for (std::size_t i = 0; i < kernel_.n_edges(); ++i) {
       const Edge edge(static_cast<int>(i));
-      if (kernel_.status(edge).deleted() || !kernel_.is_flip_ok(edge)) continue;
+      if (!MayChange(edge) || !kernel_.is_flip_ok(edge)) continue;
       const Halfedge h = kernel_.halfedge_handle(edge, 0);
       const Halfedge o = kernel_.opposite_halfedge_handle(h);
       const std::array<Vertex, 4> v = {kernel_.from_vertex_handle(h),
@@ -235,7 +285,7 @@ class Remesher {
   /// Each vertex towards the middle of its neighbours, along the surface, and back onto it.
   void Relax() {
     for (const Vertex v : kernel_.vertices()) {
-      if (kernel_.status(v).deleted()) continue;
+      if (kernel_.status(v).deleted() || !MayChange(v)) continue;
       Vec3 sum{0.0, 0.0, 0.0};
       double count = 0.0;
       for (const Vertex neighbor : kernel_.vv_range(v)) {
@@ -257,8 +307,10 @@ class Remesher {
 
   Kernel kernel_;
   TriangleTree surface_;
+  double edge_;
   double longest_, shortest_;  // squared lengths
   double most_vertices_;       // that no sound surface reaches
+  bool only_tagged_ = false;
 };
 
 double DistanceTo(const TriangleTree& tree, const renderer::Mesh& mesh) {
@@ -282,6 +334,13 @@ double DistanceTo(const TriangleTree& tree, const renderer::Mesh& mesh) {
 
 renderer::Mesh Remesh(const renderer::Mesh& mesh, double edge) {
   Remesher remesher(mesh, edge);
+  remesher.Run();
+  return remesher.Result(mesh);
+}
+
+std::optional<renderer::Mesh> MendEdges(const renderer::Mesh& mesh, double edge) {
+  Remesher remesher(mesh, edge);
+  if (!remesher.KeepEven()) return std::nullopt;
   remesher.Run();
   return remesher.Result(mesh);
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "renderer/geometry/mesh.h"
 
 namespace pathfit::optim {
@@ -12,6 +14,10 @@ namespace pathfit::optim {
 /// there were any; UVs are dropped. Same mesh, same bits. Precondition: ValidateMesh passed, every
 /// edge has two triangles, edge > 0.
 renderer::Mesh Remesh(const renderer::Mesh& mesh, double edge);
+
+/// The same only around edges far from the length `edge` and thin triangles, as steps of an
+/// optimisation leave them; all other vertices stay as they are. Empty: there are none.
+std::optional<renderer::Mesh> MendEdges(const renderer::Mesh& mesh, double edge);
 
 /// Largest distance of vertices, middles of edges and of triangles of one mesh from the surface of
 /// the other, both ways.

@@ -11,6 +11,7 @@
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/problem/problem_size.h"
 #include "optim/round/memory_forecast.h"
+#include "optim/round/mesh_levels.h"
 #include "renderer/core/error.h"
 #include "tests/optim/round/synthetic_fit.h"
 
@@ -135,6 +136,36 @@ TEST_F(FitTest, ContinuesToTheSameBitsAcrossLevelsOfTheMesh) {
             2 * start_.meshes[0].mesh.positions.size());
   EXPECT_LT(tests::BumpError(straight.scene), tests::BumpError(start_));
   for (int round = 1; round <= 4; ++round) {
+    const fs::path folder = folder_ / std::to_string(round);
+    RecordingObserver first;
+    first.cancel_after = round;
+    FitControls controls;
+    controls.cancel = &first.cancel;
+    controls.checkpoint_folder = folder;
+    optim::RunFit(start_, observations_, spec_, first, controls);
+    controls.cancel = nullptr;
+    controls.resume = optim::ReadNewestCheckpoint(folder, {start_, spec_.unknowns}).state;
+    RecordingObserver second;
+    const FitResult resumed = optim::RunFit(start_, observations_, spec_, second, controls);
+    EXPECT_EQ(resumed.scene.meshes[0].mesh.triangles, straight.scene.meshes[0].mesh.triangles);
+    EXPECT_EQ(Bits(resumed.scene), Bits(straight.scene)) << "after round " << round;
+  }
+}
+
+TEST_F(FitTest, ContinuesToTheSameBitsAcrossMendedMeshes) {
+  spec_.unknowns[0].mesh_detail = optim::MeshDetail::kLevels;
+  spec_.stages = {spec_.stages[1]};
+  spec_.stages[0].free = {0};
+  spec_.stages[0].coarse_to_fine = false;
+  start_ = optim::RefineMeshes(start_, spec_.unknowns, {0}, optim::MakeFitViews(observations_, 1.0))
+               .scene;
+  renderer::Vec3& pulled = start_.meshes[0].mesh.positions.Edit()[7];
+  pulled = pulled * 2.0;
+  RecordingObserver straight_observer;
+  const FitResult straight = optim::RunFit(start_, observations_, spec_, straight_observer, {});
+  EXPECT_NE(straight.scene.meshes[0].mesh.triangles, start_.meshes[0].mesh.triangles);
+  EXPECT_LT(tests::BumpError(straight.scene), tests::BumpError(start_));
+  for (int round = 1; round <= straight.rounds; ++round) {
     const fs::path folder = folder_ / std::to_string(round);
     RecordingObserver first;
     first.cancel_after = round;

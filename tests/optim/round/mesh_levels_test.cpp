@@ -1,7 +1,10 @@
 #include "optim/round/mesh_levels.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -104,6 +107,38 @@ TEST(Remesh, CarriesColoursOver) {
   }
 }
 
+// A spike, as steps of a fit make it.
+Mesh WithSpike(Mesh mesh, std::size_t vertex) {
+  Vec3& p = mesh.positions.Edit()[vertex];
+  p = p * 1.8;
+  return mesh;
+}
+
+TEST(MendEdges, LeavesEvenMeshesAlone) {
+  EXPECT_FALSE(optim::MendEdges(optim::Remesh(BumpyBall(3), 0.2), 0.2));
+}
+
+TEST(MendEdges, MendsWhereASpikeIsAndNowhereElse) {
+  const Mesh even = optim::Remesh(BumpyBall(3), 0.2);
+  const Mesh spiked = WithSpike(even, 17);
+  EXPECT_GT(EdgesOf(spiked).most, 0.6);
+  const auto made = optim::MendEdges(spiked, 0.2);
+  ASSERT_TRUE(made);
+  renderer::ValidateMesh(*made, "made");
+  EXPECT_TRUE(renderer::MeshTopology::Build(*made).solid);
+  EXPECT_LT(EdgesOf(*made).most, 0.4);
+  EXPECT_GT(made->positions.size(), spiked.positions.size());
+  const std::vector<Vec3>& after = made->positions.Items();
+  const Vec3 foot = even.positions.Items()[17];
+  int kept = 0;
+  for (const Vec3& p : even.positions.Items()) {
+    if (Norm(p - foot) < 1.1) continue;  // three edges and two rings
+    ++kept;
+    EXPECT_NE(std::find(after.begin(), after.end(), p), after.end()) << "moved far from the spike";
+  }
+  EXPECT_GT(kept, 50);
+}
+
 class MeshLevelsTest : public testing::Test {
  protected:
   MeshLevelsTest() {
@@ -149,6 +184,26 @@ TEST_F(MeshLevelsTest, FoldsGoEvenAtTheRightSize) {
   p = p * -1.2;
   EXPECT_GT(renderer::CountFolds(scene_.meshes[0].mesh).Total(), 0);
   EXPECT_EQ(renderer::CountFolds(At(0.5).scene.meshes[0].mesh).Total(), 0);
+}
+
+TEST_F(MeshLevelsTest, MendsBetweenRoundsWhatMayHaveOtherTriangles) {
+  const auto mended = [this] {
+    return optim::MendMeshes(scene_, vertices_, {0}, optim::MakeFitViews(observations_, 0.5));
+  };
+  scene_ = At(0.5).scene;
+  EXPECT_FALSE(mended()) << "is even";
+  scene_.meshes[0].mesh = WithSpike(scene_.meshes[0].mesh, 5);
+  const auto made = mended();
+  ASSERT_TRUE(made);
+  EXPECT_NE(made->meshes[0].mesh.triangles, scene_.meshes[0].mesh.triangles);
+  EXPECT_EQ(renderer::CountFolds(made->meshes[0].mesh).Total(), 0);
+  EXPECT_EQ(made->meshes[0].mesh.colors.size(), made->meshes[0].mesh.positions.size());
+  vertices_[0].mesh_detail = MeshDetail::kKeep;
+  EXPECT_FALSE(mended());
+  vertices_[0].mesh_detail = MeshDetail::kLevels;
+  scene_.meshes[0].mesh.triangles.Edit().pop_back();
+  scene_.meshes[0].mesh.color_triangles.Edit().pop_back();
+  EXPECT_FALSE(mended()) << "has a border";
 }
 
 TEST_F(MeshLevelsTest, WhatCannotBeRemeshedStaysAndIsSaid) {
