@@ -28,6 +28,8 @@ constexpr double kMinDamping = 1e-6;
 constexpr double kMaxDamping = 1e2;
 constexpr double kGoodStep = 0.75;  // actual over predicted decrease
 constexpr double kPoorStep = 0.25;
+// What a coarse level gains more slowly is faster gained by the next one.
+constexpr double kFallOfCoarseLevels = 0.1;
 constexpr double kWidening = 4.0;  // of a kept radius after a good step
 
 double MeanOf(const std::vector<double>& costs, std::size_t end) {
@@ -200,7 +202,9 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
   if (state.model.Empty() && stage.stop_relative_cost > 0.0 && count >= 2 * kStopWindow) {
     const double before = MeanOf(state.costs, count - kStopWindow);
     const double now = MeanOf(state.costs, count);
-    if (now > (1.0 - stage.stop_relative_cost) * before) {
+    const double least =
+        last ? stage.stop_relative_cost : std::max(stage.stop_relative_cost, kFallOfCoarseLevels);
+    if (now > (1.0 - least) * before) {
       return "cost no longer falls";
     }
   }

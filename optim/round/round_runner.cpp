@@ -311,8 +311,10 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   }
   // Small steps that still pay lead on: weakly determined directions move little that is seen.
   const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;
-  // What moves nothing that is seen, such as a light, is judged by its error.
-  const bool is_still = outcome.accepted && report.motion < kStillPixels && !pays &&
+  // What moves nothing that is seen, such as a light, is judged by its error. Steps of many
+  // unknowns are short while noise limits them, which says nothing.
+  const bool is_limited = !problem.UsesGram() && report.noise_relative >= kHidingNoise;
+  const bool is_still = outcome.accepted && report.motion < kStillPixels && !pays && !is_limited &&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
   // What the scene cannot explain leaves a cost at which badly determined unknowns wander on.

@@ -1,5 +1,6 @@
 #include "optim/round/round_policy.h"
 
+#include <cmath>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -145,6 +146,23 @@ TEST(StoppingRule, CoarseLevelsEndWhenNothingMovesOrTheirShareIsUsed) {
   state.level_start = 10;
   state.within_error = 0;
   EXPECT_EQ(optim::StopReason(stage, state, 3), "");
+}
+
+TEST(StoppingRule, CoarseLevelsEndWhereTheNextGainsMore) {
+  optim::StageSpec stage;
+  stage.max_rounds = 60;
+  optim::FitState state;
+  state.round = 6;
+  for (int i = 0; i < 6; ++i) state.costs.push_back(std::pow(0.98, i));
+  EXPECT_EQ(optim::StopReason(stage, state, 3), "cost no longer falls") << "6 % in three rounds";
+  state.level = 2;
+  EXPECT_EQ(optim::StopReason(stage, state, 3), "") << "there is no next one";
+  state.level = 0;
+  for (int i = 0; i < 6; ++i) state.costs[static_cast<std::size_t>(i)] = std::pow(0.95, i);
+  EXPECT_EQ(optim::StopReason(stage, state, 3), "") << "14 % in three rounds";
+  stage.stop_relative_cost = 0.0;
+  state.costs.assign(6, 1.0);
+  EXPECT_EQ(optim::StopReason(stage, state, 3), "") << "was not wanted";
 }
 
 TEST(ScalesOfStage, WhatMovesBeginsWithSmallPhotos) {
