@@ -204,9 +204,10 @@ TEST(ReadUnknowns, KnowsPhotosAndTheirExposures) {
   scene.sensors[0].name = "IMG_1.JPG";
   const auto read = [&](const std::string& unknowns, const std::string& model) {
     return ReadUnknowns(
-        LoadText(kFitConfig,
-                 {"unknowns=" + unknowns, "stages=[]", "input.exposure.model=" + model}),
-        scene);
+               LoadText(kFitConfig,
+                        {"unknowns=" + unknowns, "stages=[]", "input.exposure.model=" + model}),
+               scene)
+        .specs;
   };
   const auto unknowns = read("{IMG_1.JPG.position: {}, exposure: {}}", "gain");
   ASSERT_EQ(unknowns.size(), 2U);
