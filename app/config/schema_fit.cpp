@@ -261,7 +261,7 @@ SchemaNode UnknownsSchema() {
                       DefaultIs("`levels`, but `keep` for files with UVs"),
                   ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
                       DefaultIs("`laplacian` of weight 2e-3 for vertices, `total_variation` of "
-                                "weight 1e-3 for what is `as: texture`, else none")}),
+                                "weight 3e-4 for what is `as: texture`, else none")}),
              &ExperimentConfig::fit,
              &FitSpec::unknowns) |
          Doc("What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "

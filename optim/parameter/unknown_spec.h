@@ -47,7 +47,7 @@ inline constexpr double kDefaultLargeSteps = 19.0;
 inline constexpr double kDefaultLaplacian = 2e-3;
 
 /// Total variation of texels that take the place of a constant, without a word about them.
-inline constexpr double kDefaultTexelVariation = 1e-3;
+inline constexpr double kDefaultTexelVariation = 3e-4;
 
 /// Prior beliefs and step control of one unknown; weight 0 or empty = absent. Only those that fit
 /// the kind may be set. How the weights compare with the photos: optim/prior/prior_terms.h.

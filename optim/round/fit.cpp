@@ -318,7 +318,9 @@ class FitDriver {
     }
     const FitViews& views = evaluation_.ViewsAt(stage.image_scale);
     KeepBest(stage, views, report);
-    FillUnseenTexels(spec_.unknowns, views, state_.scene);
+    for (const std::string& message : FillUnseenTexels(spec_.unknowns, views, state_.scene)) {
+      observer_.OnMessage("stage '" + stage.name + "': " + message);
+    }
     const Model model = MakeModel(state_.scene, stage, views);
     const renderer::MeshFolds folds = CountFolds(state_.scene, model.set.layout());
     report.folded_edges = folds.folded_edges;

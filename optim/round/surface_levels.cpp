@@ -106,6 +106,14 @@ void Dilate(int width, int height, std::vector<char> known, std::vector<Rgb>& te
   }
 }
 
+/// Means of what lies at a limit may pass it by rounding.
+void ClampTo(ParameterKind property, std::vector<Rgb>& texels) {
+  const renderer::ParameterTraits& traits = renderer::TraitsOf(property);
+  for (Rgb& texel : texels) {
+    for (int c = 0; c < 3; ++c) texel[c] = std::clamp(texel[c], traits.smallest, traits.largest);
+  }
+}
+
 std::vector<const Mesh*> MeshPointers(const Scene& scene, const std::vector<int>& meshes) {
   std::vector<const Mesh*> pointers;
   for (const int i : meshes) pointers.push_back(&scene.meshes[Size(i)].mesh);
@@ -438,6 +446,7 @@ class Promoter {
       }
       Dilate(size.width, size.height, std::move(known), texels);
     }
+    ClampTo(promotion.property, texels);
     texture.texels = std::move(texels);
     renderer::Material& material = scene_.materials[Size(promotion.material)];
     TextureSlot(material, promotion.property) = unknown.object;
@@ -617,9 +626,10 @@ std::vector<TexelSight> SightOfTexels(const Scene& scene, int texture, const Fit
       scene, indices, renderer::PlaceTexels(meshes, picture.width, picture.height), views);
 }
 
-void FillUnseenTexels(const std::vector<UnknownSpec>& unknowns,
-                      const FitViews& views,
-                      Scene& scene) {
+std::vector<std::string> FillUnseenTexels(const std::vector<UnknownSpec>& unknowns,
+                                          const FitViews& views,
+                                          Scene& scene) {
+  std::vector<std::string> messages;
   for (const UnknownSpec& unknown : unknowns) {
     const bool is_texture = unknown.promotion && unknown.kind == ParameterKind::kTextureTexels &&
                             !IsReplaced(scene, unknown, unknowns);
@@ -638,8 +648,15 @@ void FillUnseenTexels(const std::vector<UnknownSpec>& unknowns,
       known[i] = sight[i] == TexelSight::kOutside ? 0 : 1;
     }
     Dilate(texture.width, texture.height, std::move(known), texels);
+    ClampTo(unknown.promotion->property, texels);
     texture.texels = std::move(texels);
+    const auto unseen = std::ranges::count(sight, TexelSight::kUnseen);
+    messages.push_back("texture '" + texture.name + "': " + std::to_string(unseen) + " of " +
+                       std::to_string(unseen + std::ranges::count(sight, TexelSight::kSeen)) +
+                       " texels on the surface are seen by no photo and filled from their "
+                       "neighbours");
   }
+  return messages;
 }
 
 }  // namespace pathfit::optim

@@ -50,10 +50,10 @@ std::vector<TexelSight> SightOfTexels(const renderer::Scene& scene,
 
 /// Fills the texels of all promoted textures that no photo shows: on the surface as a smooth
 /// continuation of what is around them, also across seams; beside it by the nearest texel of a
-/// chart.
-void FillUnseenTexels(const std::vector<UnknownSpec>& unknowns,
-                      const FitViews& views,
-                      renderer::Scene& scene);
+/// chart. Returns what was filled, a sentence for each texture.
+std::vector<std::string> FillUnseenTexels(const std::vector<UnknownSpec>& unknowns,
+                                          const FitViews& views,
+                                          renderer::Scene& scene);
 
 inline constexpr double kTexelsPerPixel = 1.0;
 inline constexpr int kLargestTexture = 2048;
