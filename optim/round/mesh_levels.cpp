@@ -175,7 +175,11 @@ class Leveller {
     if (folds.Total() > 0 || left.Total() > 0) {
       text += "; had " + Describe(folds) + ", has " + Describe(left);
     }
-    if (!mesh.uvs.empty() && made.uvs.empty()) text += "; UVs, which nothing uses, are dropped";
+    if (!mesh.uvs.empty() && made.uvs.empty()) {
+      // Of textures that are made for the mesh there will be others.
+      text += UsesUvs(levels_.scene, index, {}) ? "; UVs are made anew"
+                                                : "; UVs, which nothing uses, are dropped";
+    }
     Say(item, text);
     item.mesh = std::move(made);
   }

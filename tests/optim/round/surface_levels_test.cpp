@@ -170,6 +170,8 @@ TEST_F(SurfaceLevelsTest, TexturesFollowTheMeshThroughItsLevels) {
   const optim::SceneLevel level =
       optim::SceneOfLevel(before, spec, {2}, optim::MakeFitViews(observations_, 0.5), 0.5);
   EXPECT_NE(level.scene.meshes[0].mesh.triangles, before.meshes[0].mesh.triangles);
+  ASSERT_EQ(level.messages.size(), 2U);
+  EXPECT_NE(level.messages[0].find("UVs are made anew"), std::string::npos) << level.messages[0];
   renderer::ValidateScene(level.scene);
   EXPECT_TRUE(renderer::IsAtlas(level.scene, 0));
   // The mesh itself is another one; its colours are the same.
