@@ -71,11 +71,11 @@ class PromotionReader {
       return "no material is called '" + object + "'" + NameHint(object, names);
     promotion = {*property, static_cast<int>(found - names.begin())};
     const auto& material = scene_.materials[static_cast<std::size_t>(promotion.material)];
-    if (optim::TextureOf(material, *property) < 0 &&
-        !(*property == ParameterKind::kBaseColor && material.vertex_colors)) {
+    const int texture = material.*optim::TextureSlot(*property);
+    if (texture < 0 && !(*property == ParameterKind::kBaseColor && material.vertex_colors)) {
       return FindParameter(scene_, entry_.key).problem;
     }
-    if (const int texture = optim::TextureOf(material, *property); texture >= 0) {
+    if (texture >= 0) {
       return "'" + entry_.key + "' is a texture already; write " +
              scene_.textures[static_cast<std::size_t>(texture)].name + ".texels";
     }

@@ -15,7 +15,7 @@
 #include "app/output/vector_json.h"
 #include "optim/parameter/promotion.h"
 #include "optim/problem/fit_views.h"
-#include "optim/round/surface_levels.h"
+#include "optim/round/texel_fill.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"

@@ -28,21 +28,16 @@ std::optional<Promotion> PropertyOf(const renderer::Scene& scene, const UnknownS
 
 }  // namespace
 
-int& TextureSlot(renderer::Material& material, ParameterKind property) {
+int renderer::Material::*TextureSlot(ParameterKind property) {
   switch (property) {
     case ParameterKind::kRoughness:
-      return material.roughness_texture;
+      return &renderer::Material::roughness_texture;
     case ParameterKind::kMetallic:
-      return material.metallic_texture;
+      return &renderer::Material::metallic_texture;
     default:
       PATHFIT_CHECK(property == ParameterKind::kBaseColor);
-      return material.base_color_texture;
+      return &renderer::Material::base_color_texture;
   }
-}
-
-int TextureOf(const renderer::Material& material, ParameterKind property) {
-  renderer::Material copy = material;
-  return TextureSlot(copy, property);
 }
 
 bool IsReplaced(const renderer::Scene& scene,
@@ -55,7 +50,7 @@ bool IsReplaced(const renderer::Scene& scene,
   if (!is_promoted) return false;
   const renderer::Material& material =
       scene.materials[static_cast<std::size_t>(property->material)];
-  const int texture = TextureOf(material, property->property);
+  const int texture = material.*TextureSlot(property->property);
   const bool per_vertex =
       texture < 0 && property->property == ParameterKind::kBaseColor && material.vertex_colors;
   switch (unknown.kind) {

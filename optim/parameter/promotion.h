@@ -7,10 +7,9 @@
 
 namespace pathfit::optim {
 
-/// The texture that stands in for a property of a material (kBaseColor, kRoughness, kMetallic), -1
-/// for none.
-int& TextureSlot(renderer::Material& material, renderer::ParameterKind property);
-int TextureOf(const renderer::Material& material, renderer::ParameterKind property);
+/// The member that says which texture stands in for a property of a material (kBaseColor,
+/// kRoughness, kMetallic).
+int renderer::Material::*TextureSlot(renderer::ParameterKind property);
 
 /// Whether another unknown's numbers stand for the same property in this scene: those of a constant
 /// where there is a texture by now, of texels where there is none yet. Only of properties that some

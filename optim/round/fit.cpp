@@ -18,6 +18,7 @@
 #include "optim/round/round_policy.h"
 #include "optim/round/round_runner.h"
 #include "optim/round/surface_levels.h"
+#include "optim/round/texel_fill.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -36,24 +35,6 @@ SceneLevel SceneOfLevel(const renderer::Scene& before,
                         const std::vector<int>& free,
                         const FitViews& views,
                         double scale);
-
-/// What a texel of an atlas shows.
-enum class TexelSight : std::uint8_t {
-  kOutside,  ///< no surface
-  kUnseen,   ///< a surface that no fitted photo shows
-  kSeen
-};
-/// By texel. Precondition: the texture is an atlas (renderer::IsAtlas).
-std::vector<TexelSight> SightOfTexels(const renderer::Scene& scene,
-                                      int texture,
-                                      const FitViews& views);
-
-/// Fills the texels of all promoted textures that no photo shows: on the surface as a smooth
-/// continuation of what is around them, also across seams; beside it by the nearest texel of a
-/// chart. Returns what was filled, a sentence for each texture.
-std::vector<std::string> FillUnseenTexels(const std::vector<UnknownSpec>& unknowns,
-                                          const FitViews& views,
-                                          renderer::Scene& scene);
 
 inline constexpr double kTexelsPerPixel = 1.0;
 inline constexpr int kLargestTexture = 2048;

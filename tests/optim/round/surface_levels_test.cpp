@@ -10,6 +10,7 @@
 
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/checkpoint/fit_state.h"
+#include "optim/round/texel_fill.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/scene/texture_surface.h"
 #include "tests/optim/round/synthetic_fit.h"
