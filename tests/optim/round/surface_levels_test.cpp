@@ -198,6 +198,20 @@ TEST_F(SurfaceLevelsTest, UvsOfTheirOwnAreKept) {
   EXPECT_TRUE(renderer::IsAtlas(cube.scene, 0)) << "those that overlap are not";
 }
 
+TEST_F(SurfaceLevelsTest, GivenTexturesKeepUvsThatOverlap) {
+  scene_.meshes[0].mesh = renderer::MakeCube();
+  renderer::SetBoxUvs(scene_.meshes[0].mesh);
+  scene_.materials[0].vertex_colors = false;
+  scene_.materials[0].bsdf = renderer::MetallicRoughnessBsdf{};
+  scene_.textures.push_back({"worn"});
+  scene_.materials[0].roughness_texture = 1;
+  const optim::SceneLevel level = Promote(scene_, 1.0);
+  EXPECT_EQ(level.scene.meshes[0].mesh.uvs, scene_.meshes[0].mesh.uvs);
+  EXPECT_EQ(level.scene.materials[0].base_color_texture, -1);
+  ASSERT_EQ(level.messages.size(), 1U);
+  EXPECT_NE(level.messages[0].find("other textures lie on"), std::string::npos);
+}
+
 TEST_F(SurfaceLevelsTest, WhatNoPhotoShowsStaysAndIsSaid) {
   for (Vec3& p : scene_.meshes[0].mesh.positions) p.y += 100.0;
   const optim::SceneLevel level = Promote(scene_, 1.0);
