@@ -189,6 +189,8 @@ class Leveller {
     renderer::SceneMesh& item = levels_.scene.meshes[static_cast<std::size_t>(index)];
     const auto topology = renderer::MeshTopology::Build(item.mesh);
     if (!Obstacle(levels_.scene, index, unknowns_, topology).empty()) return false;
+    // Textures that can be made again wait for the next level: each time they lose some sharpness.
+    if (UsesUvs(levels_.scene, index, {})) return false;
     const double wanted = WantedEdge(item);
     if (wanted == 0.0) return false;
     try {

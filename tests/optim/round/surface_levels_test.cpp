@@ -10,6 +10,7 @@
 
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/checkpoint/fit_state.h"
+#include "optim/round/mesh_levels.h"
 #include "optim/round/texel_fill.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/scene/texture_surface.h"
@@ -184,6 +185,20 @@ TEST_F(SurfaceLevelsTest, TexturesFollowTheMeshThroughItsLevels) {
   for (const Vec3& p : std::as_const(mesh.positions)) mesh.colors.push_back(Paint(p));
   mesh.color_triangles = mesh.triangles;
   EXPECT_GT(Psnr(plain, level.scene), 38.0) << "two different interpolations of the paint";
+}
+
+TEST_F(SurfaceLevelsTest, BetweenRoundsAMeshWithATextureKeepsItsTriangles) {
+  UnknownSpec& vertices = unknowns_.emplace_back();
+  vertices.name = "ball.vertices";
+  vertices.mesh_detail = optim::MeshDetail::kLevels;
+  const optim::FitViews views = optim::MakeFitViews(observations_, 0.5);
+  Scene plain = optim::RefineMeshes(scene_, unknowns_, {2}, views).scene;
+  // Stretched to thrice its length, which edges do not bear.
+  for (Vec3& p : plain.meshes[0].mesh.positions) p.y *= p.y > 0.0 ? 3.0 : 1.0;
+  EXPECT_TRUE(optim::MendMeshes(plain, unknowns_, {2}, views).has_value());
+  const Scene textured = Promote(plain, 0.5).scene;
+  ASSERT_EQ(textured.materials[0].base_color_texture, 0);
+  EXPECT_FALSE(optim::MendMeshes(textured, unknowns_, {2}, views).has_value());
 }
 
 TEST_F(SurfaceLevelsTest, UvsOfTheirOwnAreKept) {
