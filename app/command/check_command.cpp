@@ -10,6 +10,7 @@
 #include "app/experiment/experiment.h"
 #include "app/experiment/start_check.h"
 #include "app/output/fields.h"
+#include "optim/parameter/promotion.h"
 #include "optim/round/memory_forecast.h"
 #include "renderer/core/parallel.h"
 #include "renderer/scene/parameter_layout.h"
@@ -40,10 +41,18 @@ std::vector<optim::StageMemory> ForecastStages(const Experiment& experiment) {
   return optim::ForecastStages(experiment.scene, experiment.observations, experiment.fit);
 }
 
-std::int64_t NumScalars(const Experiment& experiment, const optim::StageSpec& stage) {
+/// Of what takes another form in the stage, the forecast knows the number.
+std::int64_t NumScalars(const Experiment& experiment,
+                        const std::vector<optim::StageMemory>& memory,
+                        std::size_t stage_index) {
+  const optim::StageSpec& stage = experiment.fit.stages[stage_index];
   renderer::ParameterLayout layout(experiment.scene);
   for (const int index : stage.free) {
     const optim::UnknownSpec& unknown = experiment.fit.unknowns[static_cast<std::size_t>(index)];
+    if (optim::IsReplaced(experiment.scene, unknown, experiment.fit.unknowns)) {
+      if (!memory.empty()) return static_cast<std::int64_t>(memory[stage_index].num_scalars);
+      continue;
+    }
     layout.Add(unknown.kind, unknown.object);
   }
   return layout.NumScalars();
@@ -64,10 +73,11 @@ void PrintSummary(const Experiment& experiment,
       fmt::print("Sensor {}: {} x {} pixels.\n", sensor.name, sensor.width, sensor.height);
     }
   }
-  for (const optim::StageSpec& stage : experiment.fit.stages) {
+  for (std::size_t i = 0; i < experiment.fit.stages.size(); ++i) {
+    const optim::StageSpec& stage = experiment.fit.stages[i];
     fmt::print("Stage {}: {} unknown numbers, images at {:g} of their size, up to {} rounds.\n",
                stage.name,
-               NumScalars(experiment, stage),
+               NumScalars(experiment, memory, i),
                stage.image_scale,
                stage.max_rounds);
   }
@@ -111,9 +121,10 @@ void PrintJson(const Experiment& experiment,
                               {"vertices", mesh.mesh.positions.size()},
                               {"triangles", mesh.mesh.triangles.size()}});
   }
-  for (const optim::StageSpec& stage : experiment.fit.stages) {
+  for (std::size_t i = 0; i < experiment.fit.stages.size(); ++i) {
+    const optim::StageSpec& stage = experiment.fit.stages[i];
     json["stages"].push_back({{"name", stage.name},
-                              {"unknowns", NumScalars(experiment, stage)},
+                              {"unknowns", NumScalars(experiment, memory, i)},
                               {"image_scale", stage.image_scale},
                               {"max_rounds", stage.max_rounds}});
   }

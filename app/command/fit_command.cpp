@@ -139,6 +139,7 @@ ExitStatus RunInDirectory(CommandContext& context,
                  result.scene,
                  ExportedViews(experiment, config),
                  recorder.history().parameters);
+    WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
     const Ending ending = EndingOf(result.status, signals, observer.reached());
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
     context.log.Info(

@@ -15,6 +15,7 @@
 #include "app/output/run_directory.h"
 #include "app/output/signed_image.h"
 #include "optim/diagnostics/gradient_check.h"
+#include "optim/parameter/promotion.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/io/atomic_file.h"
@@ -40,6 +41,7 @@ std::vector<Direction> ChooseDirections(const Experiment& experiment,
     }
     const std::size_t before = names.size();
     for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+      if (optim::IsReplaced(experiment.scene, unknown, experiment.fit.unknowns)) continue;
       if (MatchesGlob(param, unknown.name)) names.push_back(unknown.name);
     }
     if (names.size() == before) {

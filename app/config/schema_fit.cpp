@@ -223,33 +223,47 @@ SchemaNode UnknownsSchema() {
                   Refuse(elsewhere)}) |
       Doc("Vertices: how they move. `vertices`: each alone.") |
       DefaultIs("`large_steps` of lambda 19");
-  return NamedMap("unknowns",
-                  "OBJECT.PROPERTY",
-                  Map("",
-                      {ByCheck(ListNode("bounds", binding::Described<double>::Node()) |
-                               Doc("Lower and upper limit of each number.")) |
-                           OrInfinite() | Items(2, 2) | DefaultIs("by kind, see below"),
-                       Choice("transform",
-                              {{"identity", optim::Parameterization::kIdentity},
-                               {"log", optim::Parameterization::kLog}},
-                              &UnknownSpec::parameterization) |
-                           Doc("`log`: the logarithm is what the solver moves (never negative).") |
-                           DefaultIs("by kind, see below"),
-                       Key("hold", &UnknownSpec::hold) | Doc("Known to the program, never freed."),
-                       parametrisation,
-                       Choice("mesh",
-                              {{"keep", optim::MeshDetail::kKeep},
-                               {"levels", optim::MeshDetail::kLevels}},
-                              &UnknownSpec::mesh_detail) |
-                           Doc("Vertices. `levels`: every stage that frees them begins with a mesh "
-                               "of the same surface whose edges are some pixels long, coarser or "
-                               "finer than the one before. Meshes with borders or with textures on "
-                               "them stay as they are; the log says which.") |
-                           DefaultIs("`levels`, but `keep` for files with UVs"),
-                       ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
-                           DefaultIs("`laplacian` of weight 2e-3 for vertices, else none")}),
-                  &ExperimentConfig::fit,
-                  &FitSpec::unknowns) |
+  const SchemaNode form = ByCheck(binding::Make(SchemaNode::Type::kChoice, "") |
+                                  Words({"constant", "vertices", "texture"}));
+  return NamedMap(
+             "unknowns",
+             "OBJECT.PROPERTY",
+             Map("",
+                 {ByCheck(ListNode("bounds", binding::Described<double>::Node()) |
+                          Doc("Lower and upper limit of each number.")) |
+                      OrInfinite() | Items(2, 2) | DefaultIs("by kind, see below"),
+                  Choice("transform",
+                         {{"identity", optim::Parameterization::kIdentity},
+                          {"log", optim::Parameterization::kLog}},
+                         &UnknownSpec::parameterization) |
+                      Doc("`log`: the logarithm is what the solver moves (never negative).") |
+                      DefaultIs("by kind, see below"),
+                  Key("hold", &UnknownSpec::hold) | Doc("Known to the program, never freed."),
+                  ByCheck(Either("as", {form, ListNode("", form) | Items(1, 0)}) |
+                          Doc("base_color, roughness and metallic of a material: what the "
+                              "numbers are. `texture`: from the first stage that frees it on, "
+                              "a texture named `MATERIAL_PROPERTY`, on UVs that are made if "
+                              "there are none, with texels as large as the photos' pixels. "
+                              "`vertices`: colours of the vertices. A list: one for each "
+                              "stage that frees it, the last for all further ones, as "
+                              "`[constant, texture]`. What was found before is carried "
+                              "over.")) |
+                      DefaultIs("what the material says"),
+                  parametrisation,
+                  Choice(
+                      "mesh",
+                      {{"keep", optim::MeshDetail::kKeep}, {"levels", optim::MeshDetail::kLevels}},
+                      &UnknownSpec::mesh_detail) |
+                      Doc("Vertices. `levels`: every stage that frees them begins with a mesh "
+                          "of the same surface whose edges are some pixels long, coarser or "
+                          "finer than the one before. Meshes with borders or with given "
+                          "textures on them stay as they are; the log says which.") |
+                      DefaultIs("`levels`, but `keep` for files with UVs"),
+                  ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
+                      DefaultIs("`laplacian` of weight 2e-3 for vertices, `total_variation` of "
+                                "weight 3e-4 for what is `as: texture`, else none")}),
+             &ExperimentConfig::fit,
+             &FitSpec::unknowns) |
          Doc("What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "
              "below.") |
          FreeNames();

@@ -89,7 +89,19 @@ std::string FindAttribution(const std::filesystem::path& folder) {
 
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
   optim::FitSpec fit = config.fit;
-  fit.unknowns = ReadUnknowns(config, scene);
+  Unknowns unknowns = ReadUnknowns(config, scene);
+  fit.unknowns = std::move(unknowns.specs);
+  std::vector<std::size_t> times_freed(unknowns.of_config.size(), 0);
+  for (optim::StageSpec& stage : fit.stages) {
+    std::vector<int> free;
+    for (const int index : stage.free) {
+      const auto& forms = unknowns.of_config[static_cast<std::size_t>(index)];
+      std::size_t& times = times_freed[static_cast<std::size_t>(index)];
+      const std::vector<int>& now = forms[std::min(times++, forms.size() - 1)];
+      free.insert(free.end(), now.begin(), now.end());
+    }
+    stage.free = std::move(free);
+  }
   if (config.input) fit.exposure = config.input->exposure;
   fit.seed = config.render.seed;
   fit.estimators = config.render;

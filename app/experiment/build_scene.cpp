@@ -5,6 +5,7 @@
 
 #include "app/experiment/build_parts.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/promotions.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
@@ -84,6 +85,7 @@ renderer::Scene BuildScene(const ExperimentConfig& config, Experiment& experimen
     scene.sensors.push_back(view.camera);
     scene.sensors.back().name = view.name;
   }
+  AddPromotedTextures(config, scene);
   renderer::ValidateScene(scene);
   return scene;
 }

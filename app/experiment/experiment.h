@@ -31,10 +31,17 @@ Experiment BuildExperiment(const ExperimentConfig& config);
 /// observations of `experiment`. Adds what was read, mended and left out to its lists.
 renderer::Scene BuildScene(const ExperimentConfig& config, Experiment& experiment);
 
+/// One for each of the config, in its order, and behind them further forms of those that change
+/// their form.
+struct Unknowns {
+  std::vector<optim::UnknownSpec> specs;
+  /// By unknown of the config and stage that frees it: indices into `specs`; the last entry holds
+  /// for all further stages.
+  std::vector<std::vector<std::vector<int>>> of_config;
+};
 /// The unknowns, whose names are looked up in the scene that was built. Throws ConfigError with all
 /// that is wrong with them, each at its place in the file.
-std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
-                                             const renderer::Scene& scene);
+Unknowns ReadUnknowns(const ExperimentConfig& config, const renderer::Scene& scene);
 
 /// The whole configuration as YAML with the place that each value came from; it can be run again.
 /// What unknowns have by default, which depends on the scene, stands there too.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include <fmt/format.h>
@@ -10,6 +11,9 @@
 #include "app/config/schema_builders.h"
 #include "app/experiment/experiment.h"
 #include "app/experiment/parameter_names.h"
+#include "app/experiment/promotions.h"
+#include "renderer/core/check.h"
+#include "renderer/scene/texture_surface.h"
 
 namespace pathfit::app {
 namespace {
@@ -22,10 +26,16 @@ using renderer::ParameterTraits;
 /// Completes the settings of one unknown, of which `traits` says what fits it.
 class UnknownReader {
  public:
+  /// `priors`: names of those that suit it.
   UnknownReader(const YamlEntry& entry,
                 const ParameterTraits& traits,
+                std::vector<std::string> priors,
                 std::vector<Problem>& problems)
-      : traits_(traits), path_("unknowns." + entry.key), node_(&entry.value), problems_(problems) {}
+      : traits_(traits),
+        fitting_(std::move(priors)),
+        path_("unknowns." + entry.key),
+        node_(&entry.value),
+        problems_(problems) {}
 
   void Read(optim::UnknownSpec& unknown) const {
     ReadBounds(unknown);
@@ -122,14 +132,13 @@ class UnknownReader {
   void CheckPrior(const YamlEntry& entry,
                   const std::string& key,
                   const optim::UnknownSpec& unknown) const {
-    const std::vector<std::string> fitting(traits_.priors.begin(), traits_.priors.end());
-    if (std::ranges::find(fitting, entry.key) == fitting.end()) {
+    if (std::ranges::find(fitting_, entry.key) == fitting_.end()) {
       Report(entry.key_place,
              key,
              fmt::format("prior '{}' does not fit {} (allowed: {})",
                          entry.key,
                          traits_.property,
-                         fitting.empty() ? "none" : JoinNames(fitting)));
+                         fitting_.empty() ? "none" : JoinNames(fitting_)));
       return;
     }
     if (entry.key != "gaussian" || !unknown.gaussian) return;
@@ -143,6 +152,7 @@ class UnknownReader {
   }
 
   const ParameterTraits& traits_;
+  std::vector<std::string> fitting_;
   std::string path_;
   const YamlNode* node_;
   std::vector<Problem>& problems_;
@@ -197,38 +207,161 @@ const ParameterTraits& TraitsOf(const renderer::ParameterRef& parameter,
   return renderer::TraitsOf(parameter.kind, scene, std::max(0, parameter.object));
 }
 
+std::vector<std::string> PriorsOf(const ParameterTraits& traits) {
+  return {traits.priors.begin(), traits.priors.end()};
+}
+
+/// The traits of the numbers that stand for a property in one of its forms.
+const ParameterTraits& TraitsOf(const PromotedUnknown& promoted,
+                                SurfaceForm form,
+                                const renderer::Scene& scene) {
+  const ParameterKind property = promoted.promotion.property;
+  if (form == SurfaceForm::kVertices) return renderer::TraitsOf(ParameterKind::kVertexColors);
+  if (form == SurfaceForm::kConstant) {
+    return renderer::TraitsOf(property, scene, promoted.promotion.material);
+  }
+  // Rows of texels have the bounds of what they stand for; the scene has no use of them yet.
+  return renderer::TraitsOf(ParameterKind::kTextureTexels);
+}
+
+std::vector<std::string> PriorsOf(const PromotedUnknown& promoted, const renderer::Scene& scene) {
+  std::vector<std::string> names;
+  for (const SurfaceForm form : promoted.forms) {
+    for (const std::string& name : PriorsOf(TraitsOf(promoted, form, scene))) {
+      if (!Contains(names, name)) names.push_back(name);
+    }
+  }
+  return names;
+}
+
+/// The unknowns of the program that one of the config is in each of its forms: indices into
+/// `unknowns`, to which they are added; the first takes the place that it has there.
+std::vector<std::vector<int>> AddForms(const PromotedUnknown& promoted,
+                                       const renderer::Scene& scene,
+                                       bool has_priors,
+                                       std::vector<optim::UnknownSpec>& unknowns) {
+  const optim::UnknownSpec common = unknowns[promoted.index];
+  std::map<SurfaceForm, std::vector<int>> of_form;
+  bool is_first = true;
+  const auto add = [&](SurfaceForm form, ParameterKind kind, int object, const std::string& name) {
+    const std::size_t index = is_first ? promoted.index : unknowns.size();
+    if (!is_first) unknowns.push_back(common);
+    is_first = false;
+    optim::UnknownSpec& unknown = unknowns[index];
+    unknown.kind = kind;
+    unknown.object = object;
+    unknown.name = name + "." + renderer::TraitsOf(kind).property;
+    if (form != SurfaceForm::kConstant) unknown.promotion = promoted.promotion;
+    if (form == SurfaceForm::kTexture && !has_priors) {
+      unknown.total_variation_weight = optim::kDefaultTexelVariation;
+    }
+    of_form[form].push_back(static_cast<int>(index));
+  };
+  std::vector<std::vector<int>> indices;
+  const int material = promoted.promotion.material;
+  for (const SurfaceForm form : promoted.forms) {
+    if (of_form.contains(form)) {
+      indices.push_back(of_form[form]);
+      continue;
+    }
+    if (form == SurfaceForm::kConstant) {
+      add(form,
+          promoted.promotion.property,
+          material,
+          scene.materials[static_cast<std::size_t>(material)].name);
+    } else if (form == SurfaceForm::kVertices) {
+      for (const int mesh : renderer::MeshesOfMaterial(scene, material)) {
+        add(form,
+            ParameterKind::kVertexColors,
+            mesh,
+            scene.meshes[static_cast<std::size_t>(mesh)].name);
+      }
+    } else {
+      const std::string name = PromotedTextureName(scene, promoted.promotion);
+      const auto texture = std::ranges::find(scene.textures, name, &renderer::Texture::name);
+      PATHFIT_CHECK(texture != scene.textures.end());  // AddPromotedTextures
+      add(form,
+          ParameterKind::kTextureTexels,
+          static_cast<int>(texture - scene.textures.begin()),
+          name);
+    }
+    indices.push_back(of_form[form]);
+  }
+  return indices;
+}
+
+/// What is promoted is given around a value: of the numbers at the start there are others later.
+void CheckStartPrior(const YamlEntry& entry,
+                     const PromotedUnknown& promoted,
+                     const optim::UnknownSpec& unknown,
+                     std::vector<Problem>& problems) {
+  const bool changes = std::ranges::any_of(
+      promoted.forms, [](SurfaceForm form) { return form != SurfaceForm::kConstant; });
+  if (!changes || !unknown.gaussian || !unknown.gaussian->mean.empty()) return;
+  problems.push_back({entry.value.Find("priors")->place,
+                      "unknowns." + entry.key + ".priors",
+                      "a gaussian prior around the start does not fit what becomes vertex colours "
+                      "or a texture; give a mean"});
+}
+
 }  // namespace
 
-std::vector<optim::UnknownSpec> ReadUnknowns(const ExperimentConfig& config,
-                                             const renderer::Scene& scene) {
-  std::vector<optim::UnknownSpec> unknowns;
+Unknowns ReadUnknowns(const ExperimentConfig& config, const renderer::Scene& scene) {
+  Unknowns result;
+  std::vector<optim::UnknownSpec>& unknowns = result.specs;
   std::vector<Problem> problems;
+  const std::vector<PromotedUnknown> promotions = ReadPromotions(config, scene, problems);
   for (std::size_t i = 0; i < config.fit.unknowns.size(); ++i) {
     const optim::UnknownSpec& item = config.fit.unknowns[i];
     const YamlEntry& entry = config.resolved.Find("unknowns")->entries[i];
+    optim::UnknownSpec& unknown = unknowns.emplace_back(item);
+    result.of_config.push_back({{static_cast<int>(i)}});
+    if (entry.value.Find("as") != nullptr) {
+      const auto promoted = std::ranges::find(promotions, i, &PromotedUnknown::index);
+      if (promoted == promotions.end()) continue;  // its problem is known
+      const ParameterTraits& traits =
+          renderer::TraitsOf(promoted->promotion.property, scene, promoted->promotion.material);
+      UnknownReader(entry, traits, PriorsOf(*promoted, scene), problems).Read(unknown);
+      CheckStartPrior(entry, *promoted, unknown, problems);
+      continue;
+    }
     ParameterName found = FindParameter(scene, item.name);
     if (found.problem.empty()) found.problem = ProblemOfExposure(item, found.parameter, config);
     if (!found.problem.empty()) {
       problems.push_back({entry.key_place, "unknowns", found.problem});
       continue;
     }
-    optim::UnknownSpec& unknown = unknowns.emplace_back(item);
     unknown.kind = found.parameter.kind;
     unknown.object = found.parameter.object;
-    UnknownReader(entry, TraitsOf(found.parameter, scene), problems).Read(unknown);
+    const ParameterTraits& traits = TraitsOf(found.parameter, scene);
+    UnknownReader(entry, traits, PriorsOf(traits), problems).Read(unknown);
     if (unknown.kind == ParameterKind::kVertexPositions)
       SetDefaults(entry.value, config, scene, unknown);
   }
   if (!problems.empty()) throw ConfigError(config.source, problems);
-  return unknowns;
+  for (const PromotedUnknown& promoted : promotions) {
+    const YamlEntry& entry = config.resolved.Find("unknowns")->entries[promoted.index];
+    result.of_config[promoted.index] =
+        AddForms(promoted, scene, entry.value.Find("priors") != nullptr, unknowns);
+  }
+  return result;
 }
 
 std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& scene) {
   YamlNode root = config.resolved;
   YamlNode none;
   YamlNode* unknowns = root.Find("unknowns");
+  std::vector<Problem> problems;
+  const std::vector<PromotedUnknown> promotions = ReadPromotions(config, scene, problems);
   for (YamlEntry& entry : (unknowns == nullptr ? none : *unknowns).entries) {
-    const ParameterTraits& traits = TraitsOf(FindParameter(scene, entry.key).parameter, scene);
+    const auto promoted =
+        std::ranges::find(promotions,
+                          static_cast<std::size_t>(&entry - unknowns->entries.data()),
+                          &PromotedUnknown::index);
+    const ParameterTraits& traits =
+        promoted != promotions.end()
+            ? renderer::TraitsOf(promoted->promotion.property, scene, promoted->promotion.material)
+            : TraitsOf(FindParameter(scene, entry.key).parameter, scene);
     const auto fill = [&](const char* key, const std::string& yaml) {
       if (entry.value.Find(key) == nullptr) SetDefault(entry.value, key, yaml);
     };
@@ -244,6 +377,11 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
       const bool keeps = DefaultDetail(config, scene.meshes[static_cast<std::size_t>(mesh)]) ==
                          optim::MeshDetail::kKeep;
       fill("mesh", keeps ? "keep" : "levels");
+    }
+    if (promoted != promotions.end() &&
+        std::ranges::find(promoted->forms, SurfaceForm::kTexture) != promoted->forms.end()) {
+      fill("priors",
+           fmt::format("[{{total_variation: {{weight: {}}}}}]", optim::kDefaultTexelVariation));
     }
     fill("priors", "[]");
   }

@@ -1,5 +1,6 @@
 #include "app/output/export_result.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <variant>
@@ -12,6 +13,9 @@
 #include "app/output/report_images.h"
 #include "app/output/run_directory.h"
 #include "app/output/vector_json.h"
+#include "optim/parameter/promotion.h"
+#include "optim/problem/fit_views.h"
+#include "optim/round/texel_fill.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
@@ -19,6 +23,7 @@
 #include "renderer/io/gltf_writer.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/ply_file.h"
+#include "renderer/scene/texture_surface.h"
 
 namespace pathfit::app {
 namespace {
@@ -131,6 +136,8 @@ PlacedMesh Place(std::size_t index, const Scene& scene) {
   const renderer::Material& material = placed.material;
   if (const auto* bsdf = std::get_if<renderer::MetallicRoughnessBsdf>(&material.bsdf)) {
     placed.bsdf = *bsdf;
+  } else if (std::holds_alternative<renderer::LambertBsdf>(material.bsdf)) {
+    placed.bsdf.specular = 0.0;  // nothing but its colour
   }
   if (!material.vertex_colors) {
     // Colours that the material does not use would be multiplied in by viewers.
@@ -188,6 +195,16 @@ std::vector<fs::path> WritePlacedObj(const fs::path& stem, const PlacedMesh& pla
   return WriteObj(stem, placed.mesh, material);
 }
 
+bool IsUsed(const Scene& scene, int texture) {
+  return !renderer::MeshesOfTexture(scene, texture).empty() ||
+         std::ranges::any_of(scene.emitters, [texture](const renderer::Emitter& emitter) {
+           const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
+           const auto* projector = std::get_if<renderer::ProjectorEmitter>(&emitter.light);
+           return (area != nullptr && area->texture == texture) ||
+                  (projector != nullptr && projector->texture == texture);
+         });
+}
+
 std::vector<std::string> MeshFileNames(const Scene& scene) {
   std::vector<std::string> names;
   for (const renderer::SceneMesh& mesh : scene.meshes) names.push_back(mesh.name);
@@ -224,6 +241,34 @@ std::vector<fs::path> WriteEnvironment(const fs::path& folder, const Scene& scen
     return {folder / "environment.exr", folder / "environment.hdr"};
   }
   return {};
+}
+
+void WriteTexelSights(const fs::path& folder,
+                      const Scene& scene,
+                      const optim::FitSpec& fit,
+                      const optim::ObservationSet& observations) {
+  std::optional<optim::FitViews> views;
+  std::vector<std::string> names;
+  for (const renderer::Texture& texture : scene.textures) names.push_back(texture.name);
+  const std::vector<std::string> files = ViewFolderNames(names);
+  for (const optim::UnknownSpec& unknown : fit.unknowns) {
+    if (!unknown.promotion || unknown.kind != renderer::ParameterKind::kTextureTexels ||
+        optim::IsReplaced(scene, unknown, fit.unknowns) ||
+        !renderer::IsAtlas(scene, unknown.object)) {
+      continue;
+    }
+    if (!views) views = optim::MakeFitViews(observations, fit.stages.back().image_scale);
+    const auto index = static_cast<std::size_t>(unknown.object);
+    renderer::Image image(scene.textures[index].width, scene.textures[index].height, 1);
+    std::size_t next = 0;
+    for (const optim::TexelSight sight : optim::SightOfTexels(scene, unknown.object, *views)) {
+      image.data[next++] = sight == optim::TexelSight::kSeen     ? 1.0F
+                           : sight == optim::TexelSight::kUnseen ? 0.5F
+                                                                 : 0.0F;
+    }
+    renderer::CreateFolders(folder / "textures");
+    renderer::WritePng8(folder / "textures" / (files[index] + "_seen.png"), image);
+  }
 }
 
 std::string LightsJson(const Scene& scene) {
@@ -267,6 +312,7 @@ void ExportResult(const fs::path& folder,
   for (const renderer::Texture& texture : scene.textures) texture_names.push_back(texture.name);
   const std::vector<std::string> texture_files = ViewFolderNames(texture_names);
   for (std::size_t i = 0; i < texture_files.size(); ++i) {
+    if (scene.textures[i].texels.size() == 1 && !IsUsed(scene, static_cast<int>(i))) continue;
     renderer::CreateFolders(folder / "textures");
     renderer::WriteExr(folder / "textures" / (texture_files[i] + ".exr"),
                        TextureImage(scene.textures[i]));

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "app/output/fit_history.h"
+#include "optim/observation/observation.h"
+#include "optim/round/fit_spec.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::app {
@@ -39,6 +41,14 @@ void ExportResult(const std::filesystem::path& folder,
                   const renderer::Scene& scene,
                   const std::vector<ExportedView>& views,
                   const std::vector<ParameterSummary>& parameters);
+
+/// textures/<name>_seen.png beside each texture that was made for the fit: white where a fitted
+/// photo shows the surface, grey where none does and texels were filled from their neighbours,
+/// black beside the surface. Photos are those of the last stage.
+void WriteTexelSights(const std::filesystem::path& folder,
+                      const renderer::Scene& scene,
+                      const optim::FitSpec& fit,
+                      const optim::ObservationSet& observations);
 
 std::string LightsJson(const renderer::Scene& scene);
 std::string ExposureCsv(const renderer::Scene& scene, const std::vector<ExportedView>& views);

@@ -7,6 +7,7 @@
 #include <span>
 #include <variant>
 
+#include "optim/parameter/promotion.h"
 #include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::app {
@@ -24,7 +25,11 @@ renderer::ParameterLayout LayoutOf(const optim::UnknownSpec& unknown, const Scen
   return layout;
 }
 
-std::vector<double> ValuesOf(const optim::UnknownSpec& unknown, const Scene& scene) {
+/// Empty where others stand for it.
+std::vector<double> ValuesOf(const optim::FitSpec& spec,
+                             const optim::UnknownSpec& unknown,
+                             const Scene& scene) {
+  if (optim::IsReplaced(scene, unknown, spec.unknowns)) return {};
   return LayoutOf(unknown, scene).Gather(scene);
 }
 
@@ -83,8 +88,9 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
                                                   const StandardErrorsByName& errors) {
   std::vector<ParameterSummary> summaries;
   for (const optim::UnknownSpec& unknown : spec.unknowns) {
-    const std::vector<double> initial = ValuesOf(unknown, start);
-    const std::vector<double> final = ValuesOf(unknown, result);
+    if (optim::IsReplaced(result, unknown, spec.unknowns)) continue;
+    const std::vector<double> initial = ValuesOf(spec, unknown, start);
+    const std::vector<double> final = ValuesOf(spec, unknown, result);
     double lower = unknown.lower, upper = unknown.upper;
     const bool exposure = unknown.kind == ParameterKind::kExposure;
     if (exposure) {

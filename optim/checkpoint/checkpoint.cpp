@@ -17,6 +17,7 @@
 #include <boost/crc.hpp>
 #include <nlohmann/json.hpp>
 
+#include "optim/parameter/promotion.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
@@ -29,6 +30,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using Bytes = Json::binary_t::container_type;
 using renderer::EnvironmentEmitter;
+using renderer::Material;
 using renderer::Mesh;
 using renderer::ParameterGroup;
 using renderer::ParameterLayout;
@@ -38,7 +40,7 @@ using renderer::Scene;
 static_assert(std::endian::native == std::endian::little,
               "arrays are written as they are in memory");
 
-constexpr const char* kFormat = "pathfit state 3";
+constexpr const char* kFormat = "pathfit state 4";
 constexpr std::size_t kKeptStates = 2;
 constexpr std::string_view kPrefix = "state_";
 
@@ -61,11 +63,12 @@ std::uint32_t ChecksumOf(const Bytes& bytes) {
   return checksum.value();
 }
 
-/// Groups of all unknowns that are not held; where the scene's shapes differ, so do the sizes.
+/// Groups of all unknowns that are neither held nor replaced; where the scene's shapes differ, so
+/// do the sizes.
 ParameterLayout LayoutOf(const Scene& scene, const std::vector<UnknownSpec>& unknowns) {
   ParameterLayout layout(scene);
   for (const UnknownSpec& unknown : unknowns) {
-    if (!unknown.hold) {
+    if (!unknown.hold && !IsReplaced(scene, unknown, unknowns)) {
       layout.Add(unknown.kind, unknown.object);
     }
   }
@@ -144,6 +147,32 @@ bool SameShape(const Raster& a, const Raster& b) {
   return a.width == b.width && a.height == b.height;
 }
 
+/// Materials: what stands in for their constants.
+bool SameShape(const Material& a, const Material& b) {
+  return a.vertex_colors == b.vertex_colors && a.base_color_texture == b.base_color_texture &&
+         a.roughness_texture == b.roughness_texture && a.metallic_texture == b.metallic_texture;
+}
+
+Json ShapeToJson(const Material& material, ArrayWriter& arrays) {
+  const Rgb& color = material.base_color;
+  return {{"vertex_colors", material.vertex_colors},
+          {"base_color_texture", material.base_color_texture},
+          {"roughness_texture", material.roughness_texture},
+          {"metallic_texture", material.metallic_texture},
+          {"base_color", arrays.Add(std::vector<double>{color.r, color.g, color.b})}};
+}
+
+void ShapeFromJson(const Json& json, const Json& arrays, Material& material) {
+  json.at("vertex_colors").get_to(material.vertex_colors);
+  json.at("base_color_texture").get_to(material.base_color_texture);
+  json.at("roughness_texture").get_to(material.roughness_texture);
+  json.at("metallic_texture").get_to(material.metallic_texture);
+  std::vector<double> color;
+  ReadArray(arrays, json.at("base_color"), color);
+  if (color.size() != 3) throw renderer::IoError("a base colour has a wrong size");
+  material.base_color = {color[0], color[1], color[2]};
+}
+
 Json ShapeToJson(const Mesh& mesh, ArrayWriter& arrays) {
   Json json;
   VisitArrays(
@@ -176,10 +205,14 @@ void ShapeFromJson(const Json& json, const Json& arrays, Raster& raster) {
 template <class SceneType, class Visitor>
 void VisitShapes(SceneType& a, const Scene& b, const Visitor& visit) {
   PATHFIT_CHECK_EQ(a.meshes.size(), b.meshes.size());
+  PATHFIT_CHECK_EQ(a.materials.size(), b.materials.size());
   PATHFIT_CHECK_EQ(a.textures.size(), b.textures.size());
   PATHFIT_CHECK_EQ(a.emitters.size(), b.emitters.size());
   for (std::size_t i = 0; i < a.meshes.size(); ++i) {
     visit("mesh " + std::to_string(i), a.meshes[i].mesh, b.meshes[i].mesh);
+  }
+  for (std::size_t i = 0; i < a.materials.size(); ++i) {
+    visit("material " + std::to_string(i), a.materials[i], b.materials[i]);
   }
   for (std::size_t i = 0; i < a.textures.size(); ++i) {
     visit("texture " + std::to_string(i), a.textures[i], b.textures[i]);
@@ -202,7 +235,7 @@ class Codec {
     const std::vector<double> values = layout.Gather(origin.start);
     for (const ParameterGroup& group : layout.groups()) {
       names_.push_back(group.name);
-      start_values_.push_back(ValuesOf(group, values));
+      start_values_[group.name] = ValuesOf(group, values);
     }
     Checksum checksum;
     checksum.Add(values);
@@ -320,15 +353,16 @@ class Codec {
             shapes[name] = ShapeToJson(shape, arrays);
           }
         });
-    Json values = Json::array();
+    Json values = Json::object();
     const ParameterLayout layout = LayoutOf(scene, origin_.unknowns);
     const std::vector<double> all = layout.Gather(scene);
-    for (std::size_t g = 0; g < layout.groups().size(); ++g) {
-      const std::vector<double> group = ValuesOf(layout.groups()[g], all);
+    for (const ParameterGroup& group : layout.groups()) {
+      const std::vector<double> now = ValuesOf(group, all);
+      const auto start = start_values_.find(group.name);
       const bool as_in_start =
-          group.size() == start_values_[g].size() &&
-          std::memcmp(group.data(), start_values_[g].data(), group.size() * sizeof(double)) == 0;
-      values.push_back(as_in_start ? Json() : Json(arrays.Add(group)));
+          start != start_values_.end() && now.size() == start->second.size() &&
+          std::memcmp(now.data(), start->second.data(), now.size() * sizeof(double)) == 0;
+      if (!as_in_start) values[group.name] = arrays.Add(now);
     }
     return {{"shapes", shapes}, {"values", values}};
   }
@@ -351,11 +385,13 @@ class Codec {
         });
     const ParameterLayout layout = LayoutOf(scene, origin_.unknowns);
     std::vector<double> all;
-    for (std::size_t g = 0; g < layout.groups().size(); ++g) {
-      const ParameterGroup& group = layout.groups()[g];
-      std::vector<double> values = start_values_[g];
-      if (!json.at("values").at(g).is_null()) {
-        ReadArray(arrays, json.at("values").at(g), values);
+    for (const ParameterGroup& group : layout.groups()) {
+      std::vector<double> values;
+      const Json& changed = json.at("values");
+      if (changed.contains(group.name)) {
+        ReadArray(arrays, changed.at(group.name), values);
+      } else if (const auto start = start_values_.find(group.name); start != start_values_.end()) {
+        values = start->second;
       }
       if (values.size() !=
           static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size)) {
@@ -376,7 +412,7 @@ class Codec {
 
   FitOrigin origin_;
   std::vector<std::string> names_;
-  std::vector<std::vector<double>> start_values_;
+  std::map<std::string, std::vector<double>> start_values_;  ///< by group
   std::uint32_t start_checksum_ = 0;
 };
 

@@ -10,8 +10,9 @@
 
 namespace pathfit::optim {
 
-/// Whether two scenes with the same list of objects have meshes of the same connectivity and
-/// textures and environments of the same size: vectors of unknowns of one then fit the other.
+/// Whether two scenes with the same list of objects have meshes of the same connectivity, materials
+/// that are constant or not alike, and textures and environments of the same size: vectors of
+/// unknowns of one then fit the other.
 bool SameShapes(const renderer::Scene& a, const renderer::Scene& b);
 
 /// A mean of scenes; empty at weight 0.
@@ -36,8 +37,9 @@ inline constexpr renderer::SampleBudget kStartSplit{
     .spp = 1, .sppe = 0.5, .spp_direct = 0.05, .spp_indirect = 0.05, .spp_pixel = 0.5};
 
 /// Everything a fit needs to continue to the same bits, besides the scene it started from and its
-/// specification. Scenes may differ from the start in the values of unknowns and in the shape of
-/// meshes (connectivity), textures and environments (size); the lists of objects are the start's.
+/// specification. Scenes may differ from the start in the values of unknowns, in the shape of
+/// meshes (connectivity), textures and environments (size), and in what of materials is constant,
+/// per vertex or a texture; the lists of objects are the start's.
 struct FitState {
   std::string fingerprint;  ///< of the specification; a state of another one is refused
   int sequence = 0;         ///< counts written states

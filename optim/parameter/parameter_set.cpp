@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "optim/parameter/promotion.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 
@@ -41,7 +42,8 @@ ParameterSet::ParameterSet(const renderer::Scene& scene,
       throw renderer::SceneError("a stage frees unknown number " + std::to_string(index) +
                                  "; there are " + std::to_string(unknowns.size()));
     }
-    if (!unknowns[static_cast<std::size_t>(index)].hold) order.push_back(index);
+    const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
+    if (!unknown.hold && !IsReplaced(scene, unknown, unknowns)) order.push_back(index);
   }
   std::ranges::stable_sort(order, [&](int a, int b) {
     return unknowns[static_cast<std::size_t>(a)].kind < unknowns[static_cast<std::size_t>(b)].kind;

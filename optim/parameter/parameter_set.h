@@ -23,9 +23,9 @@ struct ExposureModel {
 /// vertices lead its sorted block list.
 class ParameterSet {
  public:
-  /// `active`: indices into `unknowns`; held unknowns are left out. `sensors`: those that an
-  /// unknown of all sensors frees. Throws SceneError for an index out of range or an unknown the
-  /// scene does not have.
+  /// `active`: indices into `unknowns`; those held or replaced (IsReplaced) are left out.
+  /// `sensors`: those that an unknown of all sensors frees. Throws SceneError for an index out of
+  /// range or an unknown the scene does not have.
   ParameterSet(const renderer::Scene& scene,
                const std::vector<UnknownSpec>& unknowns,
                const std::vector<int>& active,

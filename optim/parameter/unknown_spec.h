@@ -18,6 +18,15 @@ enum class Parameterization { kIdentity, kLog };
 /// its images resolve (round/mesh_levels.h).
 enum class MeshDetail { kKeep, kLevels };
 
+/// A constant of a material that vertex colours or texels of the unknown take the place of, once a
+/// stage frees them (round/surface_levels.h).
+struct Promotion {
+  renderer::ParameterKind property =
+      renderer::ParameterKind::kBaseColor;  ///< kRoughness, kMetallic
+  int material = 0;
+  friend bool operator==(const Promotion&, const Promotion&) = default;
+};
+
 struct GaussianPriorSpec {
   /// One value for all components, or one per component; empty: the values that the run began with.
   std::vector<double> mean;
@@ -37,6 +46,9 @@ struct ExposurePrior {
 inline constexpr double kDefaultLargeSteps = 19.0;
 inline constexpr double kDefaultLaplacian = 2e-3;
 
+/// Total variation of texels that take the place of a constant, without a word about them.
+inline constexpr double kDefaultTexelVariation = 3e-4;
+
 /// Prior beliefs and step control of one unknown; weight 0 or empty = absent. Only those that fit
 /// the kind may be set. How the weights compare with the photos: optim/prior/prior_terms.h.
 struct UnknownSpec {
@@ -50,6 +62,7 @@ struct UnknownSpec {
   bool hold = false;  ///< known to the program, never freed
 
   MeshDetail mesh_detail = MeshDetail::kKeep;
+  std::optional<Promotion> promotion;  ///< of vertex colours and texels
 
   double laplacian_weight = 0.0;        ///< vertices: weight of |x - mean of neighbours|^2 / edge^2
   double large_steps_lambda = 0.0;      ///< vertices: metric I + lambda L of the proximal damping

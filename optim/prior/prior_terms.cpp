@@ -14,6 +14,8 @@
 
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_topology.h"
+#include "renderer/geometry/texel_places.h"
+#include "renderer/scene/texture_surface.h"
 
 namespace pathfit::optim {
 namespace {
@@ -98,7 +100,182 @@ TexelGrid GridOf(const Context& context, const ParameterGroup& group) {
   return {group.first_block, environment.width, environment.height, true, false, true};
 }
 
+/// What priors on the texels of an atlas weigh: the slope on the surface, in differences over the
+/// mean texel's side, and jumps across seams.
+class AtlasTerms {
+ public:
+  AtlasTerms(const renderer::Scene& scene, const ParameterGroup& group)
+      : texture_(scene.textures[static_cast<std::size_t>(group.object)]),
+        first_block_(group.first_block) {
+    std::vector<const renderer::Mesh*> meshes;
+    for (const int i : renderer::MeshesOfTexture(scene, group.object)) {
+      const renderer::SceneMesh& item = scene.meshes[static_cast<std::size_t>(i)];
+      meshes.push_back(&item.mesh);
+      scales_.push_back(item.pose.scale);
+    }
+    places_ = renderer::PlaceTexels(meshes, texture_.width, texture_.height);
+    seams_ = renderer::SampleSeams(meshes, texture_.width, texture_.height);
+    for (const renderer::Mesh* mesh : meshes) {
+      metrics_.emplace_back();
+      for (std::size_t f = 0; f < mesh->triangles.size(); ++f) {
+        metrics_.back().push_back(MetricOf(*mesh, f, scales_[metrics_.size() - 1]));
+      }
+    }
+    std::size_t count = 0;
+    for (const renderer::TexelPlace& place : places_) {
+      if (place.mesh < 0) continue;
+      area_ += Of(place).area;
+      ++count;
+    }
+    side_ = std::sqrt(area_ / static_cast<double>(std::max<std::size_t>(1, count)));
+  }
+
+  /// Calls add(term, share) with the terms of the mean over the surface; their weights are those of
+  /// differences in units of the texels.
+  template <class Add>
+  void ForEach(const Add& add) const {
+    for (int y = 0; y < texture_.height; ++y) {
+      for (int x = 0; x < texture_.width; ++x) AddSlope(x, y, add);
+    }
+    for (const renderer::SeamPoint& seam : seams_) AddSeam(seam, add);
+  }
+
+ private:
+  /// d . G^-1 d = |(xx dx + xy dy, yy dy)|^2 for differences d to the neighbours, per metre.
+  struct Metric {
+    double xx = 0.0, xy = 0.0, yy = 0.0;
+    double area = 0.0;  ///< of a texel, square metres
+  };
+
+  [[nodiscard]] Metric MetricOf(const renderer::Mesh& mesh, std::size_t f, double scale) const {
+    const auto corner = [&](std::size_t k) {
+      return mesh.positions[static_cast<std::size_t>(mesh.triangles[f][k])] * scale;
+    };
+    const auto texel = [&](std::size_t k) {
+      const renderer::Vec2& uv = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[f][k])];
+      return renderer::Vec2{uv.x * texture_.width, -uv.y * texture_.height};
+    };
+    const renderer::Vec2 a = texel(1) - texel(0);
+    const renderer::Vec2 b = texel(2) - texel(0);
+    const renderer::Vec3 p = corner(1) - corner(0);
+    const renderer::Vec3 q = corner(2) - corner(0);
+    const double det = a.x * b.y - a.y * b.x;
+    const renderer::Vec3 along_x = (p * b.y - q * a.y) / det;
+    const renderer::Vec3 along_y = (q * a.x - p * b.x) / det;
+    const double e = SquaredNorm(along_x);
+    const double g = SquaredNorm(along_y);
+    const double m = Dot(along_x, along_y);
+    // G^-1 = [g -m; -m e] / (e g - m^2), and its root by Cholesky.
+    const double square = std::max(e * g - m * m, 1e-12 * e * g);
+    Metric metric;
+    metric.area = std::sqrt(square);
+    metric.xx = std::sqrt(g / square);
+    metric.xy = -m / std::sqrt(g * square);
+    metric.yy = 1.0 / std::sqrt(g);
+    return metric;
+  }
+
+  [[nodiscard]] const Metric& Of(const renderer::TexelPlace& place) const {
+    return metrics_[static_cast<std::size_t>(place.mesh)][static_cast<std::size_t>(place.triangle)];
+  }
+  [[nodiscard]] std::size_t IndexOf(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(texture_.width) +
+           static_cast<std::size_t>(x);
+  }
+  /// The neighbour on the same chart, ahead or else behind, and the sign of the difference to it;
+  /// -1: there is none.
+  std::pair<std::int32_t, double> Neighbor(int x, int y, int dx, int dy) const {
+    const std::int32_t chart = places_[IndexOf(x, y)].chart;
+    for (const int sign : {1, -1}) {
+      const int at_x = x + sign * dx, at_y = y + sign * dy;
+      if (at_x < 0 || at_y < 0 || at_x >= texture_.width || at_y >= texture_.height) continue;
+      const std::size_t index = IndexOf(at_x, at_y);
+      if (places_[index].mesh < 0 || places_[index].chart != chart) continue;
+      return {static_cast<std::int32_t>(index), static_cast<double>(sign)};
+    }
+    return {-1, 0.0};
+  }
+
+  template <class Add>
+  void AddSlope(int x, int y, const Add& add) const {
+    const renderer::TexelPlace& place = places_[IndexOf(x, y)];
+    if (place.mesh < 0) return;
+    const Metric& metric = Of(place);
+    const auto [right, sign_x] = Neighbor(x, y, 1, 0);
+    const auto [below, sign_y] = Neighbor(x, y, 0, 1);
+    if (right < 0 && below < 0) return;
+    PriorTerm term;
+    term.blocks = {first_block_ + static_cast<std::int32_t>(IndexOf(x, y))};
+    std::vector<double> first = {0.0}, second = {0.0};
+    const auto include = [&](std::int32_t other, double sign, double in_first, double in_second) {
+      if (other < 0) return;
+      term.blocks.push_back(first_block_ + other);
+      first.push_back(sign * side_ * in_first);
+      second.push_back(sign * side_ * in_second);
+      first[0] -= first.back();
+      second[0] -= second.back();
+    };
+    include(right, sign_x, metric.xx, 0.0);
+    include(below, sign_y, metric.xy, metric.yy);
+    term.weights = std::move(first);
+    if (below >= 0) term.weights.insert(term.weights.end(), second.begin(), second.end());
+    add(std::move(term), metric.area / area_);
+  }
+
+  template <class Add>
+  void AddSeam(const renderer::SeamPoint& seam, const Add& add) const {
+    PriorTerm term;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const renderer::TextureLookup lookup = LookUpTexture(texture_, seam.uv[side]);
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (lookup.weight[k] == 0.0) continue;
+        const std::int32_t block = first_block_ + lookup.texel[k];
+        const auto known = std::ranges::find(term.blocks, block);
+        const auto index = static_cast<std::size_t>(known - term.blocks.begin());
+        if (known == term.blocks.end()) {
+          term.blocks.push_back(block);
+          term.weights.push_back(0.0);
+        }
+        term.weights[index] += side == 0 ? lookup.weight[k] : -lookup.weight[k];
+      }
+    }
+    // A jump counts as a slope over the side of a texel.
+    const double length = seam.length * scales_[static_cast<std::size_t>(seam.mesh)];
+    add(std::move(term), side_ * length / area_);
+  }
+
+  const renderer::Texture& texture_;
+  std::int32_t first_block_;
+  std::vector<double> scales_;  ///< by mesh
+  std::vector<renderer::TexelPlace> places_;
+  std::vector<renderer::SeamPoint> seams_;
+  std::vector<std::vector<Metric>> metrics_;  ///< by mesh and triangle
+  double area_ = 0.0;                         ///< of all texels, square metres
+  double side_ = 0.0;                         ///< of the mean texel
+};
+
+bool IsOnAtlas(const Context& context, const ParameterGroup& group) {
+  return group.kind == ParameterKind::kTextureTexels &&
+         renderer::IsAtlas(context.scene, group.object);
+}
+
+/// With `edge` > 0 as total variation, else quadratic.
+void AddAtlasTerms(const Context& context,
+                   const ParameterGroup& group,
+                   double weight,
+                   double edge) {
+  AtlasTerms(context.scene, group).ForEach([&](PriorTerm term, double share) {
+    // As for a grid: the mean over pairs of neighbours, of which a texel has two.
+    const double scale =
+        std::sqrt(context.num_channels * weight * share / (edge > 0.0 ? edge : 2.0));
+    for (double& w : term.weights) w *= scale;
+    term.edge = scale * edge;
+    context.terms.push_back(std::move(term));
+  });
+}
+
 void AddTexelSmoothness(const Context& context, const ParameterGroup& group, double weight) {
+  if (IsOnAtlas(context, group)) return AddAtlasTerms(context, group, weight, 0.0);
   const TexelGrid grid = GridOf(context, group);
   std::vector<BlockPair> pairs;
   for (int y = 0; y < grid.height; ++y) {
@@ -113,6 +290,7 @@ void AddTexelSmoothness(const Context& context, const ParameterGroup& group, dou
 }
 
 void AddTotalVariation(const Context& context, const ParameterGroup& group, double weight) {
+  if (IsOnAtlas(context, group)) return AddAtlasTerms(context, group, weight, kTotalVariationEdge);
   const TexelGrid grid = GridOf(context, group);
   double total = 0.0;
   for (int y = 0; y < grid.height; ++y) total += grid.width * grid.Weight(y + 0.5);

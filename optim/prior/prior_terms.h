@@ -55,6 +55,10 @@ std::vector<WeightedPrior> WeightedPriors();
 ///   total variation: w * mean over texels of sqrt(|d|^2 + e^2) - e, d the differences to the right
 ///               and the lower neighbour in all channels, e = kTotalVariationEdge; neighbours and
 ///               weights as for smooth;
+///   both of a texture whose UVs are an atlas (renderer::IsAtlas): means over the surface instead,
+///               d the slope there times the side of the mean texel (half of |d|^2 for smooth,
+///               whose pairs are two for a texel); jumps across seams count as slopes over that
+///               side, texels that no lookup uses do not;
 ///   neutral:    w/2 * mean over texels of |texel - its grey|^2;
 ///   Gaussian:   (x - mean)/sigma = 1 costs as much as one pixel-channel with residual
 ///               kGaussianResidual, so that it decides only what the photos leave open. The gains'

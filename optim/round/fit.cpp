@@ -17,6 +17,8 @@
 #include "optim/round/persistence.h"
 #include "optim/round/round_policy.h"
 #include "optim/round/round_runner.h"
+#include "optim/round/surface_levels.h"
+#include "optim/round/texel_fill.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 
@@ -194,25 +196,31 @@ class FitDriver {
       return;
     }
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
-    MeshLevels levels =
-        RefineMeshes(std::move(state_.scene),
-                     spec_.unknowns,
-                     stage.free,
-                     evaluation_.ViewsAt(Scales()[static_cast<std::size_t>(state_.level)]));
-    state_.scene = std::move(levels.scene);
+    const double scale = Scales()[static_cast<std::size_t>(state_.level)];
+    SceneLevel level =
+        SceneOfLevel(state_.scene, spec_, stage.free, evaluation_.ViewsAt(scale), scale);
+    state_.scene = std::move(level.scene);
     state_.level_scene = state_.scene;
     const ParameterSet set = FreeSet(state_.scene, stage);
     // Where nothing moves, steps hold at any size of the photos.
     if (state_.level == 0 || MovesSomething(set) || !IsFew(set)) {
       state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
     }
-    for (const std::string& message : levels.messages) {
+    for (const std::string& message : level.messages) {
       observer_.OnMessage("stage '" + stage.name + "': " + message);
     }
   }
 
   [[nodiscard]] ParameterSet FreeSet(const renderer::Scene& scene, const StageSpec& stage) const {
     return {scene, spec_.unknowns, stage.free, Range(scene.sensors.size()), exposure_};
+  }
+
+  /// Of texels that are still to be made there are many.
+  [[nodiscard]] bool PromotesToTexels(const StageSpec& stage) const {
+    return std::ranges::any_of(stage.free, [&](int index) {
+      const UnknownSpec& unknown = spec_.unknowns[static_cast<std::size_t>(index)];
+      return unknown.promotion && !unknown.hold;
+    });
   }
 
   [[nodiscard]] bool IsFew(const ParameterSet& set) const {
@@ -231,10 +239,11 @@ class FitDriver {
       smallest_side = std::min({smallest_side, view.photo.width(), view.photo.height()});
     }
     const ParameterSet set = FreeSet(state_.stage_start, stage);
-    if (set.NumScalars() == 0) {
+    const bool promotes = PromotesToTexels(stage);
+    if (set.NumScalars() == 0 && !promotes) {
       return {stage.image_scale};  // and is skipped
     }
-    return ScalesOfStage(stage, MovesSomething(set), IsFew(set), smallest_side);
+    return ScalesOfStage(stage, MovesSomething(set), !promotes && IsFew(set), smallest_side);
   }
 
   /// False when the time limit ended it.
@@ -310,6 +319,9 @@ class FitDriver {
     }
     const FitViews& views = evaluation_.ViewsAt(stage.image_scale);
     KeepBest(stage, views, report);
+    for (const std::string& message : FillUnseenTexels(spec_.unknowns, views, state_.scene)) {
+      observer_.OnMessage("stage '" + stage.name + "': " + message);
+    }
     const Model model = MakeModel(state_.scene, stage, views);
     const renderer::MeshFolds folds = CountFolds(state_.scene, model.set.layout());
     report.folded_edges = folds.folded_edges;

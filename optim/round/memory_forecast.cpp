@@ -9,9 +9,9 @@
 #include "optim/problem/image_problem.h"
 #include "optim/problem/scene_image_source.h"
 #include "optim/round/exposure_gauge.h"
-#include "optim/round/mesh_levels.h"
 #include "optim/round/process_memory.h"
 #include "optim/round/round_policy.h"
+#include "optim/round/surface_levels.h"
 #include "optim/solver/trust_region_solver.h"
 
 namespace pathfit::optim {
@@ -38,7 +38,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     cameras.push_back(views.levels.back().camera());
   }
 
-  const renderer::Scene refined = RefineMeshes(scene, spec.unknowns, stage_spec.free, views).scene;
+  const renderer::Scene refined = SceneOfLevel(scene, spec, stage_spec.free, views, scale).scene;
   const ExposureModel exposure = MakeExposureModel(refined, spec.exposure);
   const ParameterSet set(refined, spec.unknowns, stage_spec.free, fitted, exposure);
   SceneImageSource source(refined, set.layout(), cameras, spec.estimators, nullptr);

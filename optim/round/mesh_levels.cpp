@@ -70,11 +70,18 @@ double EdgeOf(double area, double vertices) {
   return std::sqrt(area / (std::sqrt(0.75) * vertices));
 }
 
-bool UsesUvs(const Scene& scene, int index) {
+/// By textures other than those that are made for the mesh, and can be made again.
+bool UsesUvs(const Scene& scene, int index, const std::vector<UnknownSpec>& unknowns) {
   const auto& material = scene.materials[static_cast<std::size_t>(
       scene.meshes[static_cast<std::size_t>(index)].material)];
-  return material.base_color_texture >= 0 || material.roughness_texture >= 0 ||
-         material.metallic_texture >= 0 ||
+  const auto stays = [&](int texture) {
+    return texture >= 0 && std::ranges::none_of(unknowns, [texture](const UnknownSpec& unknown) {
+             return unknown.promotion && unknown.kind == ParameterKind::kTextureTexels &&
+                    unknown.object == texture;
+           });
+  };
+  return stays(material.base_color_texture) || stays(material.roughness_texture) ||
+         stays(material.metallic_texture) ||
          std::any_of(scene.emitters.begin(), scene.emitters.end(), [index](const auto& emitter) {
            const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
            return area != nullptr && area->mesh == index && area->texture >= 0;
@@ -87,7 +94,7 @@ std::string Obstacle(const Scene& scene,
                      const std::vector<UnknownSpec>& unknowns,
                      const renderer::MeshTopology& topology) {
   if (!topology.closed) return "its surface has borders";
-  if (UsesUvs(scene, index)) return "textures lie on its UVs";
+  if (UsesUvs(scene, index, unknowns)) return "textures lie on its UVs";
   for (const UnknownSpec& unknown : unknowns) {
     const bool of_mesh = renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kMeshes &&
                          unknown.object == index;
@@ -168,7 +175,11 @@ class Leveller {
     if (folds.Total() > 0 || left.Total() > 0) {
       text += "; had " + Describe(folds) + ", has " + Describe(left);
     }
-    if (!mesh.uvs.empty() && made.uvs.empty()) text += "; UVs, which nothing uses, are dropped";
+    if (!mesh.uvs.empty() && made.uvs.empty()) {
+      // Of textures that are made for the mesh there will be others.
+      text += UsesUvs(levels_.scene, index, {}) ? "; UVs are made anew"
+                                                : "; UVs, which nothing uses, are dropped";
+    }
     Say(item, text);
     item.mesh = std::move(made);
   }
@@ -178,6 +189,8 @@ class Leveller {
     renderer::SceneMesh& item = levels_.scene.meshes[static_cast<std::size_t>(index)];
     const auto topology = renderer::MeshTopology::Build(item.mesh);
     if (!Obstacle(levels_.scene, index, unknowns_, topology).empty()) return false;
+    // Textures that can be made again wait for the next level: each time they lose some sharpness.
+    if (UsesUvs(levels_.scene, index, {})) return false;
     const double wanted = WantedEdge(item);
     if (wanted == 0.0) return false;
     try {

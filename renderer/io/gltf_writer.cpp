@@ -285,7 +285,9 @@ tinygltf::Primitive AddPrimitive(const Mesh& mesh,
     }
     for (int c = 0; c < 3; ++c) {
       positions.push_back(StoredFloat(mesh.positions[Index(vertex.position)][c], path));
-      normals.push_back(StoredFloat(mesh.normals[Index(vertex.normal)][c], path));
+      if (vertex.normal >= 0) {
+        normals.push_back(StoredFloat(mesh.normals[Index(vertex.normal)][c], path));
+      }
       if (vertex.color < 0) continue;
       colors.push_back(
           std::clamp(StoredFloat(mesh.colors[Index(vertex.color)][c], path), 0.0F, 1.0F));
@@ -295,7 +297,8 @@ tinygltf::Primitive AddPrimitive(const Mesh& mesh,
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.material = 0;
   primitive.attributes["POSITION"] = buffer.AddPositions(positions);
-  primitive.attributes["NORMAL"] = buffer.AddVectors(normals, 3);
+  // Without normals the format demands flat shading, which is what the mesh has.
+  if (!normals.empty()) primitive.attributes["NORMAL"] = buffer.AddVectors(normals, 3);
   if (!uvs.empty()) primitive.attributes["TEXCOORD_0"] = buffer.AddVectors(uvs, 2);
   if (!colors.empty()) primitive.attributes["COLOR_0"] = buffer.AddVectors(colors, 3);
   primitive.indices = buffer.AddIndices(split.triangles);
@@ -317,11 +320,7 @@ GlbMaterial WithDimEmissionTexture(GlbMaterial material) {
 
 /// The format demands unit normals.
 Mesh WithUnitNormals(Mesh mesh) {
-  if (mesh.normal_triangles.empty()) {
-    ComputeVertexNormals(mesh);
-  } else {
-    NormalizeVertexNormals(mesh);
-  }
+  if (!mesh.normal_triangles.empty()) NormalizeVertexNormals(mesh);
   return mesh;
 }
 

@@ -27,11 +27,11 @@ struct GlbMaterial {
 };
 
 /// One mesh with one material as binary glTF (y up, metres), called as the file: float POSITION,
-/// unit NORMAL (the mesh's own, otherwise smooth ones), TEXCOORD_0 (v down, as the format demands)
-/// when the mesh has UVs, linear float COLOR_0 (clamped to 0..1) when it has colours, uint32
-/// indices. A position with several normals, UVs or colours is repeated. Written through a
-/// temporary file. Fails: IoError (not writable, a number beyond float), SceneError (wrong indices,
-/// no triangle, a texture without UVs or whose texels do not match its size).
+/// unit NORMAL when the mesh has normals (else viewers shade it flat), TEXCOORD_0 (v down, as the
+/// format demands) when the mesh has UVs, linear float COLOR_0 (clamped to 0..1) when it has
+/// colours, uint32 indices. A position with several normals, UVs or colours is repeated. Written
+/// through a temporary file. Fails: IoError (not writable, a number beyond float), SceneError
+/// (wrong indices, no triangle, a texture without UVs or whose texels do not match its size).
 void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& material);
 
 }  // namespace pathfit::renderer

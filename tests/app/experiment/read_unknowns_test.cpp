@@ -198,15 +198,65 @@ TEST(ReadUnknowns, TheResolvedCopyHoldsWhatIsUsedAndIsReadAlike) {
   EXPECT_EQ(ResolvedYaml(LoadText(kSceneConfig), first.scene).find("bounds"), std::string::npos);
 }
 
+TEST(ReadUnknowns, WhatChangesItsFormIsOneUnknownForEach) {
+  const Experiment built =
+      Build(With("wall.base_color: {as: [constant, vertices, texture]}\n"
+                 "  glaze.base_color: {as: texture, bounds: [0.1, 0.8]}\n"
+                 "  glaze.roughness: {as: texture, priors: [{smooth: {weight: 0.1}}]}"));
+  const std::vector<optim::UnknownSpec>& unknowns = built.fit.unknowns;
+  ASSERT_EQ(unknowns.size(), 5U);
+  EXPECT_EQ(unknowns[0].name, "wall.base_color");
+  EXPECT_EQ(unknowns[0].kind, ParameterKind::kBaseColor);
+  EXPECT_FALSE(unknowns[0].promotion.has_value());
+  EXPECT_EQ(unknowns[3].name, "bulb.colors") << "the mesh that is made of it";
+  EXPECT_EQ(unknowns[3].kind, ParameterKind::kVertexColors);
+  EXPECT_EQ(unknowns[4].name, "wall_base_color.texels");
+  EXPECT_EQ(unknowns[4].total_variation_weight, optim::kDefaultTexelVariation);
+  ASSERT_TRUE(unknowns[1].promotion.has_value());
+  EXPECT_EQ(unknowns[1].name, "glaze_base_color.texels");
+  EXPECT_EQ(unknowns[1].lower, 0.1);
+  EXPECT_EQ(unknowns[1].upper, 0.8);
+  EXPECT_EQ(unknowns[2].promotion->property, ParameterKind::kRoughness);
+  EXPECT_EQ(unknowns[2].smooth_weight, 0.1);
+  EXPECT_EQ(unknowns[2].total_variation_weight, 0.0) << "priors of its own";
+  const auto& textures = built.scene.textures;
+  ASSERT_EQ(textures.size(), 7U);
+  EXPECT_EQ(textures[6].name, "glaze_roughness");
+  EXPECT_TRUE(textures[6].scalar);
+  EXPECT_EQ(unknowns[2].object, 6);
+}
+
+TEST(ReadUnknowns, MistakesOfFormsAreSaidAtTheirPlace) {
+  const auto expect = [](const std::string& unknown, const std::string& said) {
+    const std::string problem = ProblemOf(With(unknown));
+    EXPECT_NE(problem.find(said), std::string::npos) << unknown << ": " << problem;
+    EXPECT_NE(problem.find("38:"), std::string::npos) << problem;
+  };
+  expect("mug.colors: {as: texture}", "'mug.colors' cannot have `as`");
+  expect("wal.base_color: {as: texture}", "no material is called 'wal' (did you mean 'wall'?)");
+  expect("wood.base_color: {as: texture}", "is a texture already; write oak.texels");
+  expect("glaze.roughness: {as: vertices}", "only base_color can be per vertex");
+  expect("glaze.base_color: {as: constant}", "per vertex already");
+  expect("plain.base_color: {as: texture}", "no mesh is made of 'plain'");
+  expect("wall.base_color: {as: [texture, vertices]}", "'vertices' cannot follow 'texture'");
+  expect("wall.base_color: {as: picture}", "'picture'");
+  expect("wall.base_color: {as: texture, priors: [{laplacian: {weight: 1}}]}",
+         "prior 'laplacian' does not fit base_color");
+  expect("wall.base_color: {as: texture, priors: [{gaussian: {mean: start, sigma: 1}}]}",
+         "give a mean");
+  expect("wall.metallic: {as: texture}", "metallic_roughness");
+}
+
 // Sensors are then called as the photos.
 TEST(ReadUnknowns, KnowsPhotosAndTheirExposures) {
   renderer::Scene scene = Build(kScene).scene;
   scene.sensors[0].name = "IMG_1.JPG";
   const auto read = [&](const std::string& unknowns, const std::string& model) {
     return ReadUnknowns(
-        LoadText(kFitConfig,
-                 {"unknowns=" + unknowns, "stages=[]", "input.exposure.model=" + model}),
-        scene);
+               LoadText(kFitConfig,
+                        {"unknowns=" + unknowns, "stages=[]", "input.exposure.model=" + model}),
+               scene)
+        .specs;
   };
   const auto unknowns = read("{IMG_1.JPG.position: {}, exposure: {}}", "gain");
   ASSERT_EQ(unknowns.size(), 2U);

@@ -1,6 +1,7 @@
 #include "app/output/export_result.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -12,6 +13,8 @@
 #include "app/output/export_cameras.h"
 #include "app/output/parameter_table.h"
 #include "optim/observation/camera_import.h"
+#include "optim/problem/fit_views.h"
+#include "optim/round/surface_levels.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
@@ -21,6 +24,7 @@
 #include "renderer/io/texture_file.h"
 #include "tests/app/output/html_check.h"
 #include "tests/app/output/synthetic_run.h"
+#include "tests/optim/round/synthetic_fit.h"
 
 namespace pathfit::app {
 namespace {
@@ -249,6 +253,133 @@ TEST(ExportResult, AGltfMaterialStaysOne) {
   }
   const auto& light = std::get<renderer::AreaEmitter>(read.emitters.at(0).light);
   EXPECT_NEAR(light.intensity.g, 4.0 * 2.0, 1e-6);
+}
+
+/// PSNR of the pixels that show something, in sRGB values: what people compare.
+double Psnr(const renderer::Scene& a, const renderer::Scene& b) {
+  double squares = 0.0;
+  double count = 0.0;
+  const renderer::Renderer of_a(a), of_b(b);
+  for (std::size_t v = 0; v < a.sensors.size(); ++v) {
+    renderer::RenderOptions options;
+    options.spp = 16;
+    options.view = v;
+    const renderer::Film first = of_a.RenderPrimal(a.sensors[v], options);
+    const renderer::Film second = of_b.RenderPrimal(a.sensors[v], options);
+    for (std::size_t i = 0; i < first.pixels.size(); ++i) {
+      if (first.pixels[i].a == 0.0) continue;
+      const double difference[] = {first.pixels[i].r - second.pixels[i].r,
+                                   first.pixels[i].g - second.pixels[i].g,
+                                   first.pixels[i].b - second.pixels[i].b};
+      for (const double d : difference) squares += d * d;
+      count += 3.0;
+    }
+  }
+  return -10.0 * std::log10(squares / count);
+}
+
+/// A ball whose colours and, unless it is matt, roughness and metallic are textures on an atlas.
+renderer::Scene TexturedBall(bool matt) {
+  renderer::Scene scene = tests::BallScene(4, 5, 96);
+  tests::Bump(scene);
+  renderer::Mesh& ball = scene.meshes[0].mesh;
+  for (std::size_t i = 0; i < ball.positions.size(); ++i) {
+    const renderer::Vec3 p = std::as_const(ball).positions[i];
+    ball.colors[i] = {0.5 + 0.3 * std::sin(5.0 * p.x), 0.4 + 0.3 * std::cos(4.0 * p.y), 0.3};
+  }
+  const optim::ObservationSet photos = tests::Photograph(scene, 1);
+  std::vector<optim::UnknownSpec> unknowns;
+  std::vector<int> free;
+  const auto promote = [&](renderer::ParameterKind property, const std::string& name) {
+    optim::UnknownSpec& unknown = unknowns.emplace_back();
+    unknown.kind = renderer::ParameterKind::kTextureTexels;
+    unknown.object = static_cast<int>(scene.textures.size());
+    unknown.promotion = optim::Promotion{property, 0};
+    free.push_back(unknown.object);
+    scene.textures.push_back({name});
+    scene.textures.back().scalar = property != renderer::ParameterKind::kBaseColor;
+  };
+  promote(renderer::ParameterKind::kBaseColor, "paint_base_color");
+  if (!matt) {
+    scene.materials[0].bsdf = renderer::MetallicRoughnessBsdf{0.4, 0.2};
+    promote(renderer::ParameterKind::kRoughness, "paint_roughness");
+    promote(renderer::ParameterKind::kMetallic, "paint_metallic");
+  }
+  scene =
+      optim::PromoteSurfaces(scene, scene, unknowns, free, optim::MakeFitViews(photos, 1.0), 1.0)
+          .scene;
+  for (std::size_t t = 1; t < scene.textures.size(); ++t) {
+    std::vector<renderer::Rgb>& texels = scene.textures[t].texels.Edit();
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+      texels[i] = renderer::Rgb::Constant(0.3 + 0.2 * std::sin(0.01 * static_cast<double>(i)));
+    }
+  }
+  return scene;
+}
+
+constexpr double kSamePicture = 45.0;  // dB
+
+TEST(ExportResult, ATexturedGlbIsRenderedAsTheFitWas) {
+  for (const bool matt : {true, false}) {
+    const TemporaryFolder folder("export_same");
+    renderer::Scene scene = TexturedBall(matt);
+    const std::vector<fs::path> files = WriteMeshes(folder.path(), scene, MeshFormat::kGlb);
+    ASSERT_EQ(files.size(), 1U);
+    renderer::GltfFile read = renderer::ReadGltf(files[0]);
+    EXPECT_TRUE(read.warnings.empty());
+    ASSERT_EQ(read.scene.textures.size(), scene.textures.size());
+    for (std::size_t t = 0; t < scene.textures.size(); ++t) {
+      EXPECT_EQ(read.scene.textures[t].width, scene.textures[t].width);
+    }
+    read.scene.emitters = scene.emitters;
+    const auto& bsdf = std::get<renderer::MetallicRoughnessBsdf>(read.scene.materials[0].bsdf);
+    if (matt) {
+      // What is matt here is so in glTF's model, too, whose samples are others.
+      EXPECT_EQ(bsdf.metallic, 0.0);
+      EXPECT_EQ(bsdf.specular, 0.0);
+      scene.materials[0].bsdf = bsdf;
+    }
+    read.scene.environment_visible = scene.environment_visible;
+    EXPECT_GT(Psnr(scene, read.scene), kSamePicture) << (matt ? "matt" : "glossy");
+  }
+}
+
+TEST(ExportResult, ATexturedObjAndPlyAreRenderedAsTheFitWas) {
+  const TemporaryFolder folder("export_same_obj");
+  const renderer::Scene scene = TexturedBall(true);
+  for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly}) {
+    const std::vector<fs::path> files = WriteMeshes(folder.path(), scene, format);
+    renderer::Scene read = scene;
+    read.meshes[0].mesh = renderer::ReadMesh(files.front());
+    ASSERT_EQ(files.back().extension(), ".png");
+    read.textures[0] = renderer::ReadTexture(files.back(), renderer::TextureRole::kColor);
+    EXPECT_GT(Psnr(scene, read), kSamePicture) << files.front();
+  }
+}
+
+TEST(ExportResult, MarksWhatNoPhotoShows) {
+  const TemporaryFolder folder("export_seen");
+  const renderer::Scene scene = TexturedBall(true);
+  optim::ObservationSet photos = tests::Photograph(scene, 1);
+  for (std::size_t v = 1; v < photos.views.size(); ++v) photos.views[v].validation = true;
+  optim::FitSpec fit;
+  fit.stages.resize(1);
+  fit.unknowns.resize(1);
+  fit.unknowns[0].kind = renderer::ParameterKind::kTextureTexels;
+  fit.unknowns[0].promotion = optim::Promotion{};
+  WriteTexelSights(folder.path(), scene, fit, photos);
+  const renderer::Image marks =
+      renderer::ReadImageFile(folder.path() / "textures/paint_base_color_seen.png", false).image;
+  ASSERT_EQ(marks.width, scene.textures[0].width);
+  std::array<int, 3> counts{};
+  for (std::size_t i = 0; i < marks.data.size(); i += static_cast<std::size_t>(marks.channels)) {
+    const double value = static_cast<double>(marks.data[i]);
+    ++counts.at(value > 0.9 ? 2 : value > 0.1 ? 1 : 0);
+  }
+  // One photo shows less than half of a ball.
+  EXPECT_GT(counts[2], counts[1] / 8);
+  EXPECT_GT(counts[1], counts[2]);
+  EXPECT_GT(counts[0], 0);
 }
 
 TEST(ExportResult, WritesWhatMovedAndEveryKindOfLight) {

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/texel_places.h"
+#include "renderer/geometry/uv_atlas.h"
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
 
@@ -181,6 +183,92 @@ TEST_F(PriorTermsTest, TotalVariationIsTheSizeOfTheSlope) {
   EXPECT_NEAR(Cost(Set()), 0.7 / 12.0 * 2.0 * size_of(0.09), 1e-14);
   scene_.textures[0].wrap = renderer::TextureWrap::kRepeat;
   EXPECT_NEAR(Cost(Set()), 0.7 / 12.0 * (size_of(2 * 0.09) + 2.0 * size_of(0.09)), 1e-14);
+}
+
+/// A cube of side 2 on an atlas, as mesh 0 and material 0, with a texture of the colours of `paint`
+/// at the places that its texels show.
+template <class Paint>
+void PaintCube(const Paint& paint, double density, renderer::Scene& scene) {
+  renderer::Mesh cube = tests::Cube();
+  renderer::Mesh* const meshes[] = {&cube};
+  const std::vector<double> densities[] = {std::vector<double>(cube.triangles.size(), density)};
+  const renderer::UvAtlas atlas = renderer::MakeUvAtlas(meshes, densities);
+  scene.meshes[0].mesh = cube;
+  scene.materials[0].vertex_colors = false;
+  scene.materials[0].base_color_texture = 0;
+  scene.textures = {{"cube", atlas.width, atlas.height}};
+  scene.textures[0].wrap = renderer::TextureWrap::kClamp;
+  const renderer::Mesh* const placed[] = {&scene.meshes[0].mesh};
+  std::vector<renderer::Rgb> texels;
+  for (const renderer::TexelPlace& place :
+       renderer::PlaceTexels(placed, atlas.width, atlas.height)) {
+    renderer::Vec3 x;
+    for (std::size_t k = 0; place.mesh >= 0 && k < 3; ++k) {
+      const auto f = static_cast<std::size_t>(place.triangle);
+      x += std::as_const(cube)
+               .positions[static_cast<std::size_t>(std::as_const(cube).triangles[f][k])] *
+           place.weights[k];
+    }
+    texels.push_back(place.mesh < 0 ? renderer::Rgb{77.0, 0.0, -5.0} : paint(x));
+  }
+  scene.textures[0].texels = std::move(texels);
+}
+
+TEST_F(PriorTermsTest, TotalVariationOfAnAtlasIsThatOfTheSurface) {
+  Add(ParameterKind::kTextureTexels, 0).total_variation_weight = 0.7;
+  constexpr double kDensity = 40.0;  // texels per metre
+  PaintCube([](const renderer::Vec3&) { return renderer::Rgb{0.3, 0.5, 0.7}; }, kDensity, scene_);
+  EXPECT_NEAR(Cost(Set()), 0.0, 1e-12) << "seams and what lies beside the charts cost nothing";
+  PaintCube(
+      [](const renderer::Vec3& x) {
+        return renderer::Rgb{0.5 + 4.0 * x.x, 0.0, 0.0};
+      },
+      kDensity,
+      scene_);
+  // Four of six sides have the slope 4 along x, all of them meet without a jump.
+  constexpr double kEdge = optim::kTotalVariationEdge;
+  const double slope = std::hypot(4.0 / kDensity, kEdge) - kEdge;
+  EXPECT_NEAR(Cost(Set()), 0.7 * 4.0 / 6.0 * slope, 0.05 * slope) << "rims of charts count, too";
+  // Twice as large, and as many texels: the slope halves, the texels' side doubles.
+  const double cost = Cost(Set());
+  for (renderer::Vec3& p : scene_.meshes[0].mesh.positions) p *= 2.0;
+  EXPECT_NEAR(Cost(Set()), cost, 1e-9);
+  scene_.meshes[0].pose.scale = 3.0;
+  EXPECT_NEAR(Cost(Set()), cost, 1e-9);
+}
+
+TEST_F(PriorTermsTest, JumpsAcrossSeamsCostAsSlopes) {
+  Add(ParameterKind::kTextureTexels, 0).total_variation_weight = 1.0;
+  constexpr double kDensity = 40.0;
+  // The top has another colour: a jump of 0.5 along 8 metres of seams.
+  PaintCube(
+      [](const renderer::Vec3& x) {
+        return renderer::Rgb{x.y > 1.0 - 1e-9 ? 0.75 : 0.25, 0.5, 0.5};
+      },
+      kDensity,
+      scene_);
+  // Rims of the sides that end at the top are painted like it: the jump is inside them.
+  constexpr double kEdge = optim::kTotalVariationEdge;
+  const double jump = std::hypot(0.5, kEdge) - kEdge;
+  EXPECT_NEAR(Cost(Set()), jump * 8.0 / kDensity / 24.0, 0.35 * jump * 8.0 / kDensity / 24.0);
+  UnknownSpec& unknown = unknowns_.back();
+  unknown.total_variation_weight = 0.0;
+  unknown.smooth_weight = 1.0;
+  EXPECT_GT(Cost(Set()), 0.0);
+  scene_.textures[0].texels.Edit().assign(scene_.textures[0].texels.size(), {0.1, 0.2, 0.3});
+  EXPECT_NEAR(Cost(Set()), 0.0, 1e-12);
+}
+
+TEST_F(PriorTermsTest, AnAtlasDerivativesAgreeWithDifferences) {
+  Add(ParameterKind::kTextureTexels, 0).total_variation_weight = 0.7;
+  PaintCube(
+      [](const renderer::Vec3& x) {
+        return renderer::Rgb{0.5 + 0.1 * x.x, 0.5 + 0.2 * x.y * x.z, 0.5};
+      },
+      3.0,
+      scene_);
+  const ParameterSet set = Set();
+  CheckJacobians(Terms(set), set, set.ThetaFromValues(set.layout().Gather(scene_)));
 }
 
 TEST_F(PriorTermsTest, TotalVariationOfAnEnvironmentWrapsAroundInLongitudeOnly) {

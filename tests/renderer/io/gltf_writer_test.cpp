@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_normals.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/texture_file.h"
 #include "tests/renderer/io/temporary_folder.h"
@@ -87,6 +88,7 @@ TEST(GltfWriter, SpecularIsTheExtensionsFactor) {
 TEST(GltfWriter, WritesAValidColoredSphere) {
   Mesh mesh = MakeIcosphere(2, 0.5);
   SetUniformVertexColors({0.25, 0.5, 1.5}, mesh);
+  ComputeVertexNormals(mesh);
   const TemporaryFolder folder;
   WriteGlb(folder.Path() / "a.glb", mesh, {"glaze", {0.5, 2.0, 1.0}, {0.25, 0.75}, true});
   const Glb glb = ParseGlb(folder.Path() / "a.glb");
@@ -151,6 +153,14 @@ TEST(GltfWriter, SplitsVerticesAtColorSeamsOnly) {
   const Glb seam = ParseGlb(folder.Path() / "a.glb");
   EXPECT_EQ(ReadVec3(seam, "POSITION").size(), 18U);
   EXPECT_EQ(ReadVec3(seam, "COLOR_0").size(), 18U);
+}
+
+TEST(GltfWriter, AFlatShadedMeshHasNoNormals) {
+  const TemporaryFolder folder;
+  WriteGlb(folder.Path() / "a.glb", MakeIcosphere(1, 0.5), {});
+  const Glb glb = ParseGlb(folder.Path() / "a.glb");
+  EXPECT_FALSE(glb.json["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"))
+      << "the format demands flat shading without, and smooth normals would look otherwise";
 }
 
 TEST(GltfWriter, KeepsTheMeshesOwnNormalsAsUnitVectors) {

@@ -1,0 +1,165 @@
+#include "app/experiment/promotions.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "app/config/nearest_name.h"
+#include "app/experiment/build_parts.h"
+#include "app/experiment/parameter_names.h"
+#include "optim/parameter/promotion.h"
+#include "renderer/core/error.h"
+#include "renderer/scene/parameter_kinds.h"
+#include "renderer/scene/texture_surface.h"
+
+namespace pathfit::app {
+namespace {
+
+using renderer::ParameterKind;
+
+constexpr std::array<std::pair<const char*, SurfaceForm>, 3> kForms = {
+    {{"constant", SurfaceForm::kConstant},
+     {"vertices", SurfaceForm::kVertices},
+     {"texture", SurfaceForm::kTexture}}};
+constexpr std::array kProperties = {
+    ParameterKind::kBaseColor, ParameterKind::kRoughness, ParameterKind::kMetallic};
+
+class PromotionReader {
+ public:
+  PromotionReader(const YamlEntry& entry,
+                  const renderer::Scene& scene,
+                  std::vector<Problem>& problems)
+      : entry_(entry), scene_(scene), problems_(problems), as_(*entry.value.Find("as")) {}
+
+  std::optional<PromotedUnknown> Read(std::size_t index) const {
+    PromotedUnknown unknown;
+    unknown.index = index;
+    const std::string problem = FindProperty(unknown.promotion);
+    if (!problem.empty()) {
+      problems_.push_back({entry_.key_place, "unknowns", problem});
+      return std::nullopt;
+    }
+    const std::size_t before = problems_.size();
+    if (as_.IsList()) {
+      for (const YamlNode& item : as_.items) ReadForm(item, unknown);
+    } else {
+      ReadForm(as_, unknown);
+    }
+    if (problems_.size() > before) return std::nullopt;
+    return unknown;
+  }
+
+ private:
+  /// The material and its property; returns what is wrong with the name.
+  std::string FindProperty(optim::Promotion& promotion) const {
+    const std::size_t dot = entry_.key.rfind('.');
+    const std::string object = entry_.key.substr(0, dot);
+    const std::string word = dot == std::string::npos ? "" : entry_.key.substr(dot + 1);
+    const auto* property = std::ranges::find_if(
+        kProperties, [&](ParameterKind kind) { return word == renderer::TraitsOf(kind).property; });
+    if (property == kProperties.end()) {
+      return "'" + entry_.key +
+             "' cannot have `as`: only base_color, roughness and metallic of a material have forms";
+    }
+    const std::vector<std::string> names =
+        renderer::ObjectNames(scene_, renderer::ObjectList::kMaterials);
+    const auto found = std::ranges::find(names, object);
+    if (found == names.end())
+      return "no material is called '" + object + "'" + NameHint(object, names);
+    promotion = {*property, static_cast<int>(found - names.begin())};
+    const auto& material = scene_.materials[static_cast<std::size_t>(promotion.material)];
+    const int texture = material.*optim::TextureSlot(*property);
+    if (texture < 0 && !(*property == ParameterKind::kBaseColor && material.vertex_colors)) {
+      return FindParameter(scene_, entry_.key).problem;
+    }
+    if (texture >= 0) {
+      return "'" + entry_.key + "' is a texture already; write " +
+             scene_.textures[static_cast<std::size_t>(texture)].name + ".texels";
+    }
+    return "";
+  }
+
+  void Report(const YamlNode& at, std::string text) const {
+    problems_.push_back({at.place, "unknowns." + entry_.key + ".as", std::move(text)});
+  }
+
+  void ReadForm(const YamlNode& node, PromotedUnknown& unknown) const {
+    const auto* form = std::ranges::find(
+        kForms, node.text, [](const auto& entry) { return std::string(entry.first); });
+    if (form == kForms.end()) {
+      return Report(node,
+                    fmt::format("'{}' is not one of: constant, vertices, texture", node.text));
+    }
+    const optim::Promotion& promotion = unknown.promotion;
+    if (form->second == SurfaceForm::kVertices && promotion.property != ParameterKind::kBaseColor) {
+      return Report(node, "only base_color can be per vertex");
+    }
+    const auto& material = scene_.materials[static_cast<std::size_t>(promotion.material)];
+    if (form->second == SurfaceForm::kConstant && material.vertex_colors &&
+        promotion.property == ParameterKind::kBaseColor) {
+      return Report(node, "the material's base_color is per vertex already");
+    }
+    if (form->second != SurfaceForm::kConstant &&
+        renderer::MeshesOfMaterial(scene_, promotion.material).empty()) {
+      return Report(node, "no mesh is made of '" + material.name + "'");
+    }
+    if (!unknown.forms.empty() && form->second < unknown.forms.back()) {
+      return Report(node,
+                    fmt::format("'{}' cannot follow '{}'; forms only become finer",
+                                node.text,
+                                kForms.at(static_cast<std::size_t>(unknown.forms.back())).first));
+    }
+    unknown.forms.push_back(form->second);
+  }
+
+  const YamlEntry& entry_;
+  const renderer::Scene& scene_;
+  std::vector<Problem>& problems_;
+  const YamlNode& as_;
+};
+
+}  // namespace
+
+std::vector<PromotedUnknown> ReadPromotions(const ExperimentConfig& config,
+                                            const renderer::Scene& scene,
+                                            std::vector<Problem>& problems) {
+  std::vector<PromotedUnknown> promoted;
+  const YamlNode* unknowns = config.resolved.Find("unknowns");
+  if (unknowns == nullptr) return promoted;
+  for (std::size_t i = 0; i < unknowns->entries.size(); ++i) {
+    const YamlEntry& entry = unknowns->entries[i];
+    if (entry.value.Find("as") == nullptr) continue;
+    if (auto unknown = PromotionReader(entry, scene, problems).Read(i)) {
+      promoted.push_back(std::move(*unknown));
+    }
+  }
+  return promoted;
+}
+
+std::string PromotedTextureName(const renderer::Scene& scene, const optim::Promotion& promotion) {
+  return scene.materials[static_cast<std::size_t>(promotion.material)].name + "_" +
+         renderer::TraitsOf(promotion.property).property;
+}
+
+void AddPromotedTextures(const ExperimentConfig& config, renderer::Scene& scene) {
+  std::vector<Problem> problems;  // ReadUnknowns says them
+  for (const PromotedUnknown& unknown : ReadPromotions(config, scene, problems)) {
+    if (std::ranges::find(unknown.forms, SurfaceForm::kTexture) == unknown.forms.end()) continue;
+    renderer::Texture texture;
+    texture.name = PromotedTextureName(scene, unknown.promotion);
+    if (HasName(scene.textures, texture.name)) {
+      throw renderer::SceneError(
+          "texture '" + texture.name + "': it has the name of the one that '" +
+          config.fit.unknowns[unknown.index].name + "' becomes; give it another name");
+    }
+    texture.wrap = renderer::TextureWrap::kClamp;
+    texture.scalar = unknown.promotion.property != ParameterKind::kBaseColor;
+    texture.texels = {renderer::Rgb{0.5, 0.5, 0.5}};
+    scene.textures.push_back(std::move(texture));
+  }
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,51 @@
+#include "renderer/scene/texture_surface.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <variant>
+
+#include "renderer/geometry/uv_overlap.h"
+
+namespace pathfit::renderer {
+namespace {
+
+template <class Predicate>
+std::vector<int> MeshesWhere(const Scene& scene, const Predicate& fits) {
+  std::vector<int> meshes;
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    if (fits(scene.meshes[i].material)) meshes.push_back(static_cast<int>(i));
+  }
+  return meshes;
+}
+
+}  // namespace
+
+std::vector<int> MeshesOfMaterial(const Scene& scene, int material) {
+  return MeshesWhere(scene, [material](int own) { return own == material; });
+}
+
+std::vector<int> MeshesOfTexture(const Scene& scene, int texture) {
+  return MeshesWhere(scene, [&](int own) {
+    const Material& material = scene.materials[static_cast<std::size_t>(own)];
+    return material.base_color_texture == texture || material.roughness_texture == texture ||
+           material.metallic_texture == texture;
+  });
+}
+
+bool IsAtlas(const Scene& scene, int texture) {
+  const bool is_light =
+      std::any_of(scene.emitters.begin(), scene.emitters.end(), [texture](const Emitter& emitter) {
+        const auto* area = std::get_if<AreaEmitter>(&emitter.light);
+        const auto* projector = std::get_if<ProjectorEmitter>(&emitter.light);
+        return (area != nullptr && area->texture == texture) ||
+               (projector != nullptr && projector->texture == texture);
+      });
+  if (is_light) return false;
+  std::vector<const Mesh*> meshes;
+  for (const int i : MeshesOfTexture(scene, texture)) {
+    meshes.push_back(&scene.meshes[static_cast<std::size_t>(i)].mesh);
+  }
+  return !meshes.empty() && HaveSeparateUvs(meshes);
+}
+
+}  // namespace pathfit::renderer
