@@ -166,7 +166,10 @@ void Relight(const fs::path& picture, renderer::Scene& scene) {
     light.frame_from_light = renderer::RotationAboutAxis({1.0, 0.0, 0.0}, std::numbers::pi);
   }
   scene.emitters = {{"environment", renderer::LightFrame::kWorld, {}, std::move(light)}};
-  for (renderer::Camera& camera : scene.sensors) camera.gain = 1.0;
+  for (renderer::Camera& camera : scene.sensors) {
+    camera.gain = 1.0;
+    camera.lights_off.clear();
+  }
 }
 
 /// Those of a camera file, which must say their size.

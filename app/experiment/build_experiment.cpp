@@ -1,10 +1,13 @@
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include "app/experiment/build_parts.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/photo_names.h"
 #include "optim/observation/load_observations.h"
 #include "renderer/core/error.h"
 
@@ -75,6 +78,49 @@ std::string FindAttribution(const std::filesystem::path& folder) {
   return text;
 }
 
+void SetKnownExposures(const ExperimentConfig& config, optim::ObservationSet& observations) {
+  if (config.input->known_ev.empty()) return;
+  std::vector<std::string> names;
+  for (const optim::View& view : observations.views) names.push_back(view.name);
+  const PhotoNames photos(names);
+  std::vector<std::string> given_by(names.size());
+  std::vector<Problem> problems;
+  const YamlNode& known = *config.resolved.Find("input")->Find("exposure")->Find("ev");
+  for (std::size_t k = 0; k < known.entries.size(); ++k) {
+    const auto& [pattern, ev] = config.input->known_ev[k];
+    const Place& place = known.entries[k].key_place;
+    photos.RequireMatch(pattern, place, "input.exposure.ev", problems);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!photos.Matches(pattern, i)) continue;
+      if (!given_by[i].empty()) {
+        problems.push_back({place,
+                            "input.exposure.ev",
+                            "'" + names[i] + "' has one by '" + given_by[i] + "' already"});
+      }
+      given_by[i] = pattern;
+      observations.views[i].camera.gain *= std::exp2(ev);
+    }
+  }
+  if (!problems.empty()) throw ConfigError(config.source, problems);
+}
+
+/// Nothing tells what a light does that is off in all photos that are fitted.
+void WarnOfUnseenLights(Experiment& experiment) {
+  const auto& views = experiment.observations.views;
+  if (views.empty()) return;
+  for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+    if (renderer::TraitsOf(unknown.kind).list != renderer::ObjectList::kEmitters) continue;
+    bool shines = false;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const auto& off = experiment.scene.sensors[i].lights_off;
+      shines = shines || (!views[i].validation && !renderer::IsOff(off, unknown.object));
+    }
+    if (shines || unknown.hold) continue;
+    experiment.warnings.push_back(
+        unknown.name + ": the light shines in no fitted photo, so that it stays where it starts");
+  }
+}
+
 // Puts the place of the object that is wrong before the message.
 [[noreturn]] void ThrowWithPlace(const renderer::SceneError& error,
                                  const ExperimentConfig& config) {
@@ -100,7 +146,12 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   Experiment experiment;
   if (config.input) {
     std::vector<optim::InputFile> files;
-    experiment.observations = optim::LoadObservations(config.input->photos, &files);
+    optim::ObservationOptions options = config.input->photos;
+    const auto sensor =
+        std::ranges::find(config.sensors, config.input->sensor, &SensorConfig::name);
+    if (sensor != config.sensors.end()) options.fixed_camera = BuildSensor(*sensor);
+    experiment.observations = optim::LoadObservations(options, &files);
+    SetKnownExposures(config, experiment.observations);
     for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
     experiment.assumptions = experiment.observations.assumptions;
   }
@@ -130,6 +181,7 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
                                        "lets them follow.");
     }
   }
+  WarnOfUnseenLights(experiment);
   std::vector<std::filesystem::path> folders;
   for (const std::filesystem::path& file : experiment.input_files) {
     const std::filesystem::path folder = file.parent_path();
