@@ -74,6 +74,10 @@ struct CommandLine {
   int copies = 0;  ///< folders of their own, each with other errors; 0: one set, no such folder
   std::string photo_format = "exr";  ///< exr, png, jpg
   int jpeg_quality = 95;
+
+  // Of eval.
+  std::filesystem::path truth;  ///< config, run, or folder of synth
+  int points = 50000, spp = 64;
 };
 
 /// The command line is wrong: what() is the complete message, the status is ExitStatus::kUsage.

@@ -19,7 +19,7 @@ bool IsOneOf(const std::exception& error) {
 }  // namespace
 
 extern const Command kInitCommand, kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand,
-    kExportCommand, kCompareCommand, kSynthCommand, kGradcheckCommand, kInfoCommand,
+    kExportCommand, kCompareCommand, kSynthCommand, kEvalCommand, kGradcheckCommand, kInfoCommand,
     kVersionCommand;
 
 const std::vector<const Command*>& AllCommands() {
@@ -31,6 +31,7 @@ const std::vector<const Command*>& AllCommands() {
                                                        &kExportCommand,
                                                        &kCompareCommand,
                                                        &kSynthCommand,
+                                                       &kEvalCommand,
                                                        &kGradcheckCommand,
                                                        &kInfoCommand,
                                                        &kVersionCommand};
