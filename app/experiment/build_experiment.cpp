@@ -108,6 +108,13 @@ void SetKnownExposures(const ExperimentConfig& config, optim::ObservationSet& ob
 void WarnOfUnseenLights(Experiment& experiment) {
   const auto& views = experiment.observations.views;
   if (views.empty()) return;
+  for (const renderer::Camera& sensor : experiment.scene.sensors) {
+    if (!sensor.lights_off.empty() &&
+        sensor.lights_off.size() == experiment.scene.emitters.size()) {
+      experiment.warnings.push_back(sensor.name +
+                                    ": no light shines in this photo (`photos` of the lights)");
+    }
+  }
   for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
     if (renderer::TraitsOf(unknown.kind).list != renderer::ObjectList::kEmitters) continue;
     bool shines = false;

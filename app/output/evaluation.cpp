@@ -712,6 +712,27 @@ Json EvaluationJson(const Evaluation& evaluation) {
 Json EvaluationPage(const Evaluation& evaluation, const Json& figures) {
   Json page = {{"evaluation", figures}, {"tables", Json::array()}, {"pictures", Json::array()}};
   Json& tables = page["tables"];
+  std::vector<EvaluatedView> means;
+  const auto add_mean = [&](const char* name,
+                            const std::vector<EvaluatedView>& rows,
+                            std::optional<bool> validation) {
+    const Json json = MeansJson(rows, validation);
+    if (json["views"] == 0) return;
+    EvaluatedView& mean = means.emplace_back();
+    mean.view = fmt::format("{}, {} views", name, json["views"].get<int>());
+    mean.validation = validation.value_or(false);
+    for (double EvaluatedView::*figure : {&EvaluatedView::psnr_srgb,
+                                          &EvaluatedView::psnr_linear,
+                                          &EvaluatedView::psnr_scaled,
+                                          &EvaluatedView::ssim,
+                                          &EvaluatedView::iou}) {
+      mean.*figure = MeanOf(rows, figure, validation);
+    }
+  };
+  add_mean("held out", evaluation.views, true);
+  add_mean("fitted", evaluation.views, false);
+  add_mean("relit", evaluation.relit, std::nullopt);
+  AddTable("means", "Means", "", means, tables);
   AddTable("views",
            "Photos",
            "PSNR and SSIM where colours are compared: inside the masks.",

@@ -11,7 +11,8 @@ namespace {
 
 constexpr int kRadius = 5;
 constexpr double kSigma = 1.5;
-constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
+constexpr double kMeanConstant = 1e-4;
+constexpr double kVarianceConstant = 9e-4;
 
 std::vector<double> GreyOf(const Image& image) {
   const auto channels = static_cast<std::size_t>(image.channels);
@@ -78,8 +79,8 @@ double StructuralSimilarity(const Image& a, const Image& b, const Image& weight)
     const double va = std::max(0.0, aa[i] / norm[i] - ma * ma);
     const double vb = std::max(0.0, bb[i] / norm[i] - mb * mb);
     const double covariance = ab[i] / norm[i] - ma * mb;
-    sum += w[i] * (2.0 * ma * mb + kC1) * (2.0 * covariance + kC2) /
-           ((ma * ma + mb * mb + kC1) * (va + vb + kC2));
+    sum += w[i] * (2.0 * ma * mb + kMeanConstant) * (2.0 * covariance + kVarianceConstant) /
+           ((ma * ma + mb * mb + kMeanConstant) * (va + vb + kVarianceConstant));
     total += w[i];
   }
   return sum / total;  // 0 / 0 is NaN

@@ -104,6 +104,14 @@ TEST_F(OneCamera, AnUnknownThatShinesInNoFittedPhotoIsAWarning) {
             "left.intensity: the light shines in no fitted p");
 }
 
+TEST_F(OneCamera, APhotoWithoutLightIsAWarning) {
+  const std::vector<std::string> sets = {"scene.lights.right.photos=[b]",
+                                         "scene.lights.room.photos=[b]"};
+  const Experiment experiment = Build(kInput, sets);
+  ASSERT_EQ(experiment.warnings.size(), 1U);
+  EXPECT_EQ(experiment.warnings[0].substr(0, 33), "c.png: no light shines in this ph");
+}
+
 TEST_F(OneCamera, KnownExposuresAreTheStartsOfGains) {
   const Experiment experiment =
       Build(std::string(kInput) + "  exposure: {model: gain, ev: {a: -2, 'b*': 1}}\n");
