@@ -59,9 +59,9 @@ void Erase(YamlNode& map, const std::string& key) {
   std::erase_if(map.entries, [&](const YamlEntry& entry) { return entry.key == key; });
 }
 
-/// The `input` of the photos. Exposures that the scene's cameras say are known; errors of exposure
-/// are left to the fit.
-std::string InputText(const SyntheticScene& scene, const PhotoErrors& errors) {
+/// The `input` of the photos. Exposures that the scene's cameras say are known. `gains`: their
+/// errors are unknown.
+std::string InputText(const SyntheticScene& scene, bool gains) {
   std::string text = "input:\n  images: photos\n  cameras: {path: transforms.json}\n";
   if (scene.has_masks) text += "  masks: {path: masks, meaning: silhouette}\n";
   std::string known;
@@ -70,10 +70,9 @@ std::string InputText(const SyntheticScene& scene, const PhotoErrors& errors) {
     if (ev == 0.0) continue;
     known += fmt::format("{}\"{}\": {:.12g}", known.empty() ? "" : ", ", scene.names[i], ev);
   }
-  const bool differs = errors.exposure_sigma_ev > 0.0;
-  if (differs || !known.empty()) {
+  if (gains || !known.empty()) {
     text += fmt::format("  exposure: {{model: {}{}}}\n",
-                        differs ? "gain" : "none",
+                        gains ? "gain" : "none",
                         known.empty() ? "" : ", ev: {" + known + "}");
   }
   if (scene.names.size() < kFewPhotos) text += "  split: {validation: none}\n";
@@ -92,15 +91,17 @@ std::string FitText(const SyntheticScene& scene, const PhotoErrors& errors) {
   }
   YamlNode* unknowns = root.Find("unknowns");
   const bool has_unknowns = unknowns != nullptr && !unknowns->entries.empty();
+  const bool errs = errors.exposure_sigma_ev > 0.0;
+  const bool gains = errs || (has_unknowns && unknowns->Find("exposure") != nullptr);
   // Exposures that are off are no guess of the user's.
-  if (has_unknowns && errors.exposure_sigma_ev > 0.0 && unknowns->Find("exposure") == nullptr) {
+  if (has_unknowns && errs && unknowns->Find("exposure") == nullptr) {
     SetDefault(*unknowns, "exposure", "{}");
   }
   std::string text = fmt::format(
       "# Fits the photos beside it, which pathfit synth made. Everything starts at the truth (in "
       "truth/): change the values that are to be found.\nschema: 1\nname: {}\n\n{}\n{}",
       config.name,
-      InputText(scene, errors),
+      InputText(scene, gains),
       WritePlacedYaml(root, config.source));
   if (!has_unknowns) {
     text += "\n# What is to be found, for example:\n# unknowns: {";

@@ -7,8 +7,7 @@
 
 namespace pathfit::app {
 
-/// The tree as YAML, in blocks, with a comment behind every value that says where it was written:
-/// "# default",
+/// The tree as YAML, with a comment behind every value that says where it was written: "# default",
 /// "# axe.yaml:12", "# --set #2". Reading it gives the same values.
 std::string WritePlacedYaml(const YamlNode& root, const ConfigSource& source);
 /// The same under a heading, for a whole configuration.

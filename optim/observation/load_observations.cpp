@@ -356,12 +356,11 @@ void DescribeCameras(const ObservationOptions& options,
                   "), " + CountOf(facts.size(), "image") +
                   "; pixel origin at the image corner (centre of the first pixel is 0.5, 0.5), no "
                   "shift applied.");
-  }
-  if (!options.fixed_camera)
     out.push_back(cameras.metres_per_unit > 0.0
                       ? "Scale: 1 unit of the camera file is " + Short(cameras.metres_per_unit) +
                             " m by metres_per_unit; poses stay in units of the file."
                       : "Scale: the camera file does not say; its unit is taken for a metre.");
+  }
   if (const std::size_t distorted = Count(facts, [](const FrameFacts& f) { return f.distorted; })) {
     out.push_back("Lens: " + CountOf(distorted, "camera") +
                   " with distortion; rays are bent by the model, the photos are not resampled.");

@@ -110,6 +110,12 @@ class Truth(unittest.TestCase):
         self.assertEqual((self.folder / "set" / "photos" / "a.jpg").read_bytes()[:2], b"\xff\xd8")
         self.done("check", self.folder / "set" / "fit.yaml")
 
+    def test_unknown_exposures_stay_unknown(self):
+        (self.folder / "lamps.yaml").write_text(SCENE.replace("unknowns: {", "unknowns: {exposure: {}, "))
+        self.synth("--spp", "4")
+        self.assertIn("exposure: {model: gain, ev:", (self.folder / "set" / "fit.yaml").read_text())
+        self.done("check", self.folder / "set" / "fit.yaml")
+
     def test_wrong_input_is_refused(self):
         self.synth("--spp", "1")
         full = run("synth", self.folder / "lamps.yaml", "-o", self.folder / "set")
