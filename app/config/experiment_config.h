@@ -36,6 +36,7 @@ struct InputConfig {
     return options;
   }();
   std::string sensor;  ///< one of the scene's: took every picture of the folder; or empty
+  std::vector<std::string> sensor_photos;  ///< names or globs of those pictures; empty: all
   bool exposure_gain = false;
   optim::ExposurePrior exposure;
   std::vector<std::pair<std::string, double>> known_ev;  ///< by name or glob of photos

@@ -32,6 +32,10 @@ SchemaNode CamerasSchema() {
                         Doc("One of `scene.sensors`: a camera that stood still and took every "
                             "picture in `images`.")) |
                     OneOf("cameras"),
+                ByCheck(ListNode("photos", TextNode("")) | Items(1, 0) |
+                        Doc("Which pictures in `images` they are: names or globs, extensions may "
+                            "be left out.")) |
+                    Needs("sensor") | DefaultIs("all"),
                 Choice("format", CameraFormats(), &ObservationOptions::camera_format) |
                     Doc("Kind of the camera file.") |
                     Refuse({{"bundler", ""}, {"opencv", ""}, {"list", ""}}),
@@ -146,6 +150,9 @@ void CheckInput(InputConfig& input, const CheckedMap& map) {
   const YamlNode* cameras = map.Find("cameras");
   if (const YamlNode* sensor = cameras == nullptr ? nullptr : cameras->Find("sensor")) {
     input.sensor = sensor->text;
+    if (const YamlNode* taken = cameras->Find("photos")) {
+      for (const YamlNode& item : taken->items) input.sensor_photos.push_back(item.text);
+    }
     if (map.Find("images") == nullptr) {
       map.Report("cameras.sensor", *sensor, "give the folder of the photos: input.images");
     }

@@ -9,6 +9,7 @@
 #include "app/experiment/experiment.h"
 #include "app/experiment/photo_names.h"
 #include "optim/observation/load_observations.h"
+#include "optim/observation/photo_file.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
@@ -76,6 +77,30 @@ std::string FindAttribution(const std::filesystem::path& folder) {
   }
   text.erase(std::remove(text.begin(), text.end(), '*'), text.end());
   return text;
+}
+
+/// File names of the pictures that the one camera took; empty: all.
+std::vector<std::string> PhotosOfSensor(const ExperimentConfig& config) {
+  if (config.input->sensor_photos.empty()) return {};
+  std::vector<std::string> names;
+  for (const std::filesystem::path& path : optim::PicturesIn(config.input->photos.images_dir)) {
+    names.push_back(path.filename().string());
+  }
+  const PhotoNames photos(names);
+  std::vector<Problem> problems;
+  const YamlNode& patterns = *config.resolved.Find("input")->Find("cameras")->Find("photos");
+  for (const YamlNode& pattern : patterns.items) {
+    photos.RequireMatch(pattern.text, pattern.place, "input.cameras.photos", problems);
+  }
+  if (!problems.empty()) throw ConfigError(config.source, problems);
+  std::vector<std::string> taken;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::ranges::any_of(config.input->sensor_photos,
+                            [&](const auto& pattern) { return photos.Matches(pattern, i); })) {
+      taken.push_back(names[i]);
+    }
+  }
+  return taken;
 }
 
 void SetKnownExposures(const ExperimentConfig& config, optim::ObservationSet& observations) {
@@ -156,7 +181,10 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
     optim::ObservationOptions options = config.input->photos;
     const auto sensor =
         std::ranges::find(config.sensors, config.input->sensor, &SensorConfig::name);
-    if (sensor != config.sensors.end()) options.fixed_camera = BuildSensor(*sensor);
+    if (sensor != config.sensors.end()) {
+      options.fixed_camera = BuildSensor(*sensor);
+      options.fixed_photos = PhotosOfSensor(config);
+    }
     experiment.observations = optim::LoadObservations(options, &files);
     SetKnownExposures(config, experiment.observations);
     for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
@@ -180,6 +208,13 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
     }
   }
   for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+    const bool is_camera = renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kSensors;
+    if (config.input && !config.input->sensor.empty() && is_camera && !unknown.hold &&
+        unknown.kind != ParameterKind::kExposure) {
+      experiment.warnings.push_back(unknown.name +
+                                    ": each photo has one of its own, although one "
+                                    "camera took them all");
+    }
     if (unknown.kind != ParameterKind::kVertexPositions || unknown.hold) continue;
     const auto& mesh = experiment.scene.meshes[static_cast<std::size_t>(unknown.object)];
     if (!mesh.mesh.normals.empty()) {

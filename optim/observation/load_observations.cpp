@@ -254,7 +254,10 @@ class FrameLoader {
 ImportedCameras PicturesOfCamera(const ObservationOptions& options) {
   ImportedCameras cameras;
   const Camera& camera = *options.fixed_camera;
+  const std::vector<std::string>& wanted = options.fixed_photos;
   for (const fs::path& path : PicturesIn(options.images_dir)) {
+    if (!wanted.empty() && std::ranges::find(wanted, path.filename().string()) == wanted.end())
+      continue;
     ImportedCamera& imported = cameras.cameras.emplace_back();
     imported.image = path.filename().string();
     imported.camera = camera;

@@ -35,7 +35,8 @@ struct ObservationOptions {
   std::filesystem::path cameras;  ///< file or folder
   /// Instead of a camera file: took every picture in `images_dir`, from the same place.
   std::optional<renderer::Camera> fixed_camera;
-  std::string camera_format = "auto";  ///< "auto", "transforms" or "colmap" (CameraFormatWords)
+  std::vector<std::string> fixed_photos;  ///< of these file names alone; empty: every one
+  std::string camera_format = "auto";     ///< "auto", "transforms" or "colmap" (CameraFormatWords)
   DistortionPolicy distortion = DistortionPolicy::kModel;
   /// Empty: relative to transforms.json; for COLMAP the folder `images` beside or up to two levels
   /// above the model.

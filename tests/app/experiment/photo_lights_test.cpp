@@ -73,6 +73,18 @@ TEST_F(OneCamera, TookEveryPictureOfTheFolder) {
             "Cameras: one that stood still, front, took 3 photos.");
 }
 
+TEST_F(OneCamera, MayHaveTakenSomeOfThePictures) {
+  const Experiment experiment =
+      Build("  images: photos\n  cameras: {sensor: front, photos: ['[ab]']}\n");
+  EXPECT_EQ(experiment.scene.sensors.size(), 2U);
+  const std::string text =
+      Problem("  images: photos\n  cameras: {sensor: front, photos: [a, bb]}\n");
+  EXPECT_NE(text.find("test.yaml:4:40: error: input.cameras.photos: no photo or sensor is called "
+                      "'bb'"),
+            std::string::npos)
+      << text;
+}
+
 TEST_F(OneCamera, LightsShineInTheirPhotosAlone) {
   const Experiment experiment = Build(kInput);
   EXPECT_EQ(experiment.scene.sensors[0].lights_off, std::vector<int>{1});
@@ -102,6 +114,15 @@ TEST_F(OneCamera, AnUnknownThatShinesInNoFittedPhotoIsAWarning) {
   ASSERT_EQ(experiment.warnings.size(), 1U);
   EXPECT_EQ(experiment.warnings[0].substr(0, 47),
             "left.intensity: the light shines in no fitted p");
+}
+
+TEST_F(OneCamera, ThatIsUnknownIsOneOfEachPhoto) {
+  file_.Write("schema: 1\ninput:\n" + std::string(kInput) + kScene +
+              "unknowns: {camera.position: {}}\n");
+  const Experiment experiment = BuildExperiment(LoadExperimentConfig(file_.path(), {}));
+  ASSERT_EQ(experiment.warnings.size(), 1U);
+  EXPECT_EQ(experiment.warnings[0],
+            "camera.position: each photo has one of its own, although one camera took them all");
 }
 
 TEST_F(OneCamera, APhotoWithoutLightIsAWarning) {
