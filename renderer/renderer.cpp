@@ -29,7 +29,7 @@ PathContext MakeContext(const World& world,
                         const CameraModel& camera,
                         const RenderOptions& options) {
   return {&world,
-          LightSet::Make(world, camera.Pose()),
+          LightSet::Make(world, camera.Pose(), camera.camera().lights_off),
           BoundsOfMeshes(world, camera),
           options.max_bounces,
           options.rr_depth,

@@ -68,6 +68,16 @@ struct CommandLine {
   bool force = false;                    ///< overwrites files
   std::vector<std::string> formats;      ///< of export
   std::string stage;  ///< whose end is meant, or "start"; empty: the newest state
+
+  // Of synth.
+  double noise = 0.0, shot_noise = 0.0, exposure_jitter_ev = 0.0, pose_jitter_deg = 0.0;
+  int copies = 0;  ///< folders of their own, each with other errors; 0: one set, no such folder
+  std::string photo_format = "exr";  ///< exr, png, jpg
+  int jpeg_quality = 95;
+
+  // Of eval.
+  std::filesystem::path truth;  ///< config, run, or folder of synth
+  int points = 50000, spp = 64;
 };
 
 /// The command line is wrong: what() is the complete message, the status is ExitStatus::kUsage.
@@ -90,6 +100,9 @@ class OptionList {
   void Texts(const char* names, const char* type, const char* doc, std::vector<std::string>& value);
   /// Words separated by commas, none empty.
   void List(const char* names, const char* doc, std::vector<std::string>& value);
+  /// From `low` to `high`.
+  void Number(const char* names, const char* doc, double low, double high, double& value);
+  void Whole(const char* names, const char* doc, int low, int high, int& value);
   /// "2h", "1h30m", in seconds.
   void Duration(const char* names, const char* doc, double& value);
 

@@ -19,7 +19,8 @@ bool IsOneOf(const std::exception& error) {
 }  // namespace
 
 extern const Command kInitCommand, kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand,
-    kExportCommand, kCompareCommand, kGradcheckCommand, kInfoCommand, kVersionCommand;
+    kExportCommand, kCompareCommand, kSynthCommand, kEvalCommand, kGradcheckCommand, kInfoCommand,
+    kVersionCommand;
 
 const std::vector<const Command*>& AllCommands() {
   static const std::vector<const Command*> commands = {&kInitCommand,
@@ -29,6 +30,8 @@ const std::vector<const Command*>& AllCommands() {
                                                        &kRenderCommand,
                                                        &kExportCommand,
                                                        &kCompareCommand,
+                                                       &kSynthCommand,
+                                                       &kEvalCommand,
                                                        &kGradcheckCommand,
                                                        &kInfoCommand,
                                                        &kVersionCommand};

@@ -9,6 +9,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <fmt/format.h>
 
 #include "app/command/command_line.h"
 #include "app/config/scalar.h"
@@ -94,6 +95,26 @@ void OptionList::Texts(const char* names,
 void OptionList::List(const char* names, const char* doc, std::vector<std::string>& value) {
   Add(names, "LIST", doc, [this, names, &value](const std::string& text) {
     value = Split(*this, names, text);
+  });
+}
+void OptionList::Number(
+    const char* names, const char* doc, double low, double high, double& value) {
+  Add(names, "NUMBER", doc, [this, names, low, high, &value](const std::string& text) {
+    const std::optional<double> number = NumberIn<double>(text);
+    if (!number || !(*number >= low) || !(*number <= high)) {
+      Fail(fmt::format("{}: '{}' is not a number from {} to {}", LongName(names), text, low, high));
+    }
+    value = *number;
+  });
+}
+void OptionList::Whole(const char* names, const char* doc, int low, int high, int& value) {
+  Add(names, "N", doc, [this, names, low, high, &value](const std::string& text) {
+    const std::optional<int> number = NumberIn<int>(text);
+    if (!number || *number < low || *number > high) {
+      Fail(fmt::format(
+          "{}: '{}' is not a whole number from {} to {}", LongName(names), text, low, high));
+    }
+    value = *number;
   });
 }
 void OptionList::Duration(const char* names, const char* doc, double& value) {

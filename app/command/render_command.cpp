@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -155,18 +154,12 @@ Target LoadTarget(CommandContext& context) {
 
 /// Lit by the picture alone, its up being that of the cameras; all exposures are 1.
 void Relight(const fs::path& picture, renderer::Scene& scene) {
-  renderer::EnvironmentEmitter light;
-  ReadEnvironmentFile(picture, "--env", light);
-  const renderer::Vec3 up = UpDirection(scene);
-  const renderer::Vec3 axis = Cross(renderer::Vec3{0.0, 1.0, 0.0}, up);
-  if (Norm(axis) > 0.0) {
-    light.frame_from_light = renderer::RotationAboutAxis(
-        Normalized(axis), std::atan2(Norm(axis), Dot(renderer::Vec3{0.0, 1.0, 0.0}, up)));
-  } else if (up.y < 0.0) {
-    light.frame_from_light = renderer::RotationAboutAxis({1.0, 0.0, 0.0}, std::numbers::pi);
-  }
+  renderer::EnvironmentEmitter light = ReadUprightEnvironment(picture, "--env", UpDirection(scene));
   scene.emitters = {{"environment", renderer::LightFrame::kWorld, {}, std::move(light)}};
-  for (renderer::Camera& camera : scene.sensors) camera.gain = 1.0;
+  for (renderer::Camera& camera : scene.sensors) {
+    camera.gain = 1.0;
+    camera.lights_off.clear();
+  }
 }
 
 /// Those of a camera file, which must say their size.

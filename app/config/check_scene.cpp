@@ -215,12 +215,31 @@ void AddRectangles(const YamlNode& scene, ConfigReading& reading) {
   }
 }
 
+// The one sensor that took all photos.
+void CheckFixedSensor(const std::string& name, const YamlNode& scene, ConfigReading& reading) {
+  std::vector<std::string> names;
+  for (const YamlEntry& entry : EntriesOf(scene, "sensors")) {
+    names.push_back(entry.key);
+    if (entry.key == name) continue;
+    reading.Report(entry.key_place,
+                   "scene.sensors",
+                   "it is not used: the photos are those of '" + name + "' (input.cameras.sensor)");
+  }
+  if (Contains(names, name)) return;
+  const YamlNode* sensor = reading.root.Find("input")->Find("cameras")->Find("sensor");
+  ReportNothingCalled(*sensor, "input.cameras.sensor", "sensor", names, reading);
+}
+
 void CheckSensors(const YamlNode& scene, ConfigReading& reading) {
   const YamlNode* sensors = scene.Find("sensors");
-  if (sensors != nullptr && reading.has_input) {
+  const std::string fixed = reading.config.input ? reading.config.input->sensor : "";
+  if (!fixed.empty()) {
+    CheckFixedSensor(fixed, scene, reading);
+  } else if (sensors != nullptr && reading.has_input) {
     reading.Report(sensors->place,
                    "scene.sensors",
-                   "sensors are not supported together with input; the photos are the cameras");
+                   "sensors are not supported together with input; the photos are the cameras, "
+                   "unless input.cameras.sensor names one that took them all");
   }
   bool has_sensors = sensors != nullptr && !sensors->entries.empty();
   for (const GeometryConfig& geometry : reading.config.geometry) {

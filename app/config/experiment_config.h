@@ -35,8 +35,11 @@ struct InputConfig {
     options.masks.erode_px = 1;
     return options;
   }();
+  std::string sensor;  ///< one of the scene's: took every picture of the folder; or empty
+  std::vector<std::string> sensor_photos;  ///< names or globs of those pictures; empty: all
   bool exposure_gain = false;
   optim::ExposurePrior exposure;
+  std::vector<std::pair<std::string, double>> known_ev;  ///< by name or glob of photos
 };
 
 /// Side of a picture along which an angle of view is measured.
@@ -163,6 +166,7 @@ struct LightConfig {
   std::string mesh;     ///< area
   bool two_sided = false;
   double width_m = 1.0, height_m = 1.0;  ///< rectangle
+  std::vector<std::string> photos;       ///< names or globs of photos or sensors; empty: all
 };
 
 struct SensorConfig {

@@ -146,11 +146,15 @@ class Writer {
 
 }  // namespace
 
-std::string WriteResolvedYaml(const YamlNode& root, const ConfigSource& source) {
+std::string WritePlacedYaml(const YamlNode& root, const ConfigSource& source) {
   Writer writer(source);
   writer.WriteMap(root, "", "");
+  return writer.TakeText();
+}
+
+std::string WriteResolvedYaml(const YamlNode& root, const ConfigSource& source) {
   return "# Every value of the run and where it was written. This file can be run again.\n" +
-         writer.TakeText();
+         WritePlacedYaml(root, source);
 }
 
 }  // namespace pathfit::app

@@ -118,7 +118,9 @@ std::string DescribeType(const SchemaNode& node) {
     case SchemaNode::Type::kMap:
       return "a map";
     case SchemaNode::Type::kNamedMap:
-      return "a map of names";
+      return node.children.front().type == SchemaNode::Type::kNumber
+                 ? "a map of names to " + DescribeScalar(node.children.front(), "numbers")
+                 : "a map of names";
     case SchemaNode::Type::kEither:
       break;
   }

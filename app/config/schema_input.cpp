@@ -26,7 +26,16 @@ WordsOf<std::string> CameraFormats() {
 SchemaNode CamerasSchema() {
   return MapOf("cameras",
                {Key("path", &ObservationOptions::cameras) |
-                    Doc("`transforms.json`, or the folder of a COLMAP text model.") | Required(),
+                    Doc("`transforms.json`, or the folder of a COLMAP text model.") |
+                    OneOf("cameras"),
+                ByCheck(binding::Make(SchemaNode::Type::kName, "sensor") |
+                        Doc("One of `scene.sensors`: a camera that stood still and took every "
+                            "picture in `images`.")) |
+                    OneOf("cameras"),
+                ByCheck(ListNode("photos", TextNode("")) | Items(1, 0) |
+                        Doc("Which pictures in `images` they are: names or globs, extensions may "
+                            "be left out.")) |
+                    Needs("sensor") | DefaultIs("all"),
                 Choice("format", CameraFormats(), &ObservationOptions::camera_format) |
                     Doc("Kind of the camera file.") |
                     Refuse({{"bundler", ""}, {"opencv", ""}, {"list", ""}}),
@@ -53,8 +62,9 @@ SchemaNode MasksSchema() {
   constexpr auto kMasks = &ObservationOptions::masks;
   return Map("masks",
              {Key("path", kPhotos, kMasks, &MaskOptions::folder) |
-                  Doc("Folder with `a.jpg.png`, `a.png` or `a.mask.png` for the photo `a.jpg`, or "
-                      "`alpha`: the photos' own alpha channel.") |
+                  Doc("Folder with `a.jpg.png`, `a.png` or `a.mask.png` for the photo `a.jpg`, a "
+                      "picture: the mask of all photos, or `alpha`: the photos' own alpha "
+                      "channel.") |
                   Words({"alpha"}) | DefaultIs("as the camera file names them, else alpha"),
               Choice("meaning",
                      {{"silhouette", MaskMeaning::kSilhouette}, {"ignore", MaskMeaning::kIgnore}},
@@ -99,6 +109,12 @@ SchemaNode ColourSchema() {
 }
 
 SchemaNode ExposureSchema() {
+  SchemaNode known =
+      ByCheck(binding::Make(SchemaNode::Type::kNamedMap, "ev") |
+              Doc("Exposures that are known, of photos by name or glob: the brightness factor is 2 "
+                  "to this. With `gain` they are where it starts."));
+  known.children = {binding::Make(SchemaNode::Type::kNumber, "PHOTO") | Doc("Its exposure.") |
+                    From(-20, 20) | Unit("EV")};
   return Map("exposure",
              {Choice("model", {{"none", false}, {"gain", true}}, &InputConfig::exposure_gain) |
                   Doc("`gain`: each photo has its own brightness factor.") |
@@ -106,9 +122,10 @@ SchemaNode ExposureSchema() {
               Key("prior_sigma_ev", &InputConfig::exposure, &optim::ExposurePrior::sigma_ev) |
                   Doc("How far from 0 an exposure is believed to be.") | Above(0.0) | Unit("EV"),
               Key("max_ev", &InputConfig::exposure, &optim::ExposurePrior::max_ev) |
-                  Doc("Largest magnitude.") | Above(0.0) | Unit("EV")}) |
+                  Doc("Largest magnitude.") | Above(0.0) | Unit("EV"),
+              known | FreeNames()}) |
          Doc("Differences of exposure between the photos; their mean is kept.") | Always() |
-         Refuse({{"init", "; all start at 0 EV"},
+         Refuse({{"init", "; write ev"},
                  {"gauge", "; the mean is kept at 0 EV"},
                  {"bounds_ev", "; write max_ev"}});
 }
@@ -129,6 +146,24 @@ void CheckInput(InputConfig& input, const CheckedMap& map) {
   ObservationOptions& photos = input.photos;
   if (photos.images_dir.string().find_first_of("*?") != std::string::npos) {
     map.Report("images", "file name patterns are not supported; give the folder");
+  }
+  const YamlNode* cameras = map.Find("cameras");
+  if (const YamlNode* sensor = cameras == nullptr ? nullptr : cameras->Find("sensor")) {
+    input.sensor = sensor->text;
+    if (const YamlNode* taken = cameras->Find("photos")) {
+      for (const YamlNode& item : taken->items) input.sensor_photos.push_back(item.text);
+    }
+    if (map.Find("images") == nullptr) {
+      map.Report("cameras.sensor", *sensor, "give the folder of the photos: input.images");
+    }
+  }
+  if (const YamlNode* exposure = map.Find("exposure")) {
+    if (const YamlNode* known = exposure->Find("ev")) {
+      for (const YamlEntry& entry : known->entries) {
+        input.known_ev.emplace_back(entry.key, 0.0);
+        binding::Read(entry.value, input.known_ev.back().second);
+      }
+    }
   }
   const YamlNode* masks = map.Find("masks");
   if (masks == nullptr) {

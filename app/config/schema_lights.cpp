@@ -140,7 +140,11 @@ SchemaNode LightsSchema() {
                       Doc("`camera`: the light goes with the camera, as for an object on a "
                           "turntable.") |
                       When("type",
-                           {"envmap", "constant", "point", "directional", "spot", "projector"})}) |
+                           {"envmap", "constant", "point", "directional", "spot", "projector"}),
+                  Key("photos", &LightConfig::photos) |
+                      Doc("In which photos it shines (or sensors, without `input`): names or "
+                          "globs, extensions may be left out. It is off in the others.") |
+                      Items(1, 0) | Distinct() | DefaultIs("all")}) |
                  Check(CheckLight),
              &ExperimentConfig::lights) |
          Doc("What shines. At most one `envmap` or `constant`.");

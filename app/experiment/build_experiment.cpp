@@ -1,11 +1,15 @@
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include "app/experiment/build_parts.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/photo_names.h"
 #include "optim/observation/load_observations.h"
+#include "optim/observation/photo_file.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
@@ -75,6 +79,80 @@ std::string FindAttribution(const std::filesystem::path& folder) {
   return text;
 }
 
+/// File names of the pictures that the one camera took; empty: all.
+std::vector<std::string> PhotosOfSensor(const ExperimentConfig& config) {
+  if (config.input->sensor_photos.empty()) return {};
+  std::vector<std::string> names;
+  for (const std::filesystem::path& path : optim::PicturesIn(config.input->photos.images_dir)) {
+    names.push_back(path.filename().string());
+  }
+  const PhotoNames photos(names);
+  std::vector<Problem> problems;
+  const YamlNode& patterns = *config.resolved.Find("input")->Find("cameras")->Find("photos");
+  for (const YamlNode& pattern : patterns.items) {
+    photos.RequireMatch(pattern.text, pattern.place, "input.cameras.photos", problems);
+  }
+  if (!problems.empty()) throw ConfigError(config.source, problems);
+  std::vector<std::string> taken;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::ranges::any_of(config.input->sensor_photos,
+                            [&](const auto& pattern) { return photos.Matches(pattern, i); })) {
+      taken.push_back(names[i]);
+    }
+  }
+  return taken;
+}
+
+void SetKnownExposures(const ExperimentConfig& config, optim::ObservationSet& observations) {
+  if (config.input->known_ev.empty()) return;
+  std::vector<std::string> names;
+  for (const optim::View& view : observations.views) names.push_back(view.name);
+  const PhotoNames photos(names);
+  std::vector<std::string> given_by(names.size());
+  std::vector<Problem> problems;
+  const YamlNode& known = *config.resolved.Find("input")->Find("exposure")->Find("ev");
+  for (std::size_t k = 0; k < known.entries.size(); ++k) {
+    const auto& [pattern, ev] = config.input->known_ev[k];
+    const Place& place = known.entries[k].key_place;
+    photos.RequireMatch(pattern, place, "input.exposure.ev", problems);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!photos.Matches(pattern, i)) continue;
+      if (!given_by[i].empty()) {
+        problems.push_back({place,
+                            "input.exposure.ev",
+                            "'" + names[i] + "' has one by '" + given_by[i] + "' already"});
+      }
+      given_by[i] = pattern;
+      observations.views[i].camera.gain *= std::exp2(ev);
+    }
+  }
+  if (!problems.empty()) throw ConfigError(config.source, problems);
+}
+
+/// Nothing tells what a light does that is off in all photos that are fitted.
+void WarnOfUnseenLights(Experiment& experiment) {
+  const auto& views = experiment.observations.views;
+  if (views.empty()) return;
+  for (const renderer::Camera& sensor : experiment.scene.sensors) {
+    if (!sensor.lights_off.empty() &&
+        sensor.lights_off.size() == experiment.scene.emitters.size()) {
+      experiment.warnings.push_back(sensor.name +
+                                    ": no light shines in this photo (`photos` of the lights)");
+    }
+  }
+  for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+    if (renderer::TraitsOf(unknown.kind).list != renderer::ObjectList::kEmitters) continue;
+    bool shines = false;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const auto& off = experiment.scene.sensors[i].lights_off;
+      shines = shines || (!views[i].validation && !renderer::IsOff(off, unknown.object));
+    }
+    if (shines || unknown.hold) continue;
+    experiment.warnings.push_back(
+        unknown.name + ": the light shines in no fitted photo, so that it stays where it starts");
+  }
+}
+
 // Puts the place of the object that is wrong before the message.
 [[noreturn]] void ThrowWithPlace(const renderer::SceneError& error,
                                  const ExperimentConfig& config) {
@@ -112,7 +190,15 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   Experiment experiment;
   if (config.input) {
     std::vector<optim::InputFile> files;
-    experiment.observations = optim::LoadObservations(config.input->photos, &files);
+    optim::ObservationOptions options = config.input->photos;
+    const auto sensor =
+        std::ranges::find(config.sensors, config.input->sensor, &SensorConfig::name);
+    if (sensor != config.sensors.end()) {
+      options.fixed_camera = BuildSensor(*sensor);
+      options.fixed_photos = PhotosOfSensor(config);
+    }
+    experiment.observations = optim::LoadObservations(options, &files);
+    SetKnownExposures(config, experiment.observations);
     for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
     experiment.assumptions = experiment.observations.assumptions;
   }
@@ -134,6 +220,13 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
     }
   }
   for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+    const bool is_camera = renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kSensors;
+    if (config.input && !config.input->sensor.empty() && is_camera && !unknown.hold &&
+        unknown.kind != ParameterKind::kExposure) {
+      experiment.warnings.push_back(unknown.name +
+                                    ": each photo has one of its own, although one "
+                                    "camera took them all");
+    }
     if (unknown.kind != ParameterKind::kVertexPositions || unknown.hold) continue;
     const auto& mesh = experiment.scene.meshes[static_cast<std::size_t>(unknown.object)];
     if (!mesh.mesh.normals.empty()) {
@@ -142,6 +235,7 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
                                        "lets them follow.");
     }
   }
+  WarnOfUnseenLights(experiment);
   std::vector<std::filesystem::path> folders;
   for (const std::filesystem::path& file : experiment.input_files) {
     const std::filesystem::path folder = file.parent_path();

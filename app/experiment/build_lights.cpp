@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "app/experiment/build_parts.h"
 #include "renderer/core/error.h"
@@ -49,6 +50,21 @@ void ReadEnvironmentFile(const std::filesystem::path& path,
   for (int y = 0; y < light.height; ++y) {
     for (int x = 0; x < light.width; ++x) light.texels.push_back(decoded.image.ColorAt(x, y));
   }
+}
+
+renderer::EnvironmentEmitter ReadUprightEnvironment(const std::filesystem::path& path,
+                                                    const std::string& name,
+                                                    const Vec3& up) {
+  renderer::EnvironmentEmitter light;
+  ReadEnvironmentFile(path, name, light);
+  const Vec3 axis = Cross(Vec3{0.0, 1.0, 0.0}, up);
+  if (Norm(axis) > 0.0) {
+    light.frame_from_light =
+        renderer::RotationAboutAxis(Normalized(axis), std::atan2(Norm(axis), up.y));
+  } else if (up.y < 0.0) {
+    light.frame_from_light = renderer::RotationAboutAxis({1.0, 0.0, 0.0}, std::numbers::pi);
+  }
+  return light;
 }
 
 namespace {

@@ -71,6 +71,11 @@ void ReadEnvironmentFile(const std::filesystem::path& path,
                          const std::string& name,
                          renderer::EnvironmentEmitter& light);
 
+/// The same of a picture whose up is the world's direction `up`.
+renderer::EnvironmentEmitter ReadUprightEnvironment(const std::filesystem::path& path,
+                                                    const std::string& name,
+                                                    const renderer::Vec3& up);
+
 renderer::Camera BuildSensor(const SensorConfig& sensor);
 
 }  // namespace pathfit::app

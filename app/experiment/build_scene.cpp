@@ -5,6 +5,7 @@
 
 #include "app/experiment/build_parts.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/photo_names.h"
 #include "app/experiment/promotions.h"
 #include "renderer/core/error.h"
 
@@ -49,6 +50,35 @@ renderer::Camera BuildSensor(const SensorConfig& config) {
   return camera;
 }
 
+namespace {
+
+// Lights that shine in some of the photos are off for the other sensors.
+void SwitchLights(const ExperimentConfig& config, renderer::Scene& scene) {
+  std::vector<std::string> names;
+  for (const renderer::Camera& sensor : scene.sensors) names.push_back(sensor.name);
+  const PhotoNames photos(std::move(names));
+  std::vector<Problem> problems;
+  for (int e = 0; e < static_cast<int>(scene.emitters.size()); ++e) {
+    const std::string& name = scene.emitters[static_cast<std::size_t>(e)].name;
+    const auto light = std::ranges::find(config.lights, name, &LightConfig::name);
+    if (light == config.lights.end() || light->photos.empty()) continue;
+    const YamlNode& patterns =
+        *config.resolved.Find("scene")->Find("lights")->Find(name)->Find("photos");
+    for (const YamlNode& pattern : patterns.items) {
+      photos.RequireMatch(
+          pattern.text, pattern.place, "scene.lights." + name + ".photos", problems);
+    }
+    for (std::size_t i = 0; i < photos.size(); ++i) {
+      const bool shines = std::ranges::any_of(
+          light->photos, [&](const std::string& pattern) { return photos.Matches(pattern, i); });
+      if (!shines) scene.sensors[i].lights_off.push_back(e);
+    }
+  }
+  if (!problems.empty()) throw ConfigError(config.source, problems);
+}
+
+}  // namespace
+
 renderer::Scene BuildScene(const ExperimentConfig& config, Experiment& experiment) {
   const optim::ObservationSet& observations = experiment.observations;
   const BuildContext context{
@@ -86,6 +116,7 @@ renderer::Scene BuildScene(const ExperimentConfig& config, Experiment& experimen
     scene.sensors.back().name = view.name;
   }
   AddPromotedTextures(config, scene);
+  SwitchLights(config, scene);
   renderer::ValidateScene(scene);
   return scene;
 }

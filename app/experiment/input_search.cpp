@@ -39,14 +39,6 @@ bool IsFolder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
-bool IsPicture(const fs::path& path) {
-  static const std::set<std::string> kExtensions = {
-      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".hdr"};
-  std::error_code ignored;
-  return kExtensions.contains(Lower(path.extension().string())) &&
-         fs::is_regular_file(path, ignored);
-}
-
 /// Entries that pass, by name.
 template <class Predicate>
 std::vector<fs::path> EntriesOf(const fs::path& folder, Predicate predicate) {
@@ -59,7 +51,7 @@ std::vector<fs::path> EntriesOf(const fs::path& folder, Predicate predicate) {
   return found;
 }
 
-std::size_t NumPictures(const fs::path& folder) { return EntriesOf(folder, IsPicture).size(); }
+std::size_t NumPictures(const fs::path& folder) { return optim::PicturesIn(folder).size(); }
 
 void AddOnce(const fs::path& path, std::vector<fs::path>& list) {
   const fs::path normal = (path.has_filename() ? path : path.parent_path()).lexically_normal();

@@ -13,9 +13,9 @@ renderer::Vec3 UpDirection(const renderer::Scene& scene);
 
 /// `count` cameras on a circle about the scene's meshes, one after the other against the clock seen
 /// from above: at the mean height and distance of the scene's cameras, farther where the meshes
-/// would not fit into the picture, beginning at the first camera's side. Size and focal length are
-/// the first camera's, with square pixels, no distortion, the middle in the middle, and the mean
-/// exposure. Throws SceneError without meshes or cameras.
+/// would not fit into the picture, beginning at the first camera's side. Size, focal length and
+/// lamps are the first camera's, with square pixels, no distortion, the middle in the middle, and
+/// the mean exposure. Throws SceneError without meshes or cameras.
 std::vector<renderer::Camera> OrbitCameras(const renderer::Scene& scene, int count);
 
 }  // namespace pathfit::app

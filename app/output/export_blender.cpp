@@ -245,6 +245,11 @@ std::vector<std::string> BlenderGaps(const Scene& scene) {
                      "lights are");
     }
   }
+  if (std::ranges::any_of(scene.sensors, [](const Camera& c) { return !c.lights_off.empty(); })) {
+    gaps.emplace_back(
+        "some lights shine in some of the photos only (lights.json says in which); in Blender all "
+        "do in every frame");
+  }
   const auto differs = [&](auto number) {
     return std::ranges::any_of(
         scene.sensors, [&](const Camera& c) { return number(c) != number(scene.sensors.front()); });

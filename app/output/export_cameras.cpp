@@ -1,5 +1,6 @@
 #include "app/output/export_cameras.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -8,6 +9,7 @@
 
 #include "app/output/fields.h"
 #include "renderer/core/check.h"
+#include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 
 namespace pathfit::app {
@@ -69,6 +71,10 @@ std::string ColmapIntrinsics(const Camera& c) {
   return "FULL_OPENCV " + size + " " + pinhole + brown + fmt::format(" {} 0 0 0", d.k3);
 }
 
+bool IsParallel(const Camera& camera) {
+  return camera.projection == renderer::ProjectionKind::kOrthographic;
+}
+
 Json MatrixRows(const Transform& t) {
   const Mat3& r = t.linear;
   return Json::array({{r.x.x, r.y.x, r.z.x, t.translation.x},
@@ -86,7 +92,9 @@ std::string TransformsJson(const std::vector<Camera>& cameras,
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const Camera& c = cameras[i];
     Json frame = {{"file_path", image_paths[i]}, {"w", c.width}, {"h", c.height}};
-    frame["camera_model"] = c.distortion.IsNone() ? "PINHOLE" : "OPENCV";
+    frame["camera_model"] = IsParallel(c)           ? "ORTHOGRAPHIC"
+                            : c.distortion.IsNone() ? "PINHOLE"
+                                                    : "OPENCV";
     frame["fl_x"] = c.fx;
     frame["fl_y"] = c.fy;
     frame["cx"] = c.cx;
@@ -108,6 +116,9 @@ std::string TransformsJson(const std::vector<Camera>& cameras,
 ColmapText ColmapModel(const std::vector<Camera>& cameras,
                        const std::vector<std::string>& image_names) {
   PATHFIT_CHECK(cameras.size() == image_names.size());
+  if (std::ranges::any_of(cameras, IsParallel)) {
+    throw renderer::SceneError("COLMAP has no orthographic cameras; export transforms instead");
+  }
   ColmapText text;
   text.cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   text.images =
@@ -141,6 +152,7 @@ void WriteCameras(const std::filesystem::path& folder,
                   const std::vector<std::string>& image_names,
                   const std::vector<std::string>& image_paths) {
   renderer::WriteFileAtomically(folder / "transforms.json", TransformsJson(cameras, image_paths));
+  if (std::ranges::any_of(cameras, IsParallel)) return;  // COLMAP has none
   const ColmapText text = ColmapModel(cameras, image_names);
   renderer::WriteFileAtomically(folder / "cameras.txt", text.cameras);
   renderer::WriteFileAtomically(folder / "images.txt", text.images);

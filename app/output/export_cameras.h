@@ -9,21 +9,22 @@
 namespace pathfit::app {
 
 /// nerfstudio's transforms.json: per-frame intrinsics, camera-to-world matrices in the scene's own
-/// frame and unit, x right, y up, looking along -z, pixel origin at the image corner. One path per
-/// camera.
+/// frame and unit, x right, y up, looking along -z, pixel origin at the image corner; orthographic
+/// cameras are ORTHOGRAPHIC with pixels per unit for focal lengths. One path per camera.
 std::string TransformsJson(const std::vector<renderer::Camera>& cameras,
                            const std::vector<std::string>& image_paths);
 
 /// A COLMAP text model without points: world-to-camera, x right, y down, z forward, pixel origin at
 /// the image corner. PINHOLE without distortion, OPENCV without k3, FULL_OPENCV otherwise; equal
-/// intrinsics share a camera.
+/// intrinsics share a camera. Throws SceneError for an orthographic one.
 struct ColmapText {
   std::string cameras, images, points;
 };
 ColmapText ColmapModel(const std::vector<renderer::Camera>& cameras,
                        const std::vector<std::string>& image_names);
 
-/// transforms.json, cameras.txt, images.txt and points3D.txt. Throws IoError when not writable.
+/// transforms.json, and unless a camera is orthographic cameras.txt, images.txt and points3D.txt.
+/// Throws IoError when not writable.
 void WriteCameras(const std::filesystem::path& folder,
                   const std::vector<renderer::Camera>& cameras,
                   const std::vector<std::string>& image_names,

@@ -273,9 +273,15 @@ void WriteTexelSights(const fs::path& folder,
 
 std::string LightsJson(const Scene& scene) {
   Json lights = Json::array();
-  for (const renderer::Emitter& emitter : scene.emitters) {
+  for (int e = 0; e < static_cast<int>(scene.emitters.size()); ++e) {
+    const renderer::Emitter& emitter = scene.emitters[static_cast<std::size_t>(e)];
     Json light = {{"name", emitter.name},
                   {"frame", emitter.frame == renderer::LightFrame::kWorld ? "world" : "camera"}};
+    Json photos = Json::array();
+    for (const renderer::Camera& sensor : scene.sensors) {
+      if (!renderer::IsOff(sensor.lights_off, e)) photos.push_back(sensor.name);
+    }
+    if (photos.size() < scene.sensors.size()) light["photos"] = std::move(photos);
     light.update(LightJson(emitter, scene));
     lights.push_back(std::move(light));
   }

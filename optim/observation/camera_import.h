@@ -35,7 +35,8 @@ struct ImportedCameras {
 
 /// Reads a nerfstudio or NeRF camera file: camera-to-world matrices, x right, y up, looking along
 /// -z, pixel origin at the image corner; intrinsics for all frames or per frame; models OPENCV,
-/// PINHOLE and their simpler forms. Throws IoError naming the file and the line or key: malformed,
+/// PINHOLE and their simpler forms, and our own ORTHOGRAPHIC, whose fl_x and fl_y are pixels per
+/// unit. Throws IoError naming the file and the line or key: malformed,
 /// out of range, a lens model that is not known, a pose that is not a rotation to 1e-4 (better ones
 /// are made exact).
 ImportedCameras ReadTransformsJson(const std::filesystem::path& path);

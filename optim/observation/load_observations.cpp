@@ -250,6 +250,26 @@ class FrameLoader {
   const ImportedCameras& cameras_;
 };
 
+/// Every picture of the folder as taken by the camera that stood still.
+ImportedCameras PicturesOfCamera(const ObservationOptions& options) {
+  ImportedCameras cameras;
+  const Camera& camera = *options.fixed_camera;
+  const std::vector<std::string>& wanted = options.fixed_photos;
+  for (const fs::path& path : PicturesIn(options.images_dir)) {
+    if (!wanted.empty() && std::ranges::find(wanted, path.filename().string()) == wanted.end())
+      continue;
+    ImportedCamera& imported = cameras.cameras.emplace_back();
+    imported.image = path.filename().string();
+    imported.camera = camera;
+    imported.place = path.string();
+  }
+  if (cameras.cameras.empty()) {
+    throw renderer::IoError(options.images_dir.string() + ": has no pictures of camera '" +
+                            camera.name + "'");
+  }
+  return cameras;
+}
+
 /// File name of each photo, or its whole path where two photos share a file name.
 std::vector<std::string> ViewNames(const ImportedCameras& cameras) {
   std::map<std::string, int> uses;
@@ -331,14 +351,19 @@ void DescribeCameras(const ObservationOptions& options,
                      const ImportedCameras& cameras,
                      const std::vector<FrameFacts>& facts,
                      std::vector<std::string>& out) {
-  out.push_back("Cameras: " + std::string(cameras.format) + " (" + options.cameras.string() +
-                "), " + CountOf(facts.size(), "image") +
-                "; pixel origin at the image corner (centre of the first pixel is 0.5, 0.5), no "
-                "shift applied.");
-  out.push_back(cameras.metres_per_unit > 0.0
-                    ? "Scale: 1 unit of the camera file is " + Short(cameras.metres_per_unit) +
-                          " m by metres_per_unit; poses stay in units of the file."
-                    : "Scale: the camera file does not say; its unit is taken for a metre.");
+  if (options.fixed_camera) {
+    out.push_back("Cameras: one that stood still, " + options.fixed_camera->name + ", took " +
+                  CountOf(facts.size(), "photo") + ".");
+  } else {
+    out.push_back("Cameras: " + std::string(cameras.format) + " (" + options.cameras.string() +
+                  "), " + CountOf(facts.size(), "image") +
+                  "; pixel origin at the image corner (centre of the first pixel is 0.5, 0.5), no "
+                  "shift applied.");
+    out.push_back(cameras.metres_per_unit > 0.0
+                      ? "Scale: 1 unit of the camera file is " + Short(cameras.metres_per_unit) +
+                            " m by metres_per_unit; poses stay in units of the file."
+                      : "Scale: the camera file does not say; its unit is taken for a metre.");
+  }
   if (const std::size_t distorted = Count(facts, [](const FrameFacts& f) { return f.distorted; })) {
     out.push_back("Lens: " + CountOf(distorted, "camera") +
                   " with distortion; rays are bent by the model, the photos are not resampled.");
@@ -454,7 +479,9 @@ ObservationError::ObservationError(std::vector<std::string> problems)
     : IoError(Join(problems)), problems_(std::move(problems)) {}
 
 ObservationSet LoadObservations(const ObservationOptions& options, std::vector<InputFile>* files) {
-  const ImportedCameras cameras = ImportCameras(options.cameras, options.camera_format);
+  const ImportedCameras cameras = options.fixed_camera
+                                      ? PicturesOfCamera(options)
+                                      : ImportCameras(options.cameras, options.camera_format);
   const std::vector<std::string> names = ViewNames(cameras);
   const std::vector<std::size_t> order = SortedByName(names);
   std::vector<FrameResult> frames(order.size());

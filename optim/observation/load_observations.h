@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,9 @@ enum class MaskRequirement { kAll, kSome, kNone };
 
 struct MaskOptions {
   MaskMeaning meaning = MaskMeaning::kNone;  ///< kNone: no mask is looked for
-  /// For a photo a.jpg this folder is searched for a.jpg.png, a.png, a.mask.png. Empty: `mask_path`
-  /// of the camera file, then the photo's alpha channel unless it is opaque everywhere.
+  /// For a photo a.jpg this folder is searched for a.jpg.png, a.png, a.mask.png; a file is the mask
+  /// of all photos. Empty: `mask_path` of the camera file, then the photo's alpha channel unless it
+  /// is opaque everywhere.
   std::filesystem::path folder;
   bool alpha = false;   ///< the photo's alpha channel and nothing else
   bool invert = false;  ///< the files have black where the object (or data) is
@@ -30,8 +32,11 @@ enum class Transfer { kAuto, kSrgb, kLinear };
 enum class DistortionPolicy { kModel, kRefuse };
 
 struct ObservationOptions {
-  std::filesystem::path cameras;       ///< file or folder
-  std::string camera_format = "auto";  ///< "auto", "transforms" or "colmap" (CameraFormatWords)
+  std::filesystem::path cameras;  ///< file or folder
+  /// Instead of a camera file: took every picture in `images_dir`, from the same place.
+  std::optional<renderer::Camera> fixed_camera;
+  std::vector<std::string> fixed_photos;  ///< of these file names alone; empty: every one
+  std::string camera_format = "auto";     ///< "auto", "transforms" or "colmap" (CameraFormatWords)
   DistortionPolicy distortion = DistortionPolicy::kModel;
   /// Empty: relative to transforms.json; for COLMAP the folder `images` beside or up to two levels
   /// above the model.

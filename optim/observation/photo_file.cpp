@@ -1,7 +1,9 @@
 #include "optim/observation/photo_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <set>
 #include <system_error>
 
 #include "renderer/image/color.h"
@@ -63,6 +65,25 @@ void Try(const fs::path& candidate, FileSearch& search) {
 
 }  // namespace
 
+bool IsPicture(const fs::path& path) {
+  static const std::set<std::string> kExtensions = {
+      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".hdr"};
+  std::string extension = path.extension().string();
+  std::ranges::transform(
+      extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return kExtensions.contains(extension) && IsFile(path);
+}
+
+std::vector<fs::path> PicturesIn(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (IsPicture(it->path())) found.push_back(it->path());
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
 PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options) {
   DecodedImage decoded = renderer::ReadImageFile(path, options.apply_exif_orientation);
   PhotoFile file;
@@ -115,6 +136,10 @@ FileSearch FindMask(const ImportedCamera& camera,
                     const ImportedCameras& cameras,
                     const ObservationOptions& options) {
   FileSearch search;
+  if (IsFile(options.masks.folder)) {
+    Try(options.masks.folder, search);
+    return search;
+  }
   if (options.masks.folder.empty()) {
     if (!camera.mask.empty()) Try(cameras.folder / camera.mask, search);
     return search;

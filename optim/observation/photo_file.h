@@ -28,6 +28,11 @@ PhotoFile ReadPhotoFile(const std::filesystem::path& path, const ObservationOpti
 /// ReadPhotoFile.
 renderer::Image ReadMaskFile(const std::filesystem::path& path, bool apply_exif_orientation);
 
+/// Whether a path is a file with the extension of a picture.
+bool IsPicture(const std::filesystem::path& path);
+/// The pictures in a folder, by name; none where there is no folder.
+std::vector<std::filesystem::path> PicturesIn(const std::filesystem::path& folder);
+
 /// Candidates of one input in the order they were looked for, and the first that exists.
 struct FileSearch {
   std::vector<std::filesystem::path> tried;

@@ -93,12 +93,12 @@ class Intrinsics {
 void ReadDistortion(const Intrinsics& source, const Entry& frame, renderer::Camera& camera) {
   const std::string model = source.Model();
   const std::initializer_list<const char*> known = {
-      "", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
+      "", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "ORTHOGRAPHIC"};
   if (std::ranges::find(known, model) == known.end()) {
     throw IoError(
         frame.place + ": camera_model " + model +
-        " is not supported (allowed: OPENCV, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL); "
-        "undistort the photos to PINHOLE, or calibrate again with OPENCV");
+        " is not supported (allowed: OPENCV, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, "
+        "ORTHOGRAPHIC); undistort the photos to PINHOLE, or calibrate again with OPENCV");
   }
   if (const double k4 = source.NumberOr("k4", 0.0); k4 != 0.0) {
     throw IoError(
@@ -111,7 +111,8 @@ void ReadDistortion(const Intrinsics& source, const Entry& frame, renderer::Came
                        .k3 = source.NumberOr("k3", 0.0),
                        .p1 = source.NumberOr("p1", 0.0),
                        .p2 = source.NumberOr("p2", 0.0)};
-  if ((model == "PINHOLE" || model == "SIMPLE_PINHOLE") && !camera.distortion.IsNone()) {
+  if (model == "ORTHOGRAPHIC") camera.projection = renderer::ProjectionKind::kOrthographic;
+  if (model.ends_with("PINHOLE") && !camera.distortion.IsNone()) {
     throw IoError(
         frame.place + ": camera_model " + model +
         " has no distortion, but one of k1 k2 k3 p1 p2 is not zero; write camera_model OPENCV, or "

@@ -10,9 +10,9 @@
 
 namespace pathfit::optim {
 
-/// Refuses steps that reach further than derivatives hold: an image is linear in a motion for about
-/// a pixel. What hardly changes the images may be moved far by noise alone, and no model of small
-/// steps says where it ends.
+/// Refuses steps that reach further than derivatives hold: an image is linear in a motion for less
+/// than a pixel. What hardly changes the images may be moved far by noise alone, and no model of
+/// small steps says where it ends.
 class MotionGuard {
  public:
   /// The arguments must outlive it. `values`: the round's start, in units of the scene.
@@ -29,7 +29,7 @@ class MotionGuard {
   /// over its points and the views that see them.
   [[nodiscard]] double LargestMotion(const std::vector<double>& values) const;
 
-  static constexpr double kMaxPixels = 1.0;
+  static constexpr double kMaxPixels = 0.5;
 
  private:
   /// Where points of each mesh are seen by each fitted view, view by view; empty entries: nowhere.

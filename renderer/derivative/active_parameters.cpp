@@ -125,10 +125,12 @@ ActiveParameters ActiveParameters::Make(const Scene& scene,
     MaterialBlocks& material = active.materials[static_cast<std::size_t>(scene.meshes[i].material)];
     material.any = material.any || b.colors >= 0 || b.uvs >= 0;
   }
-  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
-    active.lights.push_back(
-        BlocksOfLight(layout, scene.emitters[i], static_cast<int>(i), camera, active.camera));
-    const LightBlocks& b = active.lights.back();
+  const std::vector<int>& lights_off = camera.camera().lights_off;
+  for (int i = 0; i < static_cast<int>(scene.emitters.size()); ++i) {
+    const Emitter& emitter = scene.emitters[static_cast<std::size_t>(i)];
+    const LightBlocks& b = active.lights.emplace_back(
+        IsOff(lights_off, i) ? LightBlocks{}
+                             : BlocksOfLight(layout, emitter, i, camera, active.camera));
     active.any_light_moves = active.any_light_moves || b.moves;
     active.any_light = active.any_light || b.intensity >= 0 || b.texels >= 0 || b.angles >= 0;
     active.any_geometry = active.any_geometry || b.moves;
@@ -145,11 +147,11 @@ ActiveParameters ActiveParameters::Make(const Scene& scene,
         active.meshes[i].any_geometry ||
         active.materials[static_cast<std::size_t>(scene.meshes[i].material)].any);
   }
-  for (const Emitter& emitter : scene.emitters) {
-    const auto* area = std::get_if<AreaEmitter>(&emitter.light);
+  for (int i = 0; i < static_cast<int>(scene.emitters.size()); ++i) {
+    const auto* area = std::get_if<AreaEmitter>(&scene.emitters[static_cast<std::size_t>(i)].light);
     active.all_paths =
-        active.all_paths ||
-        (area != nullptr && active.meshes[static_cast<std::size_t>(area->mesh)].any_geometry);
+        active.all_paths || (area != nullptr && !IsOff(lights_off, i) &&
+                             active.meshes[static_cast<std::size_t>(area->mesh)].any_geometry);
   }
   return active;
 }

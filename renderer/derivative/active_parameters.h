@@ -56,7 +56,7 @@ struct ActiveParameters {
   std::vector<MeshBlocks> meshes;
   std::vector<MaterialBlocks> materials;
   std::vector<std::int32_t> textures;
-  std::vector<LightBlocks> lights;
+  std::vector<LightBlocks> lights;  ///< without blocks where the camera has them off
   CameraBlocks camera;
   bool any_geometry = false;  ///< anything that moves a point, normal, UV or direction
   bool any_mesh_moves = false;

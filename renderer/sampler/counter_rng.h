@@ -24,9 +24,12 @@ enum class RandomDomain : std::uint64_t {
   kIndirectShift = 204,
   kIndirectPilot = 205,
   kIndirectSample = 206,
-  kGuidePilots = 0x67756964,  ///< places of pilots in the cells of a guide
-  kSeedOfRender = 0x5EED,     ///< the seeds of a fit's renderings; and the two values after it
-  kFieldDirection = 100,      ///< directions of derivatives over whole fields
+  kGuidePilots = 0x67756964,    ///< places of pilots in the cells of a guide
+  kSeedOfRender = 0x5EED,       ///< the seeds of a fit's renderings; and the two values after it
+  kPhotoNoise = 0x70686f74,     ///< of synthetic photos
+  kPhotoExposure = 0x70686f75,  ///< of synthetic photos
+  kPhotoPose = 0x70686f76,      ///< what is believed of their cameras
+  kFieldDirection = 100,        ///< directions of derivatives over whole fields
 };
 
 /// The domain of way 0, 1, ... of a boundary technique.

@@ -78,7 +78,7 @@ struct LightAdder {
   LightSet& set;
 
   void operator()(const EnvironmentEmitter& light) const {
-    const auto& sampler = world.light_samplers().environment;
+    const auto& sampler = world.light_samplers().environment();
     PATHFIT_CHECK(sampler.has_value());
     const Mat3 world_from_light = turn * light.frame_from_light;
     set.environment = LightSet::Environment{
@@ -169,38 +169,61 @@ IntensityPartials ProjectedDerivative(const LightSet::PointLight& light,
 
 }  // namespace
 
-LightSamplers LightSamplers::Make(const World& world) {
-  LightSamplers samplers;
+void LightSamplers::Reset(const World& world) {
+  environment_.reset();
+  areas_.clear();
   for (const Emitter& emitter : world.scene().emitters) {
     if (const auto* environment = std::get_if<EnvironmentEmitter>(&emitter.light)) {
-      samplers.environment.emplace(*environment);
-    } else if (const auto* area = std::get_if<AreaEmitter>(&emitter.light)) {
-      samplers.areas.AddMesh(
-          area->mesh, world.mesh(area->mesh), TriangleBrightness(world, *area), area->two_sided);
+      environment_.emplace(*environment);
     }
   }
-  samplers.areas.Finish();
-  return samplers;
 }
 
-LightSet LightSet::Make(const World& world, const Transform& world_from_camera) {
+const AreaSampler& LightSamplers::AreasOf(const World& world,
+                                          const std::vector<int>& emitters) const {
+  const std::lock_guard lock(mutex_);
+  const auto [entry, is_new] = areas_.try_emplace(emitters);
+  if (is_new) {
+    for (const int index : emitters) {
+      const Emitter& emitter = world.scene().emitters[static_cast<std::size_t>(index)];
+      const auto& area = std::get<AreaEmitter>(emitter.light);
+      entry->second.AddMesh(
+          area.mesh, world.mesh(area.mesh), TriangleBrightness(world, area), area.two_sided);
+    }
+    entry->second.Finish();
+  }
+  return entry->second;
+}
+
+LightSet LightSet::Make(const World& world,
+                        const Transform& world_from_camera,
+                        const std::vector<int>& lights_off) {
   const Scene& scene = world.scene();
-  const AreaSampler& areas = world.light_samplers().areas;
   LightSet set;
   set.environment_visible = scene.environment_visible;
   set.area_of_mesh.assign(scene.meshes.size(), -1);
-  set.area_sampler = areas.Empty() ? nullptr : &areas;
-  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
-    const Emitter& emitter = scene.emitters[i];
+  for (int i = 0; i < static_cast<int>(scene.emitters.size()); ++i) {
+    if (IsOff(lights_off, i)) {
+      continue;
+    }
+    const Emitter& emitter = scene.emitters[static_cast<std::size_t>(i)];
     const Transform world_from_frame =
         emitter.frame == LightFrame::kCamera ? world_from_camera : Transform{};
     std::visit(LightAdder{world,
                           emitter,
-                          static_cast<int>(i),
+                          i,
                           world_from_frame,
                           world_from_frame.linear * RotationFromVector(emitter.rotation),
                           set},
                emitter.light);
+  }
+  if (!set.areas.empty()) {
+    std::vector<int> emitters;
+    for (const AreaLight& area : set.areas) {
+      emitters.push_back(area.emitter);
+    }
+    const AreaSampler& areas = world.light_samplers().AreasOf(world, emitters);
+    set.area_sampler = areas.Empty() ? nullptr : &areas;
   }
   return set;
 }

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -13,16 +15,32 @@ namespace pathfit::renderer {
 
 class World;
 
-/// Samplers of a scene's lights that do not depend on the sensor; made once per scene state.
-struct LightSamplers {
-  std::optional<EnvironmentSampler> environment;
-  AreaSampler areas;  ///< over the triangles of all area lights
+/// Samplers of a world's lights that do not depend on where the sensor is. Those of area lights are
+/// made when a set of them is asked for first: sensors with the same lamps share one. Constant
+/// members may be called from several threads at once.
+class LightSamplers {
+ public:
+  /// Forgets what was made of an earlier state.
+  void Reset(const World& world);
 
-  static LightSamplers Make(const World& world);
+  /// Of the environment, empty without one.
+  [[nodiscard]] const std::optional<EnvironmentSampler>& environment() const {
+    return environment_;
+  }
+  /// Over the triangles of these area lights, indices into Scene::emitters in ascending order.
+  /// Refers to this object until Reset.
+  [[nodiscard]] const AreaSampler& AreasOf(const World& world,
+                                           const std::vector<int>& emitters) const;
+
+ private:
+  std::optional<EnvironmentSampler> environment_;
+  mutable std::mutex mutex_;
+  mutable std::map<std::vector<int>, AreaSampler> areas_;
 };
 
-/// Emitters of a world as one sensor meets them: camera-frame lights are turned into the
-/// world, rotations are applied. Indices `emitter` are those of Scene::emitters.
+/// Emitters of a world as one sensor meets them: those that are off for it are left out,
+/// camera-frame lights are turned into the world, rotations are applied. Indices `emitter` are
+/// those of Scene::emitters.
 struct LightSet {
   struct Environment {
     int emitter = -1;
@@ -57,8 +75,11 @@ struct LightSet {
   const AreaSampler* area_sampler = nullptr;  ///< null without area lights
   bool environment_visible = true;
 
-  /// All pointers refer to the world, which must outlive the result.
-  static LightSet Make(const World& world, const Transform& world_from_camera);
+  /// `lights_off`: Camera::lights_off. All pointers refer to the world, which must outlive the
+  /// result.
+  static LightSet Make(const World& world,
+                       const Transform& world_from_camera,
+                       const std::vector<int>& lights_off = {});
 
   /// The area light of a mesh, null if it does not shine.
   [[nodiscard]] const AreaLight* AreaLightOf(int mesh) const {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -118,10 +119,20 @@ class SceneValidator {
     Require(environments <= 1, "lights", "at most one environment is possible");
     for (const Camera& camera : scene_.sensors) {
       const CameraModel model(camera);  // validates
+      CheckLightsOff(camera);
     }
   }
 
  private:
+  void CheckLightsOff(const Camera& camera) const {
+    const std::vector<int>& off = camera.lights_off;
+    const auto count = static_cast<int>(scene_.emitters.size());
+    Require(off.empty() || (off.front() >= 0 && off.back() < count &&
+                            std::is_sorted(off.begin(), off.end(), std::less_equal<>())),
+            "sensor '" + camera.name + "'",
+            "the lights that are off must exist, in ascending order");
+  }
+
   /// The texture of that index; nullptr if the index is -1.
   const Texture* FindTexture(int index, const std::string& where, const std::string& role) const {
     Require(index >= -1 && index < static_cast<int>(scene_.textures.size()),

@@ -11,7 +11,7 @@ World::World(Scene scene, const std::optional<RayFrame>& ray_frame) : scene_(std
     topologies_.push_back(MeshTopology::Build(m.mesh));
   }
   PlaceMeshes(ray_frame);
-  light_samplers_ = LightSamplers::Make(*this);
+  light_samplers_.Reset(*this);
 }
 
 void World::PlaceMeshes(const std::optional<RayFrame>& ray_frame) {
@@ -56,7 +56,7 @@ void World::SetParameters(const ParameterLayout& layout, const std::vector<doubl
            kind == ParameterKind::kUvs;
   };
   if (meshes_moved || layout.AnyKind(changes_lights)) {
-    light_samplers_ = LightSamplers::Make(*this);
+    light_samplers_.Reset(*this);
   }
 }
 

@@ -79,6 +79,10 @@ Transform CameraPose(const Camera& camera) {
   return {RotationFromVector(camera.rotation) * t.linear, t.translation};
 }
 
+bool IsOff(const std::vector<int>& lights_off, int emitter) {
+  return std::binary_search(lights_off.begin(), lights_off.end(), emitter);
+}
+
 CameraModel::CameraModel(const Camera& camera)
     : camera_(camera),
       distorted_(!camera.distortion.IsNone()),

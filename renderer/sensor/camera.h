@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "renderer/geometry/ray.h"
 #include "renderer/math/transform.h"
@@ -53,7 +54,13 @@ struct Camera {
   Vec3 rotation{0.0, 0.0, 0.0};
   PixelFilter filter;
   double gain = 1.0;  ///< exposure: pixel value per unit radiance, > 0
+  /// Lights of the scene that are switched off while this camera takes its picture: indices into
+  /// Scene::emitters, ascending. Empty: all shine.
+  std::vector<int> lights_off;
 };
+
+/// Whether a light is among those of Camera::lights_off.
+bool IsOff(const std::vector<int>& lights_off, int emitter);
 
 /// world_from_camera with `rotation` applied, about the camera's centre: where the camera is. The
 /// camera need not be valid.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Standard errors against the scatter over seeds: one small scene per kind of unknown, fitted many times.
 
-error_scatter.py --pathfit BUILD/app/pathfit --noise BUILD/tests/noisy_photo [--repeats N] [--jobs N] [--only CASE ...]
+error_scatter.py --pathfit BUILD/app/pathfit [--repeats N] [--jobs N] [--only CASE ...]
                  [--noise-levels X ...] [--size PIXELS] [--keep DIR] [--out FILE.json]
 
 Photos are one rendering of the truth with other noise each time, and each fit renders with a seed of its own; all else is
@@ -20,7 +20,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from fit_runs import look_at, product, read_table, render, rotation_matrix, write_transforms
+from fit_runs import look_at, product, read_table, rotation_matrix, synth, write_transforms
 
 FOV_DEG = 40.0
 PHOTO_SPP = 16384
@@ -102,12 +102,9 @@ def true_values(name):
 
 
 def run_one(args, folder, name, level, index):
-    photos = folder / f"photos_{name}_{level:g}_{index}"
-    photos.mkdir()
-    subprocess.run([str(args.noise), str(folder / f"clean_{name}" / "view.exr"), str(photos / "view.exr"), "--gaussian", str(level * MEAN),
-                    "--seed", str(1 + index)], check=True)
-    config = {**fit_config(folder, name, photos, args.size, True), "seed": 1000 + index}
-    path = photos / "fit.yaml"
+    photos = folder / f"{name}_{level:g}" / str(1 + index)
+    config = {**fit_config(folder, name, photos / "photos", args.size, True), "seed": 1000 + index}
+    path = photos / "scatter.yaml"
     path.write_text(json.dumps(config, indent=1))
     done = subprocess.run([str(args.pathfit), "fit", str(path), "-o", str(photos / "run"), "--progress", "none", "-q", "--threads", "1"],
                           capture_output=True, text=True, check=False)
@@ -152,7 +149,6 @@ def print_case(rows, results):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pathfit", type=Path, required=True)
-    parser.add_argument("--noise", type=Path, required=True)
     parser.add_argument("--repeats", type=int, default=24)
     parser.add_argument("--jobs", type=int, default=1, help="fits at a time")
     parser.add_argument("--only", choices=list(CASES), nargs="+", default=list(CASES))
@@ -171,8 +167,8 @@ def main():
         for name in args.only:
             path = root / f"{name}_photo.yaml"
             path.write_text(json.dumps(fit_config(root, name, None, args.size, False), indent=1))
-            render(args.pathfit, path, root / f"clean_{name}")
             for level in args.noise_levels:
+                synth(args.pathfit, path, root / f"{name}_{level:g}", gaussian=level * MEAN, copies=args.repeats)
                 with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
                     results = list(pool.map(lambda i: run_one(args, root, name, level, i), range(args.repeats)))
                 rows = compare(name, level, results)

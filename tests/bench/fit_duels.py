@@ -23,8 +23,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from fit_runs import (look_at, peer_environment, pinned, product, read_table, render, rotation_angle, rotation_matrix, run_fit,
-                      user_seconds, write_transforms)
+from fit_runs import peer_environment, pinned, product, read_table, rotation_angle, rotation_matrix, run_fit, synth, user_seconds
 
 SOURCE = Path(__file__).resolve().parents[2]
 DATA = SOURCE / "build" / "duels"
@@ -46,15 +45,6 @@ def skip(text):
 # Photos ----------------------------------------------------------------------------------------------------------------
 
 
-def cameras_of(config):
-    """The sensors of a true scene, one line each."""
-    line = re.compile(r"^    (\w+): \{size_px: \[(\d+), (\d+)\], fov_deg: ([\d.]+), pose: \{look_at: \{origin_m: \[(.*?)\], target_m: \[(.*?)\]", re.M)
-    for name, width, height, fov, origin, target in line.findall(Path(config).read_text(encoding="utf-8")):
-        origin, target = ([float(x) for x in v.split(",")] for v in (origin, target))
-        focal = 0.5 * min(int(width), int(height)) / math.tan(math.radians(float(fov)) / 2)
-        yield {"file": f"{name}.exr", "size": (int(width), int(height)), "focal": focal, "columns": look_at(origin, target)}
-
-
 def prepare(duel, args):
     """Meshes and photos. False: something is missing."""
     meshes = DATA / "meshes"
@@ -69,11 +59,8 @@ def prepare(duel, args):
         skip("shape: it needs --distance BUILD/tests/surface_distance")
         return False
     folder, config = DATA / duel, SOURCE / "configs" / f"duel_{duel}_true.yaml"
-    cameras = list(cameras_of(config))
-    photos = folder / "photos"
-    if not (args.keep_photos and all((photos / c["file"]).exists() for c in cameras)):
-        render(args.pathfit, config, photos)
-    write_transforms(folder / "transforms.json", cameras)
+    if not (args.keep_photos and (folder / "transforms.json").exists()):
+        synth(args.pathfit, config, folder)
     return True
 
 

@@ -184,10 +184,12 @@ def run_fit(pathfit, config, folder, more=(), cores=0, timeout_s=None):
     return Run(None if timed_out else process.returncode, time.monotonic() - started, usage.ru_utime, text, watcher.rounds)
 
 
-def render(pathfit, config, folder, more=()):
-    done = subprocess.run([str(pathfit), "render", str(config), "-o", str(folder), "-q", *map(str, more)], capture_output=True, text=True, check=False)
+def synth(pathfit, config, folder, gaussian=0.0, shot=0.0, copies=0):
+    """Photos of the config's scene with noise, in folder/photos (of copies: folder/N/photos)."""
+    more = ["--noise", repr(gaussian), "--shot-noise", repr(shot), *(["--copies", copies] if copies else [])]
+    done = subprocess.run([str(pathfit), "synth", str(config), "-o", str(folder), "--force", "-q", *map(str, more)], capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise RuntimeError(f"pathfit render {config} ended with {done.returncode}:\n{done.stderr[-2000:]}")
+        raise RuntimeError(f"pathfit synth {config} ended with {done.returncode}:\n{done.stderr[-2000:]}")
 
 
 def read_table(path):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fits of random small scenes with known truth, with defaults only: a search for what the fit cannot do.
 
-random_fits.py --pathfit BUILD/app/pathfit --noise BUILD/tests/noisy_photo [--count N] [--seed N] [--jobs N] [--only I ...]
+random_fits.py --pathfit BUILD/app/pathfit [--count N] [--seed N] [--jobs N] [--only I ...]
                [--timeout S] [--keep DIR] [--out FILE.json]
 
 Scene I of a seed is the same for every count. Each has a floor, one to three objects, one or two lights, one to three
@@ -19,13 +19,12 @@ import random
 import shutil
 import statistics
 import struct
-import subprocess
 import sys
 import tempfile
 import zlib
 from pathlib import Path
 
-from fit_runs import look_at, normalised, product, read_table, render, rotation_matrix, rotation_vector, run_fit, write_transforms
+from fit_runs import look_at, normalised, product, read_table, rotation_matrix, rotation_vector, run_fit, synth, write_transforms
 
 SIZE = 48
 FOV_DEG = 45.0
@@ -423,14 +422,14 @@ class Problem:
         cameras = [{"file": f"view{i}.exr", "size": (SIZE, SIZE), "focal": values["focal"], "columns": self.camera_columns(values, i)}
                    for i in range(self.cameras)]
         write_transforms(folder / f"{name}_cameras.json", cameras)
-        source = {"images": str(folder / "photos"), "cameras": {"path": str(folder / f"{name}_cameras.json"), "format": "transforms"},
+        source = {"images": str(folder / "synth" / "photos"), "cameras": {"path": str(folder / f"{name}_cameras.json"), "format": "transforms"},
                   "split": {"validation": "none"}}
         if "exposure" in self.kinds:
             source["exposure"] = {"model": "gain"}
         return {"schema": 1, "seed": self.index, "input": source, "scene": self.scene(values, folder),
                 "unknowns": {"exposure" if u["kind"] == "exposure" else u["name"]: {} for u in self.unknowns}, "stages": [{"name": "all", "free": "all"}]}
 
-    def write(self, folder, noise_program, pathfit):
+    def write(self, folder, pathfit):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         if "texels" in self.truth:
@@ -442,15 +441,10 @@ class Problem:
         for name, config in (("photos", self.photo_config(folder)), ("fit", self.fit_config(self.start, folder, "fit")),
                              ("truth", self.fit_config(self.truth, folder, "truth"))):
             (folder / f"{name}.yaml").write_text(json.dumps(config, indent=1))
-        render(pathfit, folder / "photos.yaml", folder / "clean")
-        (folder / "photos").mkdir(exist_ok=True)
         kind, level = self.noise
         mean = 0.3  # of these pictures, about
-        amount = {"--gaussian": level * mean} if kind == "gaussian" else {"--shot": level * level * mean}
-        for i in range(self.cameras):
-            words = [str(w) for pair in amount.items() for w in pair]
-            subprocess.run([str(noise_program), str(folder / "clean" / f"view{i}.exr"), str(folder / "photos" / f"view{i}.exr"), *words,
-                            "--seed", str(1 + i + 10 * self.index)], check=True)
+        amount = {"gaussian": level * mean} if kind == "gaussian" else {"shot": level * level * mean}
+        synth(pathfit, folder / "photos.yaml", folder / "synth", **amount)
 
 
 def rotation_between(a, b):
@@ -510,8 +504,8 @@ def solve(args, index, root):
     row = {"scene": index, "kinds": problem.kinds, "scalars": sum(len(u["start"]) for u in problem.unknowns), "cameras": problem.cameras,
            "light": problem.key, "noise": list(problem.noise), "model_error": problem.error}
     try:
-        problem.write(folder, args.noise, args.pathfit)
-    except (RuntimeError, subprocess.CalledProcessError) as error:
+        problem.write(folder, args.pathfit)
+    except RuntimeError as error:
         return {**row, "outcome": "no photos", "messages": str(error)}
     run = run_fit(args.pathfit, folder / "fit.yaml", folder / "run", ["--threads", args.threads], timeout_s=args.timeout)
     row.update(status=run.status, cpu_s=run.user_s, messages=run.messages[-1000:])
@@ -592,7 +586,6 @@ def summarise(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pathfit", type=Path, required=True)
-    parser.add_argument("--noise", type=Path, required=True)
     parser.add_argument("--count", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1, help="fits at a time")

@@ -653,6 +653,46 @@ function drawComparison(data) {
     ...sections.map((one) => one.node));
 }
 
+// ---- a result against photos and truth (app/output/evaluation.cpp)
+
+function evaluationCell({ key, unit }, row) {
+  const value = row[key];
+  if (typeof value === "boolean") return value ? "yes" : "";
+  if (typeof value === "string" && !value.endsWith("inf")) return value;
+  if (unit === "dB" || unit === "IoU") return show({ unit }, value);
+  return number(num(value));
+}
+
+function evaluatedTable({ key, title, note: text, columns, rows }) {
+  const cells = columns.map((column, i) => [
+    h("span", { title: column.doc }, column.label + (["", "dB", "IoU"].includes(column.unit) ? "" : ", " + column.unit)),
+    (row) => evaluationCell(column, row), i === 0 ? "wrap" : ""]);
+  return section(key, title, h("div", { class: "card scroll" }, table(cells, rows), note(text)));
+}
+
+function evaluatedPictures(data) {
+  if (data.pictures.length === 0) return null;
+  return section("pictures", "Pictures", data.pictures.map((view) => {
+    const row = h("div", { class: "row" });
+    view.pictures.forEach(({ caption, source }) => picture(row, caption, `${caption}, ${view.title}`, source));
+    return h("article", { class: "card view" }, h("div", { class: "head" }, h("h3", {}, view.title),
+      h("span", { class: "tag val" }, view.tag)), row);
+  }));
+}
+
+function drawEvaluation(data) {
+  const { evaluation } = data;
+  const sections = [...data.tables.map(evaluatedTable), evaluatedPictures(data),
+    listSection("notes", "Notes", evaluation.notes)].filter((one) => one);
+  document.title = "pathfit evaluation";
+  document.querySelector("main").append(
+    h("header", {}, h("h1", {}, "Evaluation"), h("p", { class: "sub" },
+      evaluation.run + (evaluation.truth ? " against " + evaluation.truth : ""))),
+    h("nav", { "aria-label": "Sections" }, sections.map((one) => h("a", { href: "#" + one.id }, one.title))),
+    ...sections.map((one) => one.node));
+}
+
 const shown = JSON.parse(document.getElementById("data").textContent);
 if (shown.runs) drawComparison(shown);
+else if (shown.evaluation) drawEvaluation(shown);
 else draw(shown);

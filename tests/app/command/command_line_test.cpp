@@ -163,7 +163,7 @@ TEST(CommandLine, MistakesAreNamed) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{},
        "pathfit: a command is needed: init, check, fit, resume, render, export, compare, "
-       "gradcheck, info, version, help"},
+       "synth, eval, gradcheck, info, version, help"},
       {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
       {{"fit", "c.yaml", "-o", ""}, "pathfit fit: --output: '' is not a path"},
       {{"help", "rendr"}, "pathfit: unknown command 'rendr' (did you mean 'render'?)"},
@@ -218,6 +218,14 @@ TEST(CommandLine, MistakesAreNamed) {
        "pathfit gradcheck: --step: '0' is not a number above 0"},
       {{"gradcheck", "c.yaml", "--sigma", "nan"},
        "pathfit gradcheck: --sigma: 'nan' is not a number above 0"},
+      {{"synth", "c.yaml", "--noise", "-1"},
+       "pathfit synth: --noise: '-1' is not a number from 0 to 10"},
+      {{"synth", "c.yaml", "--quality", "9.5", "--format", "jpg"},
+       "pathfit synth: --quality: '9.5' is not a whole number from 1 to 100"},
+      {{"synth", "c.yaml", "--quality", "9"}, "pathfit synth: --quality needs --format jpg"},
+      {{"synth", "c.yaml", "--format", "gif"},
+       "pathfit synth: --format: 'gif' is not one of: exr, png, jpg"},
+      {{"eval", "run", "--env", "a.hdr"}, "pathfit eval: --env needs --truth"},
       {{"fit", "\xff"}, "pathfit: an argument is not UTF-8 text"},
   };
   for (const auto& [words, expected] : cases) EXPECT_EQ(Refusal(words), expected);

@@ -163,7 +163,8 @@ TEST(ConfigMistakes, KeysThatDependOnOthersAreChecked) {
         "scene.materials.a b: no MATERIAL is called 'a b' (known: glaze, "
         "paint)"},
        {"scene.sensors={}",
-        "scene.sensors: sensors are not supported together with input; the photos are the cameras"},
+        "scene.sensors: sensors are not supported together with input; the photos are the cameras, "
+        "unless input.cameras.sensor names one that took them all"},
        {"input.split.validation=every 1",
         "input.split.validation: 'every 1' is not understood; write every 8 (a number of at least "
         "2), a list of file names, or none"}});

@@ -106,6 +106,21 @@ TEST(ExportCameras, ImportersReadBackWhatWasWritten) {
   EXPECT_EQ(Count(ColmapModel(cameras, names).cameras, "FULL_OPENCV"), 1);
 }
 
+TEST(ExportCameras, OrthographicOnesAreReadBackAndAreNoneOfColmap) {
+  TemporaryFolder folder("parallel_cameras");
+  std::vector<Camera> cameras = ManyCameras();
+  cameras.resize(1);
+  cameras[0].projection = renderer::ProjectionKind::kOrthographic;
+  cameras[0].distortion = {};
+  WriteCameras(folder.path(), cameras, Names(1), Names(1));
+  const optim::ImportedCameras read = optim::ReadTransformsJson(folder.path() / "transforms.json");
+  ASSERT_EQ(read.cameras.size(), 1U);
+  EXPECT_EQ(read.cameras[0].camera.projection, renderer::ProjectionKind::kOrthographic);
+  EXPECT_EQ(read.cameras[0].camera.fx, cameras[0].fx);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "cameras.txt"));
+  EXPECT_THROW(ColmapModel(cameras, Names(1)), renderer::SceneError);
+}
+
 TEST(ExportCameras, EqualIntrinsicsShareACamera) {
   std::vector<Camera> cameras(3, ManyCameras().front());
   EXPECT_EQ(Count(ColmapModel(cameras, Names(3)).cameras, "PINHOLE"), 1);

@@ -248,9 +248,31 @@ function testComparison(script) {
   assert.deepStrictEqual(draw(script, nothing).links, ["runs"]);
 }
 
+function testEvaluation(script) {
+  const data = (word = "a") => ({
+    evaluation: { run: "/" + word, truth: "/b", notes: [word] },
+    tables: [{ key: "views", title: "Photos", note: word, columns: [
+      { key: "view", unit: "", label: "View", doc: "" }, { key: "validation", unit: "", label: "Held out", doc: "" },
+      { key: "psnr_srgb_db", unit: "dB", label: "PSNR", doc: word }, { key: "off_m", unit: "m", label: "Off", doc: "" }],
+    rows: [{ view: word, validation: true, psnr_srgb_db: 24.5, off_m: 0.125 },
+      { view: "c", validation: false, psnr_srgb_db: null, off_m: "inf" }] }],
+    pictures: [{ title: word, tag: "relit", pictures: [
+      { caption: "Truth", source: "data:image/jpeg;base64,AA==" }, { caption: "Result", source: "data:image/jpeg;base64,BB==" }] }] });
+  const { main, links } = draw(script, data());
+  assert.deepStrictEqual(links, ["views", "pictures", "notes"]);
+  for (const part of ["/a against /b", "24.50 dB", "Off, m", "0.125", "yes", "–", "∞", "relit"]) {
+    assert.ok(main.textContent.includes(part), part);
+  }
+  assert.strictEqual(main.tagged("img").length, 2);
+  const nasty = "</script><img src=x onerror=alert(1)>";
+  assert.ok(draw(script, data(nasty)).main.textContent.includes(nasty));
+  const nothing = { evaluation: { run: "/a", truth: null, notes: [] }, tables: [], pictures: [] };
+  assert.deepStrictEqual(draw(script, nothing).links, []);
+}
+
 const script = fs.readFileSync(process.argv[2], "utf8");
 for (const test of [testAllSections, testNothing, testHostileWords, testPicturesEnlargeInPlace, testPlots, testBars,
-  testTicks, testNumbers, testComparison]) {
+  testTicks, testNumbers, testComparison, testEvaluation]) {
   test(script);
 }
 for (const path of process.argv.slice(3)) {

@@ -76,7 +76,8 @@ TEST(Report, HasAllThatAPageDraws) {
     EXPECT_TRUE(json.at("history").at("rounds")[0].contains(figure.at("key"))) << figure;
     ++charts[figure.at("chart")];
   }
-  EXPECT_EQ(charts.size(), 1U + 9U) << "figures without a chart, and nine charts";
+  EXPECT_EQ(charts.size(), 1U + 10U) << "figures without a chart, and ten charts";
+  EXPECT_EQ(charts["Detail"], 1);
   EXPECT_EQ(charts["Cost"], 4);
   for (const Json& figure : json.at("figures").at("stage")) {
     EXPECT_TRUE(json.at("history").at("stages")[1].contains(figure.at("key"))) << figure;

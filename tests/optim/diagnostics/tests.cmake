@@ -6,3 +6,4 @@ pathfit_test(optim/diagnostics/gradient_contacts_test LABEL statistical LINK pat
 pathfit_test(optim/diagnostics/gradient_bounces_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_borders_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_surroundings_test LABEL statistical LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/diagnostics/gradient_switched_lights_test LABEL statistical LINK pathfit_optim pathfit_test_support)

@@ -193,6 +193,31 @@ TEST_F(FitPlacesTest, LightPositionFromAHardShadow) {
   EXPECT_LT(Norm(error), 0.006) << "of 0.32";
 }
 
+/// One camera, and in each of its photos one of the lamps.
+TEST_F(FitPlacesTest, LampsThatWereSwitchedBetweenPhotosOfOneCamera) {
+  Scene truth = SlabScene(1);
+  truth.sensors.resize(3, truth.sensors[0]);
+  truth.sensors[0].lights_off = {1};
+  truth.sensors[1].lights_off = {0};
+  Scene start = truth;
+  for (renderer::Emitter& lamp : start.emitters) {
+    auto& point = std::get<renderer::PointEmitter>(lamp.light);
+    point.position += Vec3{0.3, 0.2, -0.2};
+    point.intensity = {15, 15, 15};
+  }
+  for (const int lamp : {0, 1}) {
+    Free(ParameterKind::kLightPosition, lamp);
+    Free(ParameterKind::kLightIntensity, lamp);
+  }
+  const Scene result = Fit(start, truth, 12);
+  for (const std::size_t lamp : {0U, 1U}) {
+    const auto& found = std::get<renderer::PointEmitter>(result.emitters[lamp].light);
+    const auto& right = std::get<renderer::PointEmitter>(truth.emitters[lamp].light);
+    EXPECT_LT(Norm(found.position - right.position), 0.02) << "of 0.41";
+    EXPECT_NEAR(found.intensity.r / right.intensity.r, 1.0, 0.02);
+  }
+}
+
 TEST_F(FitPlacesTest, OccluderOutsideTheViewsFromItsShadow) {
   const Scene truth = ShadowScene(3);
   Scene start = truth;

@@ -5,3 +5,4 @@ pathfit_test(renderer/derivative/path_adjoint_test LABEL statistical LINK pathfi
 pathfit_test(renderer/derivative/antithetic_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/derivative/filter_group_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/derivative/pixel_batch_test LABEL unit LINK pathfit_test_support)
+pathfit_test(renderer/derivative/lights_off_test LABEL unit LINK pathfit_test_support)

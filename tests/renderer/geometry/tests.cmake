@@ -12,3 +12,4 @@ pathfit_test(renderer/geometry/edge_contact_test LABEL unit LINK pathfit_rendere
 pathfit_test(renderer/geometry/edge_tree_test LABEL statistical LINK pathfit_renderer)
 pathfit_test(renderer/geometry/tangent_wedge_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/uv_atlas_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/geometry/surface_distance_test LABEL unit LINK pathfit_renderer)

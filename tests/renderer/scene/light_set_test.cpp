@@ -40,7 +40,7 @@ TEST(LightSet, WorldLightsIgnoreTheCamera) {
   ASSERT_EQ(set.points.size(), 2U);
   ASSERT_EQ(set.directionals.size(), 1U);
   ASSERT_TRUE(set.environment.has_value());
-  EXPECT_EQ(set.environment->sampler, &*world.light_samplers().environment);
+  EXPECT_EQ(set.environment->sampler, &*world.light_samplers().environment());
   EXPECT_EQ(set.points[0].position, (Vec3{1.5, 2.0, 2.5}));
   EXPECT_EQ(set.points[0].emitter, 1);
   EXPECT_EQ(set.points[1].emitter, 3);
@@ -246,7 +246,7 @@ TEST(AreaRadiance, ShowsTheTextureOnItsShiningSides) {
     const LightSet set = LightSet::Make(world, kCamera);
     ASSERT_EQ(set.AreaLightOf(0), nullptr);
     const LightSet::AreaLight& light = *set.AreaLightOf(1);
-    ASSERT_EQ(set.area_sampler, &world.light_samplers().areas);
+    ASSERT_EQ(set.area_sampler, &world.light_samplers().AreasOf(world, {0}));
     for (std::int32_t triangle : {0, 1}) {
       const double b1 = 0.3;
       const double b2 = 0.15;
@@ -266,6 +266,35 @@ TEST(AreaRadiance, ShowsTheTextureOnItsShiningSides) {
       }
     }
   }
+}
+
+TEST(LightSet, LeavesOutWhatIsOff) {
+  const Scene scene = SceneWithLights(LightFrame::kWorld);
+  const World world(scene);
+  const LightSet set = LightSet::Make(world, kCamera, {0, 1});
+  EXPECT_FALSE(set.environment.has_value());
+  ASSERT_EQ(set.points.size(), 1U);
+  EXPECT_EQ(set.points[0].emitter, 3);
+  ASSERT_EQ(set.directionals.size(), 1U);
+  EXPECT_EQ(set.directionals[0].emitter, 2);
+}
+
+TEST(LightSet, SharesTheSamplerOfTheAreaLightsThatShine) {
+  Scene scene = SceneWithPanel(Slide(), false);
+  scene.emitters.push_back({"lamp", LightFrame::kWorld, {}, PointEmitter{}});
+  scene.emitters.push_back({"cube", LightFrame::kWorld, {}, AreaEmitter{0, {1, 1, 1}}});
+  const World world(scene);
+  const LightSet both = LightSet::Make(world, kCamera);
+  const LightSet cube = LightSet::Make(world, kCamera, {0});
+  const LightSet none = LightSet::Make(world, kCamera, {0, 2});
+  EXPECT_EQ(both.area_sampler, LightSet::Make(world, kCamera, {1}).area_sampler);
+  ASSERT_NE(cube.area_sampler, nullptr);
+  EXPECT_NE(cube.area_sampler, both.area_sampler);
+  EXPECT_EQ(cube.AreaLightOf(1), nullptr);
+  EXPECT_EQ(cube.AreaLightOf(0)->emitter, 2);
+  EXPECT_EQ(cube.area_sampler->Pdf({1, 0}), 0.0);
+  EXPECT_EQ(none.area_sampler, nullptr);
+  EXPECT_EQ(none.AreaLightOf(0), nullptr);
 }
 
 TEST(AreaRadiance, DerivativeAgreesWithDifferencesAndIsZeroBehind) {
@@ -322,15 +351,15 @@ TEST(LightSamplers, TexturedTrianglesAreChosenByTheirMeanBrightness) {
     }
   }
   const World half_world(SceneWithPanel(half, false));
-  const LightSamplers& by_half = half_world.light_samplers();
-  EXPECT_NEAR(by_half.areas.Pdf({1, 0}), 0.45 + 0.025, 1e-12);
-  EXPECT_NEAR(by_half.areas.Pdf({1, 1}), 0.025, 1e-12);
+  const AreaSampler& by_half = half_world.light_samplers().AreasOf(half_world, {0});
+  EXPECT_NEAR(by_half.Pdf({1, 0}), 0.45 + 0.025, 1e-12);
+  EXPECT_NEAR(by_half.Pdf({1, 1}), 0.025, 1e-12);
   // Means 2/3 and 1/3, up to the constant half texels at the picture's border.
   const World ramp_world(SceneWithPanel(ramp, false));
-  const LightSamplers& by_ramp = ramp_world.light_samplers();
-  EXPECT_NEAR(by_ramp.areas.Pdf({1, 0}), 0.3 + 0.025, 1e-3);
-  EXPECT_NEAR(by_ramp.areas.Pdf({1, 1}), 0.15 + 0.025, 1e-3);
-  EXPECT_EQ(by_ramp.areas.Pdf({0, 0}), 0.0);
+  const AreaSampler& by_ramp = ramp_world.light_samplers().AreasOf(ramp_world, {0});
+  EXPECT_NEAR(by_ramp.Pdf({1, 0}), 0.3 + 0.025, 1e-3);
+  EXPECT_NEAR(by_ramp.Pdf({1, 1}), 0.15 + 0.025, 1e-3);
+  EXPECT_EQ(by_ramp.Pdf({0, 0}), 0.0);
 }
 
 }  // namespace

@@ -1,0 +1,96 @@
+#include <cstdio>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "app/command/command_line.h"
+#include "app/command/run_scene.h"
+#include "app/command/stop_signals.h"
+#include "app/experiment/build_parts.h"
+#include "app/experiment/orbit.h"
+#include "app/output/evaluation.h"
+#include "app/output/report.h"
+#include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The scene of a config, a run, or of what synth has written.
+renderer::Scene LoadTruth(CommandContext& context, const fs::path& path) {
+  for (const fs::path& written : {path / "truth" / "scene.yaml", path / "scene.yaml"}) {
+    if (fs::is_regular_file(written)) {
+      return BuildExperiment(LoadExperimentConfig(written, {})).scene;
+    }
+  }
+  if (!fs::is_directory(path)) return BuildExperiment(LoadExperimentConfig(path, {})).scene;
+  if (!fs::exists(path / "run.json") && !fs::exists(path / "latest")) {
+    throw renderer::IoError(path.string() +
+                            ": is no truth: neither a folder of pathfit synth (truth/scene.yaml) "
+                            "nor a run, nor a config");
+  }
+  return std::move(LoadRunScene(context, path, "").experiment.scene);
+}
+
+void Declare(OptionList& options, CommandLine& line) {
+  options.Path(
+      "--truth", "PATH", "Folder of pathfit synth, config or run to compare with", line.truth);
+  options.Path(
+      "--env", "FILE", "EXR or HDR that lights both anew; else a sky and a sun", line.environment);
+  options.Text("--stage", "STAGE", "State after a stage, or start; else the newest", line.stage);
+  options.Whole("--spp", "Samples per pixel", 2, 65536, line.spp);
+  options.Whole("--points", "Points of each surface", 100, 10000000, line.points);
+  options.Path(
+      "-o,--output", "FILE", "Page to write; else evaluation.html in the run", line.output);
+  options.Check([&options, &line] {
+    if (options.Given("--env") && line.truth.empty()) options.Fail("--env needs --truth");
+    if (options.Given("--points") && line.truth.empty()) options.Fail("--points needs --truth");
+  });
+}
+
+ExitStatus Run(CommandContext& context) {
+  const CommandLine& line = context.line;
+  const RunScene loaded = LoadRunScene(context, line.target, line.stage);
+  const renderer::ThreadLimit limit(NumThreads(line, loaded.config.threads));
+  std::optional<renderer::Scene> truth;
+  if (!line.truth.empty()) truth = LoadTruth(context, line.truth);
+  const StopSignals signals;
+  EvaluationOptions options;
+  options.spp = line.spp;
+  options.points = line.points;
+  options.cancel = &signals.flag();
+  if (!line.environment.empty()) {
+    options.environment =
+        ReadUprightEnvironment(line.environment, "--env", UpDirection(loaded.experiment.scene));
+    options.environment_name = line.environment.filename().string();
+  }
+  Evaluation evaluation;
+  try {
+    evaluation = Evaluate(loaded.experiment, truth ? &*truth : nullptr, options);
+  } catch (const renderer::Cancelled&) {
+    return signals.Received().value_or(ExitStatus::kStopped);
+  }
+  Json figures = {{"run", loaded.run.root().string()},
+                  {"truth", truth ? Json(fs::absolute(line.truth).string()) : Json(nullptr)}};
+  figures.update(EvaluationJson(evaluation));
+  const fs::path page =
+      fs::absolute(line.output.empty() ? loaded.run.root() / "evaluation.html" : line.output);
+  renderer::WriteFileAtomically(page, ReportPage(EvaluationPage(evaluation, figures)));
+  if (line.json) {
+    figures["page"] = page.string();
+    fmt::print("{}\n", JsonText(figures));
+  } else {
+    fmt::print("{}", EvaluationText(evaluation));
+  }
+  context.log.Info("tables and pictures: " + page.string());
+  return ExitStatus::kFinished;
+}
+
+}  // namespace
+
+extern const Command kEvalCommand = {
+    "eval", "Measures a result against its photos and a known truth", "RUN", Declare, Run};
+
+}  // namespace pathfit::app

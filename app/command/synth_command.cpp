@@ -1,0 +1,285 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "app/command/command_line.h"
+#include "app/command/stop_signals.h"
+#include "app/config/experiment_config.h"
+#include "app/config/nearest_name.h"
+#include "app/config/resolved_yaml.h"
+#include "app/config/schema.h"
+#include "app/experiment/experiment.h"
+#include "app/output/export_cameras.h"
+#include "app/output/export_result.h"
+#include "app/output/fields.h"
+#include "app/output/parameter_table.h"
+#include "app/output/run_directory.h"
+#include "app/output/synthetic_photos.h"
+#include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/io/image_file.h"
+#include "renderer/math/box.h"
+#include "renderer/renderer.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFewPhotos = 4;  // of which none is held out
+
+const std::vector<std::string> kFormats = {"exr", "png", "jpg"};
+
+struct SyntheticScene {
+  const ExperimentConfig& config;
+  const Experiment& experiment;
+  std::vector<renderer::Film> films;  ///< without errors, by sensor
+  std::vector<std::string> names;     ///< file names of the photos
+  renderer::Box box;                  ///< around all meshes
+  bool has_masks = false;             ///< something is seen beside the meshes
+};
+
+/// What the user wrote, without what is the default anyway.
+YamlNode Given(const YamlNode& node) {
+  YamlNode given = node;
+  given.entries.clear();
+  for (const YamlEntry& entry : node.entries) {
+    if (entry.value.place.source == Place::Source::kDefault) continue;
+    given.entries.push_back({entry.key, entry.key_place, Given(entry.value)});
+  }
+  for (YamlNode& item : given.items) item = Given(item);
+  return given;
+}
+
+void Erase(YamlNode& map, const std::string& key) {
+  std::erase_if(map.entries, [&](const YamlEntry& entry) { return entry.key == key; });
+}
+
+/// The `input` of the photos. Exposures that the scene's cameras say are known. `gains`: their
+/// errors are unknown.
+std::string InputText(const SyntheticScene& scene, bool gains) {
+  std::string text = "input:\n  images: photos\n  cameras: {path: transforms.json}\n";
+  if (scene.has_masks) text += "  masks: {path: masks, meaning: silhouette}\n";
+  std::string known;
+  for (std::size_t i = 0; i < scene.names.size(); ++i) {
+    const double ev = std::log2(scene.experiment.scene.sensors[i].gain);
+    if (ev == 0.0) continue;
+    known += fmt::format("{}\"{}\": {:.12g}", known.empty() ? "" : ", ", scene.names[i], ev);
+  }
+  if (gains || !known.empty()) {
+    text += fmt::format("  exposure: {{model: {}{}}}\n",
+                        gains ? "gain" : "none",
+                        known.empty() ? "" : ", ev: {" + known + "}");
+  }
+  if (scene.names.size() < kFewPhotos) text += "  split: {validation: none}\n";
+  return text;
+}
+
+/// A fit of the photos that starts at the truth, but for what is believed of cameras.
+std::string FitText(const SyntheticScene& scene, const PhotoErrors& errors) {
+  const ExperimentConfig& config = scene.config;
+  YamlNode root = Given(config.resolved);
+  for (const char* key : {"schema", "name", "input", "output", "gradcheck"}) Erase(root, key);
+  YamlNode& described = *root.Find("scene");
+  Erase(described, "sensors");
+  if (YamlNode* geometry = described.Find("geometry")) {
+    for (YamlEntry& mesh : geometry->entries) Erase(mesh.value, "camera_height_px");
+  }
+  YamlNode* unknowns = root.Find("unknowns");
+  const bool has_unknowns = unknowns != nullptr && !unknowns->entries.empty();
+  const bool errs = errors.exposure_sigma_ev > 0.0;
+  const bool gains = errs || (has_unknowns && unknowns->Find("exposure") != nullptr);
+  // Exposures that are off are no guess of the user's.
+  if (has_unknowns && errs && unknowns->Find("exposure") == nullptr) {
+    SetDefault(*unknowns, "exposure", "{}");
+  }
+  std::string text = fmt::format(
+      "# Fits the photos beside it, which pathfit synth made. Everything starts at the truth (in "
+      "truth/): change the values that are to be found.\nschema: 1\nname: {}\n\n{}\n{}",
+      config.name,
+      InputText(scene, gains),
+      WritePlacedYaml(root, config.source));
+  if (!has_unknowns) {
+    text += "\n# What is to be found, for example:\n# unknowns: {";
+    const auto& meshes = scene.experiment.scene.meshes;
+    text += (meshes.empty() ? "MESH" : meshes.front().name) + ".vertices: {}}\n";
+  }
+  const YamlNode* stages = root.Find("stages");
+  if (stages == nullptr || stages->items.empty()) {
+    text += fmt::format("\n{}stages: [{{name: all, free: all}}]\n", has_unknowns ? "" : "# ");
+  }
+  return text;
+}
+
+/// The scene as it can be rendered again, with the exposures that the photos had.
+std::string TruthText(const SyntheticScene& scene, const std::vector<renderer::Camera>& cameras) {
+  ExperimentConfig config = scene.config;
+  YamlNode* sensors = config.resolved.Find("scene")->Find("sensors");
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const std::string& name = scene.experiment.scene.sensors[i].name;
+    YamlNode* sensor = sensors == nullptr ? nullptr : sensors->Find(name);
+    if (sensor == nullptr) continue;
+    Erase(*sensor, "exposure_ev");
+    SetDefault(*sensor, "exposure_ev", fmt::format("{}", std::log2(cameras[i].gain)));
+  }
+  return ResolvedYaml(config, scene.experiment.scene);
+}
+
+/// Photos, masks, cameras, the truth and a config. Returns the config.
+fs::path WriteSet(const fs::path& folder,
+                  const SyntheticScene& scene,
+                  const PhotoErrors& errors,
+                  int quality) {
+  for (const char* part : {"photos", "truth"}) renderer::CreateFolders(folder / part);
+  if (scene.has_masks) renderer::CreateFolders(folder / "masks");
+  renderer::Scene truth = scene.experiment.scene;
+  std::vector<renderer::Camera> believed;
+  std::vector<std::string> paths;
+  std::vector<ExportedView> views;
+  for (std::size_t i = 0; i < scene.names.size(); ++i) {
+    const std::string& name = scene.names[i];
+    renderer::Camera& camera = truth.sensors[i];
+    const double factor = std::exp2(ExposureErrorEv(errors, i));
+    renderer::Image photo = renderer::ColorImage(scene.films[i]);
+    for (float& v : photo.data) v *= static_cast<float>(factor);
+    AddNoise(errors, i, photo);
+    WritePhoto(folder / "photos" / name, photo, quality);
+    if (scene.has_masks) {
+      renderer::WritePng8(folder / "masks" / (name + ".png"),
+                          renderer::CoverageImage(scene.films[i]));
+    }
+    believed.push_back(BelievedCamera(errors, i, scene.box, camera));
+    paths.push_back("photos/" + name);
+    views.push_back({name, (folder / "photos" / name).string(), false});
+    camera.gain *= factor;
+    camera.name = name;
+  }
+  renderer::WriteFileAtomically(folder / "transforms.json", TransformsJson(believed, paths));
+  ExportResult(
+      folder / "truth", truth, views, SummarizeParameters(scene.experiment.fit, truth, truth));
+  renderer::WriteFileAtomically(folder / "truth" / "scene.yaml", TruthText(scene, truth.sensors));
+  const fs::path fit = folder / "fit.yaml";
+  renderer::WriteFileAtomically(fit, FitText(scene, errors));
+  static_cast<void>(LoadExperimentConfig(fit, {}));  // one that is refused is a mistake here
+  return fit;
+}
+
+/// Every sensor's picture without errors.
+std::vector<renderer::Film> RenderAll(const SyntheticScene& scene,
+                                      const renderer::CancelFlag& cancel,
+                                      Log& log) {
+  const renderer::Renderer renderer(scene.experiment.scene);
+  renderer::RenderOptions options = scene.config.render;
+  std::vector<renderer::Film> films;
+  for (std::size_t i = 0; i < scene.names.size(); ++i) {
+    options.view = i;
+    films.push_back(
+        renderer.RenderPrimal(scene.experiment.scene.sensors[i], options, {.cancel = &cancel}));
+    log.Info("rendered " + scene.names[i]);
+  }
+  return films;
+}
+
+void Declare(OptionList& options, CommandLine& line) {
+  options.ConfigOptions();
+  options.Path("-o,--output", "DIR", "Folder for all of it; else synth/NAME here", line.output);
+  options.Text(
+      "--format", "WORD", "Of the photos: exr (linear), png or jpg (8 bits)", line.photo_format);
+  options.Whole("--quality", "Of JPEG, 1 to 100", 1, 100, line.jpeg_quality);
+  options.Override("--spp", "N", "Samples per pixel", "render.spp", OptionList::Form::kWhole, 1);
+  options.Number("--noise", "Sigma of normal noise, white being 1", 0.0, 10.0, line.noise);
+  options.Number("--shot-noise", "Variance of shot noise of white", 0.0, 10.0, line.shot_noise);
+  options.Number("--exposure-jitter",
+                 "Sigma of the photos' exposures in EV",
+                 0.0,
+                 10.0,
+                 line.exposure_jitter_ev);
+  options.Number("--pose-jitter",
+                 "Sigma of what is believed of cameras, in degrees",
+                 0.0,
+                 90.0,
+                 line.pose_jitter_deg);
+  options.Whole("--copies", "Sets with errors of their own, in DIR/1 ...", 1, 100000, line.copies);
+  options.Flag("--force", "Writes into a folder that is not empty", line.force);
+  options.Check([&options, &line] {
+    if (!Contains(kFormats, line.photo_format)) {
+      options.Fail("--format: '" + line.photo_format + "' is not one of: " + JoinNames(kFormats));
+    }
+    if (options.Given("--quality") && line.photo_format != "jpg") {
+      options.Fail("--quality needs --format jpg");
+    }
+  });
+}
+
+ExitStatus Run(CommandContext& context) {
+  const CommandLine& line = context.line;
+  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
+  const fs::path folder =
+      fs::absolute(line.output.empty() ? fs::path("synth") / config.name : line.output)
+          .lexically_normal();
+  if (!line.force && fs::exists(folder) && !fs::is_empty(folder)) {
+    throw UsageError(
+        "synth",
+        folder.string() + " is not empty; -o names another folder, --force writes into it");
+  }
+  const Experiment experiment = BuildExperiment(config);
+  for (const std::string& text : experiment.warnings) context.log.Warn(text);
+
+  SyntheticScene scene{config, experiment, {}, {}, {}};
+  for (const renderer::Camera& sensor : experiment.scene.sensors) {
+    scene.names.push_back(sensor.name);
+    if (sensor.filter != renderer::PixelFilter{}) {
+      context.log.Warn(sensor.name +
+                       ": its pixel filter is not known to a fit, which takes photos for means "
+                       "over pixels");
+    }
+  }
+  scene.names = ViewFolderNames(scene.names);
+  for (std::string& name : scene.names) name += "." + line.photo_format;
+  for (const renderer::Mesh& mesh : renderer::WorldMeshes(experiment.scene)) {
+    scene.box.Include(renderer::BoxAround(mesh.positions));
+  }
+  const StopSignals signals;
+  try {
+    scene.films = RenderAll(scene, signals.flag(), context.log);
+  } catch (const renderer::Cancelled&) {
+    return signals.Received().value_or(ExitStatus::kStopped);
+  }
+  scene.has_masks = std::ranges::any_of(scene.films, [](const renderer::Film& film) {
+    return std::ranges::any_of(film.pixels, [](const renderer::Rgba& p) { return p.a < 0.5; });
+  });
+
+  Json sets = Json::array();
+  for (int copy = 1; copy <= std::max(1, line.copies); ++copy) {
+    const fs::path into = line.copies > 0 ? folder / std::to_string(copy) : folder;
+    const PhotoErrors errors{config.render.seed + static_cast<std::uint64_t>(copy - 1),
+                             line.noise,
+                             line.shot_noise,
+                             line.exposure_jitter_ev,
+                             line.pose_jitter_deg * std::numbers::pi / 180.0};
+    const fs::path fit = WriteSet(into, scene, errors, line.jpeg_quality);
+    sets.push_back({{"folder", into.string()},
+                    {"photos", scene.names.size()},
+                    {"masks", scene.has_masks},
+                    {"config", fit.string()},
+                    {"truth", (into / "truth").string()}});
+    if (!line.json) fmt::print("{}\n", into.string());
+  }
+  if (line.json) fmt::print("{}\n", JsonText({{"sets", std::move(sets)}}));
+  context.log.Info(
+      "fit.yaml starts at the truth: change what is to be found, or begin from the photos alone by "
+      "pathfit init DIR; pathfit eval RUN --truth DIR says how near a fit came");
+  return ExitStatus::kFinished;
+}
+
+}  // namespace
+
+extern const Command kSynthCommand = {
+    "synth", "Makes photos, masks and cameras of a scene, with its truth", "CONFIG", Declare, Run};
+
+}  // namespace pathfit::app
