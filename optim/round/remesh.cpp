@@ -14,6 +14,7 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_normals.h"
 #include "renderer/geometry/triangle_tree.h"
@@ -33,7 +34,8 @@ constexpr int kMaxValence = 12;
 // What a moving mesh has stretched, crushed or flattened; twice the area over squared side.
 constexpr double kTooLong = 2.0, kTooShort = 0.4;  // of the wanted length
 constexpr double kTooThin = 0.15;
-constexpr int kRings = 2;                // of neighbours that help to mend it
+constexpr int kRings = 2;         // of neighbours that help to mend it
+constexpr double kMostOff = 0.03; // of the wanted length: how far mending leaves what was there
 constexpr double kMostPerSquare = 16.0;  // vertices; equal sides give 1.15
 
 struct Traits : OpenMesh::DefaultTraits {
@@ -164,6 +166,23 @@ class Remesher {
     return !kernel_.status(edge).deleted() && MayChange(kernel_.to_vertex_handle(h)) &&
            MayChange(kernel_.from_vertex_handle(h));
   }
+  /// Whether the triangles around v, but for those at `without`, pass near the point p when v is at
+  /// x: mending must not cut corners. Anything does where the whole mesh is made anew.
+  [[nodiscard]] bool KeepsNear(const Vec3& p, Vertex v, const Vec3& x, Vertex without) const {
+    if (!only_tagged_) return true;
+    const double most = kMostOff * edge_;
+    for (const Halfedge h : kernel_.voh_range(v)) {
+      const Vertex a = kernel_.to_vertex_handle(h);
+      const Vertex b = kernel_.to_vertex_handle(kernel_.next_halfedge_handle(h));
+      if (a == without || b == without) continue;
+      if (IsNear(p, x, At(a), At(b), most)) return true;
+    }
+    return false;
+  }
+  static bool IsNear(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, double most) {
+    const auto triangle = renderer::TriangleGeometry::Make(a, b, c);
+    return SquaredNorm(renderer::ClosestPointOfTriangle(p, triangle) - p) <= most * most;
+  }
   [[nodiscard]] Vec3 At(Vertex v) const { return FromPoint(kernel_.point(v)); }
   [[nodiscard]] double SquaredLength(Halfedge h) const {
     return SquaredNorm(At(kernel_.to_vertex_handle(h)) - At(kernel_.from_vertex_handle(h)));
@@ -242,7 +261,8 @@ class Remesher {
       if (v != to && SquaredNorm(At(v) - At(to)) > longest_) return false;
     }
     const auto valence = static_cast<int>(kernel_.valence(from) + kernel_.valence(to)) - 4;
-    return valence <= kMaxValence && MayMove(from, At(to), to, kMaxTurn);
+    return valence <= kMaxValence && MayMove(from, At(to), to, kMaxTurn) &&
+           KeepsNear(At(from), from, At(to), to);
   }
 
   void EqualizeValences() {
@@ -271,6 +291,11 @@ class Remesher {
                               ? thin_after > std::min(0.3, thin_before)
                               : thin_before < 2.0 * kThinnest && thin_after > 2.0 * thin_before;
       if (!better) continue;
+      if (only_tagged_) {
+        const Vec3 middle = (a + b) * 0.5;
+        const double most = kMostOff * edge_;
+        if (!IsNear(middle, a, d, c, most) && !IsNear(middle, b, c, d, most)) continue;
+      }
       // Both new triangles must look where both old ones do.
       const Vec3 old_1 = Cross(b - a, c - a), old_2 = Cross(a - b, d - b);
       const Vec3 new_1 = Cross(d - a, c - a), new_2 = Cross(c - b, d - b);
@@ -298,7 +323,7 @@ class Remesher {
       const Vec3 along = middle - At(v) - n * Dot(n, middle - At(v));
       for (const double step : {1.0, 0.3}) {
         const Vec3 x = surface_.Closest(At(v) + along * step, n).position;
-        if (!MayMove(v, x, Vertex(), kMaxTurn)) continue;
+        if (!MayMove(v, x, Vertex(), kMaxTurn) || !KeepsNear(At(v), v, x, Vertex())) continue;
         kernel_.set_point(v, {x.x, x.y, x.z});
         break;
       }

@@ -111,7 +111,7 @@ def read_state(path):
         return list(struct.unpack(f"<{len(state['arrays'][index]) // 8}d", state["arrays"][index]))
 
     scene = state["scene"]
-    values = {name: doubles(index) for name, index in zip(state["unknowns"], scene["values"]) if index is not None}
+    values = {name: doubles(index) for name, index in scene["values"].items()}
     shapes = {}
     for name, shape in scene["shapes"].items():
         if "triangles" in shape:
