@@ -34,8 +34,8 @@ constexpr int kMaxValence = 12;
 // What a moving mesh has stretched, crushed or flattened; twice the area over squared side.
 constexpr double kTooLong = 2.0, kTooShort = 0.4;  // of the wanted length
 constexpr double kTooThin = 0.15;
-constexpr int kRings = 2;         // of neighbours that help to mend it
-constexpr double kMostOff = 0.03; // of the wanted length: how far mending leaves what was there
+constexpr int kRings = 2;          // of neighbours that help to mend it
+constexpr double kMostOff = 0.03;  // of the wanted length: how far mending leaves what was there
 constexpr double kMostPerSquare = 16.0;  // vertices; equal sides give 1.15
 
 struct Traits : OpenMesh::DefaultTraits {
