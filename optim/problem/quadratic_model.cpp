@@ -208,6 +208,13 @@ void Accumulate(const QuadraticModel& round,
   model.weight += weight;
 }
 
+void CarryToPhotosOfMorePixels(double ratio, QuadraticModel& model) {
+  // Of the sums over rounds: their means over the weight grow with the pixels, the errors of the
+  // mean gradient with their square.
+  Scale(ratio, model.scatter);
+  model.weight /= ratio;
+}
+
 double SignificanceOfStep(const std::vector<double>& step, const QuadraticModel& model) {
   if (model.Empty()) {
     return 0.0;

@@ -41,6 +41,10 @@ void Accumulate(const QuadraticModel& round,
                 double weight,
                 QuadraticModel& model);
 
+/// Makes of a model by small photos one by the same photos with `ratio` times as many pixels, which
+/// weigh as much each: the same minimum with the same error.
+void CarryToPhotosOfMorePixels(double ratio, QuadraticModel& model);
+
 /// After a step: rounds about points that lie behind lose weight as far as the step stands out of
 /// the error of the model's minimum, since their quadratic form holds near their points only.
 void Forget(const std::vector<double>& step, QuadraticModel& model);

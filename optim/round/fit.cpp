@@ -150,6 +150,8 @@ class FitDriver {
   struct Candidate {
     std::string name;
     renderer::Scene scene;
+    bool is_start = false;
+    double cost = 0.0;
   };
   /// The free unknowns of the stage and their priors, for scenes of the same shapes.
   struct Model {
@@ -186,7 +188,7 @@ class FitDriver {
     state_.damping = kStartDamping;
     state_.rejected_in_row = 0;
     state_.costs.clear();
-    state_.model = QuadraticModel();
+    const QuadraticModel coarse = std::exchange(state_.model, QuadraticModel());
     state_.within_error = 0;
     state_.still = 0;
     state_.flat = 0;
@@ -202,9 +204,14 @@ class FitDriver {
     state_.scene = std::move(level.scene);
     state_.level_scene = state_.scene;
     const ParameterSet set = FreeSet(state_.scene, stage);
-    // Where nothing moves, steps hold at any size of the photos.
-    if (state_.level == 0 || MovesSomething(set) || !IsFew(set)) {
+    // Where nothing moves, steps hold at any size of the photos, and so does what they have shown.
+    const bool goes_on = state_.level > 0 && !MovesSomething(set) && IsFew(set);
+    if (!goes_on) {
       state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
+    } else if (coarse.NumScalars() == set.NumScalars()) {
+      const double ratio = scale / Scales()[static_cast<std::size_t>(state_.level - 1)];
+      state_.model = coarse;
+      CarryToPhotosOfMorePixels(ratio * ratio, state_.model);
     }
     for (const std::string& message : level.messages) {
       observer_.OnMessage("stage '" + stage.name + "': " + message);
@@ -383,65 +390,61 @@ class FitDriver {
 
   [[nodiscard]] std::vector<Candidate> StageCandidates(const ParameterSet& set) const {
     std::vector<Candidate> candidates;
-    if (state_.RoundsOfLevel() > 1 && SameShapes(state_.average.newer.scene, state_.scene)) {
+    // What rounds add up in a model needs no average of their steps.
+    if (state_.model.Empty() && state_.RoundsOfLevel() > 1 &&
+        SameShapes(state_.average.newer.scene, state_.scene)) {
       candidates.push_back({"averaged", AverageIterate(state_.average, set).scene});
     }
     candidates.push_back({"last", state_.scene});
     for (Candidate& candidate : candidates) {
       UnfoldNew(state_.stage_start, set.layout(), candidate.scene);
     }
-    candidates.push_back({"start", state_.stage_start});
+    candidates.push_back({"start", state_.stage_start, true});
     if (state_.stage > 0 && state_.stage + 1 == static_cast<int>(spec_.stages.size())) {
-      candidates.push_back({"start of the run", start_});
+      candidates.push_back({"start of the run", start_, true});
     }
     return candidates;
   }
 
-  /// Moves the state to the candidate that costs least. All are compared on a few samples, those
-  /// that this leaves open on many.
+  /// Moves the state to the candidate that costs least. All are compared on a few samples, and on
+  /// many those that the stage may have started better with: which of several good ends is kept
+  /// matters little.
   void KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
-    std::vector<Candidate> candidates = StageCandidates(MakeModel(state_.scene, stage, views).set);
-    std::vector<std::size_t> open(candidates.size());
-    std::iota(open.begin(), open.end(), std::size_t{0});
-    std::vector<double> latest(candidates.size());
+    std::vector<Candidate> open = StageCandidates(MakeModel(state_.scene, stage, views).set);
     for (const int spp : {kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
-      const SampleHalves samples = evaluation_.Samples(state_.stage, spp);
       std::vector<ComparedScene> scenes;
-      for (const std::size_t index : open) {
-        scenes.push_back(ToCompare(candidates[index].scene, stage, views));
+      for (const Candidate& candidate : open) {
+        scenes.push_back(ToCompare(candidate.scene, stage, views));
       }
-      const CostComparison comparison = CompareCosts(scenes, views, spec_.loss, samples);
+      const CostComparison comparison =
+          CompareCosts(scenes, views, spec_.loss, evaluation_.Samples(state_.stage, spp));
       const std::vector<EvaluatedCost>& costs = comparison.costs;
       const auto best = static_cast<std::size_t>(
           std::min_element(costs.begin(),
                            costs.end(),
                            [](const auto& a, const auto& b) { return a.Total() < b.Total(); }) -
           costs.begin());
-      // Both reported costs are of the last samples that the start was in the running for.
-      bool has_start = false;
-      for (std::size_t i = 0; i < open.size(); ++i) {
-        has_start = has_start || candidates[open[i]].name == "start";
+      // Both reported costs are of the last samples that the stage's start was in the running for.
+      const auto start = std::ranges::find(open, std::string("start"), &Candidate::name);
+      if (start != open.end()) {
+        report.cost_before = costs[static_cast<std::size_t>(start - open.begin())].Total();
+        for (std::size_t i = 0; i < open.size(); ++i) {
+          open[i].cost = costs[i].Total();
+        }
       }
-      std::vector<std::size_t> still_open;
+      report.kept = open[best].name;
+      report.cost_after = open[best].cost;
+      state_.scene = open[best].scene;
+      std::vector<Candidate> still_open;
       for (std::size_t i = 0; i < open.size(); ++i) {
-        if (has_start) {
-          latest[open[i]] = costs[i].Total();
-        }
-        if (candidates[open[i]].name == "start") {
-          report.cost_before = costs[i].Total();
-        }
         if (i == best || !comparison.IsSurelyWorse(i, best)) {
-          still_open.push_back(open[i]);
+          still_open.push_back(std::move(open[i]));
         }
-      }
-      Candidate& kept = candidates[open[best]];
-      report.kept = kept.name;
-      report.cost_after = latest[open[best]];
-      if (still_open.size() == 1 || spp != kFirstSpp) {
-        state_.scene = std::move(kept.scene);
-        return;
       }
       open = std::move(still_open);
+      if (open.size() == 1 || std::ranges::none_of(open, &Candidate::is_start)) {
+        return;
+      }
     }
   }
 

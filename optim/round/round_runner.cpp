@@ -324,8 +324,10 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   state.flat = is_flat ? state.flat + 1 : 0;
   state.growths += NeedsMoreSamples(report, problem.UsesGram(), state.precise && !moves) ? 1 : 0;
   state.costs.push_back(report.cost_total);
-  AddIterate(
-      state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);
+  if (!problem.UsesGram()) {
+    AddIterate(
+        state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);
+  }
   state.round = round;
   state.step = report.step;
   report.peak_rss_mb = ProcessMemory("VmHWM:") / 1e6;

@@ -137,6 +137,30 @@ TEST_F(QuadraticModelTest, ErrorsOfTheMinimumAreThoseOfItsScatter) {
   EXPECT_LT(ratio, 1.3);
 }
 
+TEST_F(QuadraticModelTest, PhotosOfMorePixelsChangeNeitherTheMinimumNorItsErrors) {
+  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  const std::size_t n = set_.NumScalars();
+  const std::vector<double> truth = set_.ThetaFromValues(fit_.truth);
+  const QuadraticModel small = Linearized(source, truth, 0).model();
+  QuadraticModel large = small;
+  constexpr double kRatio = 16.0;
+  optim::CarryToPhotosOfMorePixels(kRatio, large);
+  const std::vector<double> none(n * n);
+  const optim::StandardErrors of_small = optim::EstimateErrors(small, truth, none, none);
+  const optim::StandardErrors of_large = optim::EstimateErrors(large, truth, none, none);
+  const optim::ModelAtPoint at_small = optim::MakeModelAtPoint(small, truth);
+  const optim::ModelAtPoint at_large = optim::MakeModelAtPoint(large, truth);
+  const auto near = [](double expected, double found) {
+    EXPECT_NEAR(found, expected, 1e-6 * std::abs(expected) + 1e-12);
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    near(of_small.of_rendering[i], of_large.of_rendering[i]);
+    near(of_small.of_photos[i], of_large.of_photos[i]);
+    near(kRatio * at_small.gradient[i], at_large.gradient[i]);
+    near(kRatio * at_small.hessian[i * n + i], at_large.hessian[i * n + i]);
+  }
+}
+
 TEST_F(QuadraticModelTest, PriorsMakeErrorsSmaller) {
   LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
   const std::size_t n = set_.NumScalars();
