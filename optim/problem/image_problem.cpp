@@ -126,12 +126,11 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
   if (is_measured) {
     split_meter_.AddTerms({a, b, half_a.terms, half_b.terms, level, scales, values, name});
   }
-  const bool with_spreads = uses_gram_ || is_measured;
   double rows_bytes = 0.0;
   roots_.BeginView();
   for (int line = 0; line < level.photo.height;) {
-    const PixelRows rows = MergeHalves(
-        {a, b, half_a.sink, half_b.sink}, level, scales, set_, values, name, with_spreads, line);
+    const PixelRows rows =
+        MergeHalves({a, b, half_a.sink, half_b.sink}, level, scales, set_, values, name, line);
     rows_bytes = std::max(rows_bytes, static_cast<double>(rows.MemoryBytes()));
     sums_.Add(rows, set_);
     if (is_measured) {

@@ -37,15 +37,13 @@ class RowMerger {
             const RowScales& scales,
             const ParameterSet& set,
             const std::vector<double>& values,
-            const std::string& view_name,
-            bool with_spreads)
+            const std::string& view_name)
       : halves_(halves),
         level_(level),
         scales_(scales),
         set_(set),
         values_(values),
-        view_name_(view_name),
-        with_spreads_(with_spreads) {}
+        view_name_(view_name) {}
 
   // Appends the units of one pixel.
   void AddPixel(std::size_t pixel, PixelRows& rows) const {
@@ -150,9 +148,7 @@ class RowMerger {
     }
     if (!is_zero) {
       rows.entries.push_back(entry);
-      if (with_spreads_) {
-        rows.spreads.push_back(spread);
-      }
+      rows.spreads.push_back(spread);
     }
   }
 
@@ -162,7 +158,6 @@ class RowMerger {
   const ParameterSet& set_;
   const std::vector<double>& values_;
   const std::string& view_name_;
-  bool with_spreads_;
 };
 
 }  // namespace
@@ -183,11 +178,10 @@ PixelRows MergeHalves(const ViewHalves& halves,
                       const ParameterSet& set,
                       const std::vector<double>& values,
                       const std::string& view_name,
-                      bool with_spreads,
                       int& line) {
   const auto width = static_cast<std::size_t>(level.photo.width);
   const int height = level.photo.height;
-  const RowMerger merger(halves, level, scales, set, values, view_name, with_spreads);
+  const RowMerger merger(halves, level, scales, set, values, view_name);
   PixelRows all;
   // A few bands at a time bound the memory of unjoined pieces and keep the order of rows.
   constexpr int kBand = 16;

@@ -52,7 +52,7 @@ struct RowUnit {
 struct PixelRows {
   std::vector<RowUnit> units;
   std::vector<RowEntry> entries;
-  std::vector<EntrySpread> spreads;  ///< by entry; empty if not asked for
+  std::vector<EntrySpread> spreads;  ///< by entry; empty if unknown
 
   [[nodiscard]] std::size_t MemoryBytes() const {
     return units.size() * sizeof(RowUnit) + entries.size() * sizeof(RowEntry) +
@@ -70,14 +70,13 @@ struct ViewHalves {
 
 /// Rows of the lines of pixels from `line` on, as many as a part of bounded memory holds; `line`
 /// becomes the next part's first. Throws renderer::NumericalError naming view, pixel and parameter
-/// if a derivative is not finite. `with_spreads`: fills PixelRows::spreads.
+/// if a derivative is not finite.
 PixelRows MergeHalves(const ViewHalves& halves,
                       const ViewLevel& level,
                       const RowScales& scales,
                       const ParameterSet& set,
                       const std::vector<double>& values,
                       const std::string& view_name,
-                      bool with_spreads,
                       int& line);
 
 /// Throws renderer::NumericalError naming view and pixel if a colour is not finite.

@@ -79,7 +79,6 @@ void SplitMeter::AddTerms(const View& view) {
                                          set_,
                                          view.values,
                                          view.name,
-                                         true,
                                          line);
       ForEachComponent(rows,
                        set_,

@@ -41,9 +41,11 @@ constexpr double kCellsPerBlock = 4.0;
 // neither containing nor joining pays.
 constexpr std::size_t kMaxScanned = 512;
 constexpr std::size_t kMaxCandidates = 64;
-constexpr std::size_t kBatch = 128;       // supports at a time, for those of shared blocks
-constexpr std::size_t kUnitsAtOnce = 64;  // whose rows are multiplied together
-constexpr double kRelativeShift = 1e-9;   // of a column's square: makes the root exist
+constexpr std::size_t kBatch = 128;         // supports at a time, for those of shared blocks
+constexpr std::size_t kUnitsAtOnce = 64;    // whose rows are multiplied together
+constexpr double kDeflationShift = 1e-6;    // of a column's square
+constexpr std::size_t kMostDeflated = 200;  // columns: the work grows with their cube
+constexpr double kRelativeShift = 1e-9;     // of a column's square: makes the root exist
 constexpr double kOffsetFactor =
     1e4;  // C^2 over the noise seen: the noise row's share of J^T J is its inverse
 constexpr double kOffsetFloorShare =
@@ -92,6 +94,10 @@ std::size_t NumRootCells(const Support& support) {
   return rows * support.num_columns - rows * (rows == 0 ? 0 : rows - 1) / 2;
 }
 
+std::size_t NumInflationCells(const Support& support) {
+  return support.num_local_columns * (support.num_local_columns + 1) / 2;
+}
+
 /// The upper triangle of rows^T rows.
 Eigen::MatrixXd UpperProduct(const RowMajorMatrix& rows) {
   Eigen::MatrixXd product = Eigen::MatrixXd::Zero(rows.cols(), rows.cols());
@@ -129,6 +135,7 @@ struct SupportRoots::Range {
 /// Rows of one support with its columns, local ones first.
 struct SupportRoots::DenseRows {
   RowMajorMatrix cells;
+  RowMajorMatrix spreads;  ///< of local columns
   Eigen::VectorXd residual;
   Eigen::VectorXd noise;  ///< by column, of all rows
 };
@@ -167,7 +174,12 @@ SupportRoots::DenseRows SupportRoots::Range::Gather(const PixelRows& rows,
       num_columns += set.BlockSize(block);
     }
   }
+  Eigen::Index num_local_columns = 0;
+  for (const std::int32_t block : local) {
+    num_local_columns += rows.spreads.empty() ? 0 : set.BlockSize(block);
+  }
   DenseRows dense{RowMajorMatrix(height, num_columns),
+                  RowMajorMatrix(height, num_local_columns),
                   Eigen::VectorXd(height),
                   Eigen::VectorXd::Zero(num_columns)};
   Eigen::Index row = 0;
@@ -179,8 +191,12 @@ SupportRoots::DenseRows SupportRoots::Range::Gather(const PixelRows& rows,
       for (int c = 0; c < size; ++c) {
         const Eigen::Index column = first_column[e] + c;
         for (int r = 0; r < unit.NumRows(); ++r) {
-          dense.cells(row + r, column) =
-              static_cast<double>(entries[e].jacobian[static_cast<std::size_t>(r * size + c)]);
+          const auto cell = static_cast<std::size_t>(r * size + c);
+          dense.cells(row + r, column) = static_cast<double>(entries[e].jacobian[cell]);
+          if (column < num_local_columns) {
+            dense.spreads(row + r, column) =
+                static_cast<double>(rows.spreads[unit.first_entry + e].jacobian[cell]);
+          }
         }
         dense.noise(column) -= static_cast<double>(entries[e].noise[static_cast<std::size_t>(c)]);
       }
@@ -537,6 +553,8 @@ void SupportRoots::Widen(const Touched& touched, Support& support) const {
   old.gradient.swap(support.gradient);
   old.rows.swap(support.rows);
   old.matrix.swap(support.matrix);
+  old.spreads.swap(support.spreads);
+  old.inflation.swap(support.inflation);
   support.noise.assign(support.num_local_columns, 0.0);
   for (std::size_t i = 0; i < old.noise.size(); ++i) {
     support.noise[to[i]] = old.noise[i];
@@ -549,11 +567,23 @@ void SupportRoots::Widen(const Touched& touched, Support& support) const {
         support.rows[support.RowOffset(i) + to[j]] = old.rows[old.RowOffset(i) + j];
       }
     }
+    support.spreads.assign(support.residual.size() * support.num_local_columns, 0.0F);
+    for (std::size_t i = 0; i < support.residual.size(); ++i) {
+      for (std::size_t j = 0; j < old.num_local_columns; ++j) {
+        support.spreads[i * support.num_local_columns + to[j]] =
+            old.spreads[i * old.num_local_columns + j];
+      }
+    }
     return;
   }
   support.gradient.assign(support.num_local_columns, 0.0);
   support.matrix.assign(NumRootCells(support), 0.0);
+  support.inflation.assign(NumInflationCells(support), 0.0F);
   for (std::size_t i = 0; i < old.num_local_columns; ++i) {
+    for (std::size_t j = i; j < old.num_local_columns; ++j) {
+      support.inflation[support.InflationCell(to[i], to[j])] =
+          old.inflation[old.InflationCell(i, j)];
+    }
     support.gradient[to[i]] = old.gradient[i];
     for (std::size_t j = i; j < to.size(); ++j) {
       support.matrix[support.RowOffset(to[i]) + to[j]] = old.matrix[old.RowOffset(i) + j];
@@ -578,6 +608,13 @@ void SupportRoots::AddToRoot(DenseRows dense,
       target[columns[j]] += product(i, static_cast<Eigen::Index>(j));
     }
   }
+  const Eigen::MatrixXd inflation = UpperProduct(dense.spreads);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(inflation.cols()); ++i) {
+    for (std::size_t j = i; j < num_local; ++j) {
+      support.inflation[support.InflationCell(columns[i], columns[j])] +=
+          static_cast<float>(inflation(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+    }
+  }
   if (!shared_blocks.empty()) {
     const auto first = static_cast<Eigen::Index>(num_local);
     shared.push_back({shared_blocks,
@@ -592,9 +629,15 @@ void SupportRoots::MakeRoot(Support& support, std::vector<SharedRows>& shared) c
   DenseRows dense;
   dense.cells =
       Eigen::Map<const RowMajorFloats>(support.rows.data(), num_rows, num_columns).cast<double>();
+  dense.spreads =
+      Eigen::Map<const RowMajorFloats>(
+          support.spreads.data(), num_rows, static_cast<Eigen::Index>(support.num_local_columns))
+          .cast<double>();
   dense.residual = Eigen::Map<const Eigen::VectorXd>(support.residual.data(), num_rows);
   support.is_root = true;
   support.rows = {};
+  support.spreads = {};
+  support.inflation.assign(NumInflationCells(support), 0.0F);
   support.residual = {};
   support.gradient.assign(support.num_local_columns, 0.0);
   support.matrix.assign(NumRootCells(support), 0.0);
@@ -643,15 +686,76 @@ void SupportRoots::Fill(const PixelRows& rows,
           support.rows[offset + columns[c]] =
               static_cast<float>(dense.cells(row, static_cast<Eigen::Index>(c)));
         }
+        const std::size_t spread = support.spreads.size();
+        support.spreads.resize(spread + support.num_local_columns);
+        for (Eigen::Index c = 0; c < dense.spreads.cols(); ++c) {
+          support.spreads[spread + columns[static_cast<std::size_t>(c)]] =
+              static_cast<float>(dense.spreads(row, c));
+        }
         support.residual.push_back(dense.residual(row));
       }
     }
   }
   support.rows.shrink_to_fit();
+  support.spreads.shrink_to_fit();
   support.residual.shrink_to_fit();
 }
 
+void SupportRoots::Deflate(Support& support) {
+  if (std::ranges::all_of(support.inflation, [](float x) { return x == 0.0F; })) {
+    return;
+  }
+  const std::size_t n = support.num_local_columns;
+  const auto size = static_cast<Eigen::Index>(n);
+  Eigen::MatrixXd square(size, size), inflation(size, size);
+  Eigen::MatrixXd shared(size, static_cast<Eigen::Index>(support.num_columns - n));
+  for (std::size_t i = 0; i < n; ++i) {
+    const double* row = support.matrix.data() + support.RowOffset(i);
+    for (std::size_t j = i; j < n; ++j) {
+      const auto a = static_cast<Eigen::Index>(i), b = static_cast<Eigen::Index>(j);
+      square(a, b) = square(b, a) = row[j];
+      inflation(a, b) = inflation(b, a) =
+          static_cast<double>(support.inflation[support.InflationCell(i, j)]);
+    }
+    for (std::size_t j = n; j < support.num_columns; ++j) {
+      shared(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j - n)) = row[j];
+    }
+  }
+  // Scalars of very different sizes: in units of their own squares.
+  const Eigen::VectorXd unit = square.diagonal().cwiseMax(1e-300).cwiseSqrt();
+  const Eigen::VectorXd inverse = unit.cwiseInverse();
+  square = inverse.asDiagonal() * square * inverse.asDiagonal();
+  inflation = inverse.asDiagonal() * inflation * inverse.asDiagonal();
+  square.diagonal().array() += kDeflationShift;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(inflation, square);
+  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
+    return;
+  }
+  const Eigen::VectorXd kept =
+      (1.0 - shares.eigenvalues().array()).cwiseMax(kLeastTrueShare).cwiseMin(1.0);
+  // With X the eigenvectors, square = dual dual^T and dual = square X.
+  const Eigen::MatrixXd dual = unit.asDiagonal() * square * shares.eigenvectors();
+  const Eigen::MatrixXd deflated = dual * kept.asDiagonal() * dual.transpose();
+  // As if the rows of a root had been multiplied, so that no block loses more than it has.
+  const Eigen::MatrixXd of_shared = dual * kept.cwiseSqrt().asDiagonal() *
+                                    shares.eigenvectors().transpose() * inverse.asDiagonal() *
+                                    shared;
+  for (std::size_t i = 0; i < n; ++i) {
+    double* row = support.matrix.data() + support.RowOffset(i);
+    for (std::size_t j = i; j < n; ++j) {
+      row[j] = deflated(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+    for (std::size_t j = n; j < support.num_columns; ++j) {
+      row[j] = of_shared(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j - n));
+    }
+  }
+}
+
 void SupportRoots::Factor(Support& support, std::vector<SharedRows>& eliminated) const {
+  if (support.num_local_columns <= kMostDeflated) {
+    Deflate(support);
+  }
+  support.inflation = {};
   const std::size_t num_rows = support.num_local_columns;
   const std::size_t num_columns = support.num_columns;
   const std::vector<double> gradient = support.gradient;
@@ -723,6 +827,7 @@ void SupportRoots::Finish() {
     if (supports_[i + 1].is_root) {
       Factor(supports_[i + 1], eliminated);
     }
+    supports_[i + 1].spreads = {};
   });
   std::vector<SharedRows> none;
   Factor(supports_[0], none);
@@ -797,7 +902,9 @@ RootSize SupportRoots::Size() const {
     const auto num_columns = static_cast<double>(support.num_columns);
     const auto root = static_cast<double>(NumRootCells(support));
     const bool as_root = support.is_root || num_rows * num_columns > kPanelWaste * root;
-    size.gathered_bytes += as_root ? 8.0 * root : 4.0 * num_rows * num_columns;
+    const auto columns = static_cast<double>(support.num_local_columns);
+    size.gathered_bytes +=
+        as_root ? 8.0 * root + 2.0 * columns * columns : 4.0 * num_rows * (num_columns + columns);
     size.kept_bytes += 4.0 * (as_root ? root : num_rows * num_columns);
     const double own = static_cast<double>(sizeof(Support)) + 12.0 * num_columns;
     size.gathered_bytes += own;
@@ -807,13 +914,13 @@ RootSize SupportRoots::Size() const {
     for (const RootPanel& panel : panels) {
       const double rows = (as_root ? static_cast<double>(panel.num_rows) : num_rows) +
                           (panel.has_noise_row ? 1 : 0);
-      const double columns = num_columns - static_cast<double>(panel.first_column);
+      const double width = num_columns - static_cast<double>(panel.first_column);
       const auto blocks = static_cast<double>(panel.num_blocks);
       size.num_panels += 1.0;
       size.panel_blocks += blocks;
-      size.jacobian_cells += rows * columns;
+      size.jacobian_cells += rows * width;
       size.product_cells += 0.5 * blocks * (blocks + 1.0);
-      size.product_flops += rows * columns * columns;
+      size.product_flops += rows * width * width;
     }
   }
   if (panels_.empty() && view_ < num_views_ && num_seen > 0.0) {

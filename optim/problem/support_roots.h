@@ -24,14 +24,22 @@ struct Support {
   bool is_root = false;
   std::vector<float> rows;
   std::vector<double> residual;  ///< by row
+  std::vector<float> spreads;    ///< by row and local column, until the root is made
   std::vector<double> noise;     ///< by local column: what the halves' noise adds to the gradient
   double offset_squared = 0.0;   ///< C^2 of the noise row
 
   // While rows are added to a root: upper trapezoid of J^T J, and J^T u.
   std::vector<double> matrix, gradient;
+  /// Upper triangle of the same by the halves' differences, local columns only: what noise adds to
+  /// J^T J.
+  std::vector<float> inflation;
 
   [[nodiscard]] std::size_t NumRows() const {
     return is_root ? num_local_columns : residual.size();
+  }
+  /// Of a cell in `inflation`; column >= row.
+  [[nodiscard]] std::size_t InflationCell(std::size_t row, std::size_t column) const {
+    return row * num_local_columns - row * (row + 1) / 2 + column;
   }
   /// Of a root's row in `rows` or `matrix`.
   [[nodiscard]] std::size_t RowOffset(std::size_t row) const {
@@ -75,7 +83,8 @@ class SupportRoots {
   /// Adds rows of the view.
   void Add(const PixelRows& rows);
   /// Makes the roots. With J = rows of all supports and r their residuals, J^T J is that of the
-  /// pixels' rows and J^T r with the noise rows' part their split-half gradient. Throws
+  /// pixels' rows, in roots of rows with spreads without the noise of the local blocks'
+  /// derivatives, and J^T r with the noise rows' part their split-half gradient. Throws
   /// renderer::NumericalError if sums overflow.
   void Finish();
 
@@ -119,6 +128,9 @@ class SupportRoots {
                  Support& support,
                  std::vector<SharedRows>& shared) const;
   void MakeRoot(Support& support, std::vector<SharedRows>& shared) const;
+  /// Takes from J^T J what noise adds to it, where the halves' differences are known: of no
+  /// direction more than leaves kLeastTrueShare.
+  static void Deflate(Support& support);
   void Factor(Support& support, std::vector<SharedRows>& eliminated) const;
   void AppendPanels(std::int32_t id,
                     const Support& support,

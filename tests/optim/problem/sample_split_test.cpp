@@ -64,7 +64,6 @@ SampleBudget SplitInTheEnd(double variance, const std::optional<SampleBudget>& a
                                      set,
                                      fit.truth,
                                      "photo",
-                                     true,
                                      line));
     split = meter.Improve(split, at_cost_of);
   }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -104,6 +105,62 @@ class GridTest : public testing::Test {
       rows.units.push_back(unit);
     }
     return rows;
+  }
+
+  /// As two halves see them that disagree by about as much as there is.
+  static optim::PixelRows WithNoise(optim::PixelRows rows, int view) {
+    renderer::CounterRng rng(2, renderer::RandomDomain{2}, static_cast<std::uint64_t>(view), 4, 5);
+    for (optim::RowEntry& entry : rows.entries) {
+      optim::EntrySpread& spread = rows.spreads.emplace_back();
+      for (std::size_t k = 0; k < entry.jacobian.size(); ++k) {
+        const double a = 1.5 * (rng.Next() - 0.5), b = 1.5 * (rng.Next() - 0.5);
+        entry.jacobian[k] += static_cast<float>(a + b);
+        spread.jacobian[k] = static_cast<float>(a - b);
+      }
+    }
+    return rows;
+  }
+
+  /// x^T J^T J x as it is without the noise, as the rows have it, and as the solver is fed with it.
+  static void ExpectNoiseTakenOut(Shared shared) {
+    constexpr int kViews = 12;
+    const optim::ParameterSet set = MakeSet(shared);
+    SupportRoots exact(set, kViews), square(set, kViews), fed(set, kViews);
+    optim::GradientSums sums(set.NumScalars());
+    for (int view = 0; view < kViews; ++view) {
+      const optim::PixelRows rows = MakeRows(set, view, 0.0);
+      optim::PixelRows noisy = WithNoise(rows, view);
+      sums.Add(noisy, set);
+      exact.BeginView();
+      exact.Add(rows);
+      fed.BeginView();
+      fed.Add(noisy);
+      noisy.spreads.clear();
+      square.BeginView();
+      square.Add(noisy);
+    }
+    for (SupportRoots* roots : {&exact, &square, &fed}) {
+      roots->Finish();
+    }
+    for (const double wave : {0.0, 0.1, 1.0}) {  // smooth and rough directions
+      std::vector<double> x(set.NumScalars());
+      constexpr std::size_t kOfMesh = 642 * 3;  // shared blocks are left as they are
+      for (std::size_t i = 0; i < kOfMesh; ++i) {
+        x[i] = std::cos(wave * static_cast<double>(i));
+      }
+      const auto form = [&](const SupportRoots& roots) {
+        const std::vector<double> product = Feed(roots, set, x, false).product;
+        return std::inner_product(x.begin(), x.end(), product.begin(), 0.0);
+      };
+      const double truth = form(exact);
+      EXPECT_GT(form(square), 1.05 * truth);
+      EXPECT_LT(std::abs(form(fed) - truth), 0.3 * (form(square) - truth)) << wave;
+    }
+    const Fed with_noise = Feed(fed, set, std::vector<double>(set.NumScalars()), true);
+    for (std::size_t i = 0; i < sums.gradient.size(); ++i) {
+      EXPECT_NEAR(
+          with_noise.gradient[i], sums.gradient[i], 1e-4 * (1.0 + std::sqrt(sums.diagonal[i])));
+    }
   }
 
   static SupportRoots MakeRoots(const optim::ParameterSet& set, int num_views, double far = 0.05) {
@@ -213,6 +270,11 @@ TEST_F(GridTest, SharedBlocksAreEliminatedIntoOneRoot) {
   const SupportRoots roots = MakeRoots(set, 3);
   EXPECT_EQ(roots.supports()[0].blocks, (std::vector<std::int32_t>{642, 643}));
   EXPECT_EQ(roots.panels()[0].num_rows, 6);
+}
+
+TEST_F(GridTest, WhatTheHalvesDisagreeOnDoesNotInflateTheRoots) {
+  ExpectNoiseTakenOut(Shared::kNone);
+  ExpectNoiseTakenOut(Shared::kLights);
 }
 
 TEST_F(GridTest, RowsThatAreManyAtOnceBecomeARootThatNothingStoodBefore) {
