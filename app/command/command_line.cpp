@@ -74,7 +74,7 @@ struct GlobalWords {
     app.add_flag_function(
         "-q",
         [this](std::int64_t count) { quiet += static_cast<int>(count); },
-        "Errors only, and what is not in the derivative");
+        "Errors only, and what is not in the derivative; no progress");
     options.Word("--log-level", "trace|debug|info|warn|error", "Which messages", log_level);
     options.Path("--log-file", "PATH", "Also writes messages to this file", line.log_file);
     options.Override("--seed", "N", "Replaces the config's seed", "seed", OptionList::Form::kWhole);
@@ -114,6 +114,7 @@ struct GlobalWords {
          {"plain", ProgressMode::kPlain},
          {"json", ProgressMode::kJson},
          {"none", ProgressMode::kNone}}};
+    if (quiet > 0) line.progress = ProgressMode::kNone;
     if (!progress.empty()) line.progress = ParseWord(command, "--progress", progress, kModes);
   }
 };

@@ -221,10 +221,12 @@ void Declare(OptionList& options, CommandLine& line) {
   using Form = OptionList::Form;
   options.ConfigOptions();
   options.Path("-o,--output", "DIR", "Where images go", line.output);
-  options.List("--views",
-               "LIST",
-               "Photos by index or name, e.g. 0,3,8; all; or orbit:24 on a circle",
-               line.views);
+  options.List(
+      "--views",
+      "LIST",
+      "Photos by index or name, e.g. 0,3,8; all; or orbit:24 on a circle, numbered pictures that "
+      "become a film by: ffmpeg -framerate 24 -i orbit_%03d.png -pix_fmt yuv420p orbit.mp4",
+      line.views);
   options.Path("--cameras", "PATH", "Cameras to render, of a camera file or folder", line.cameras);
   options.Path("--env", "FILE", "Lights the scene by this EXR or HDR alone", line.environment);
   options.Text("--stage", "STAGE", "Of a run: its state after a stage, or start", line.stage);
