@@ -34,14 +34,27 @@ const char* FromWords() {
 
 struct Cameras {
   std::vector<renderer::Camera> cameras;
-  std::vector<std::string> names, paths;  ///< of photos; paths are seen from the folder of OUT
+  /// Of the photos: seen from the folder that holds them all, and from the folder of OUT.
+  std::vector<std::string> names, paths;
 };
+
+/// The deepest folder above all of them; empty if there is none.
+fs::path CommonFolder(const std::vector<fs::path>& files) {
+  fs::path common = files.empty() ? fs::path() : files.front().parent_path();
+  for (const fs::path& file : files) {
+    while (!common.empty() && *file.lexically_relative(common).begin() == "..") {
+      common = common == common.root_path() ? fs::path() : common.parent_path();
+    }
+  }
+  return common;
+}
 
 /// Photos that are there get a path to them; the others stay called as they are.
 Cameras Complete(const optim::ImportedCameras& imported,
                  const fs::path& photos,
                  const fs::path& folder) {
   Cameras result;
+  std::vector<fs::path> found;
   for (const optim::ImportedCamera& camera : imported.cameras) {
     const optim::FileSearch photo = optim::FindPhoto(camera.image, imported, photos);
     int width = camera.camera.width;
@@ -58,8 +71,14 @@ Cameras Complete(const optim::ImportedCameras& imported,
     }
     result.cameras.push_back(optim::CompleteCamera(camera, width, height));
     result.names.push_back(fs::path(camera.image).lexically_normal().generic_string());
+    if (photo.found) found.push_back(fs::absolute(*photo.found).lexically_normal());
     result.paths.push_back(
         photo.found ? NearPath(fs::absolute(*photo.found), folder).generic_string() : camera.image);
+  }
+  if (found.size() < result.names.size()) return result;
+  const fs::path common = CommonFolder(found);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    result.names[i] = found[i].lexically_relative(common).generic_string();
   }
   return result;
 }

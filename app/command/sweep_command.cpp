@@ -101,6 +101,8 @@ void Declare(OptionList& options, CommandLine& line) {
     for (const std::string& word : line.vary) {
       const std::string key = ParseAxis(options, word).key;
       if (!keys.insert(key).second) options.Fail("--vary: " + key + " is given twice");
+      if (key == "output.directory")
+        options.Fail("--vary: each run has its folder below that of -o");
     }
     const bool has_seeds = line.seeds > 1;
     if (has_seeds && keys.count("seed") > 0)

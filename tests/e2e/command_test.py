@@ -110,8 +110,9 @@ class Commands(unittest.TestCase):
             self.assertTrue(photo.is_file(), "the photo is found from the new place")
             self.assertEqual(photo.name, pathlib.Path(before.pop("file_path")).name)
             self.assertEqual(before, after)
-        self.done("convert", "cameras", self.own / "a.json", self.own / "model", "--images", self.folder / "set/photos")
+        self.done("convert", "cameras", self.own / "a.json", self.own / "model")
         self.assertEqual(sorted(os.listdir(self.own / "model")), ["cameras.txt", "images.txt", "points3D.txt"])
+        self.assertRegex((self.own / "model" / "images.txt").read_text(), r" 1 a\.exr\n")
         self.done("convert", "cameras", self.own / "model", self.own / "c.json")
         back = json.loads((self.own / "c.json").read_text())["frames"]
         for before, after in zip(frames[1], back):

@@ -243,6 +243,8 @@ TEST(CommandLine, MistakesAreNamed) {
       {{"sweep", "a.yaml", "--vary", "seed=1,1"}, "pathfit sweep: --vary: 'seed=1,1' has 1 twice"},
       {{"sweep", "a.yaml", "--vary", "seed=1", "--vary", "seed=2"},
        "pathfit sweep: --vary: seed is given twice"},
+      {{"sweep", "a.yaml", "--vary", "output.directory=a,b"},
+       "pathfit sweep: --vary: each run has its folder below that of -o"},
       {{"sweep", "a.yaml", "--vary", "seed=1", "--seeds", "3"},
        "pathfit sweep: --seeds and --vary seed= exclude each other"},
       {{"sweep", "a.yaml", "--seeds", "0"},
