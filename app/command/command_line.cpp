@@ -264,7 +264,6 @@ std::vector<DeclaredOption> OptionsOf(const CLI::App& app) {
     for (const std::string& name : option->get_lnames()) declared.names.push_back("--" + name);
     if (option->get_items_expected_max() > 0) declared.type = option->get_type_name();
     declared.doc = option->get_description();
-    declared.is_repeated = option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
   }
   return options;
 }

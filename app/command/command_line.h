@@ -205,7 +205,6 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
 struct DeclaredOption {
   std::vector<std::string> names;  ///< "-o", "--output"
   std::string type, doc;           ///< type: "N", "DIR", "auto|never", "glb,obj"; empty: a flag
-  bool is_repeated = false;
 };
 struct DeclaredCommand {
   std::string name, doc;

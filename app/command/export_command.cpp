@@ -85,7 +85,6 @@ struct ExportFormat {
   const char* word;
   Files (*write)(const fs::path& folder, const RunScene& loaded, Log& log);
 };
-constexpr const char* kFormatWords = "glb,obj,ply,colmap,transforms,blender";
 constexpr std::array<ExportFormat, 6> kFormats = {{{"glb", WriteGlbs},
                                                    {"obj", WriteObjs},
                                                    {"ply", WritePlys},
@@ -93,15 +92,27 @@ constexpr std::array<ExportFormat, 6> kFormats = {{{"glb", WriteGlbs},
                                                    {"transforms", WriteTransforms},
                                                    {"blender", WriteBlender}}};
 
+/// "glb,obj" and so on: what --to may hold.
+const char* FormatWords() {
+  static const std::string words = [] {
+    std::string joined;
+    for (const ExportFormat& format : kFormats) {
+      joined += (joined.empty() ? "" : ",") + std::string(format.word);
+    }
+    return joined;
+  }();
+  return words.c_str();
+}
+
 void Declare(OptionList& options, CommandLine& line) {
-  options.List("--to", kFormatWords, "Formats, one or more", line.formats);
+  options.List("--to", FormatWords(), "Formats, one or more", line.formats);
   options.Text(
       "--stage", "STAGE", "State at the end of a stage, or start; else the newest", line.stage);
   options.Path(
       "-o,--output", "DIR", "Folder for the files; else export/FORMAT in the run", line.output);
   options.Check([&options, &line] {
     if (line.formats.empty()) {
-      options.Fail("--to is missing; give one of: " + JoinNames(WordsOfType(kFormatWords)));
+      options.Fail("--to is missing; give one of: " + JoinNames(WordsOfType(FormatWords())));
     }
   });
 }

@@ -71,12 +71,17 @@ std::vector<std::string> SplitValues(const std::string& text) {
   return values;
 }
 
-Axis ParseAxis(const OptionList& options, const std::string& word) {
+/// Of KEY=A,B,C.
+Axis ParseAxis(const std::string& word) {
   const std::size_t equals = word.find('=');
-  if (equals == std::string::npos || equals == 0) {
+  return {word.substr(0, equals), SplitValues(word.substr(equals + 1))};
+}
+
+Axis CheckedAxis(const OptionList& options, const std::string& word) {
+  if (word.find('=') == std::string::npos || word.starts_with('=')) {
     options.Fail("--vary: '" + word + "' is not KEY=A,B,C");
   }
-  Axis axis{word.substr(0, equals), SplitValues(word.substr(equals + 1))};
+  Axis axis = ParseAxis(word);
   std::set<std::string> before;
   for (const std::string& value : axis.values) {
     if (value.empty()) options.Fail("--vary: '" + word + "' has an empty value");
@@ -99,7 +104,7 @@ void Declare(OptionList& options, CommandLine& line) {
   options.Check([&options, &line] {
     std::set<std::string> keys;
     for (const std::string& word : line.vary) {
-      const std::string key = ParseAxis(options, word).key;
+      const std::string key = CheckedAxis(options, word).key;
       if (!keys.insert(key).second) options.Fail("--vary: " + key + " is given twice");
       if (key == "output.directory")
         options.Fail("--vary: each run has its folder below that of -o");
@@ -421,10 +426,7 @@ ExitStatus RunSweep(CommandContext& context) {
   const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   RequireFittable(config, "");
   std::vector<Axis> axes;
-  for (const std::string& word : line.vary) {
-    const std::size_t equals = word.find('=');
-    axes.push_back({word.substr(0, equals), SplitValues(word.substr(equals + 1))});
-  }
+  for (const std::string& word : line.vary) axes.push_back(ParseAxis(word));
   if (line.seeds > 1) {
     Axis& seeds = axes.emplace_back(Axis{"seed", {}});
     for (int i = 0; i < line.seeds; ++i) {
