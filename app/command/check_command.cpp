@@ -3,9 +3,9 @@
 #include <cstdio>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
 #include "app/experiment/start_check.h"
@@ -109,13 +109,15 @@ void PrintSummary(const Experiment& experiment,
   }
 }
 
-void PrintJson(const Experiment& experiment,
-               const StartCheck& start,
-               const std::vector<optim::StageMemory>& memory) {
-  nlohmann::json json;
+Json ResultOf(const Experiment& experiment,
+              const StartCheck& start,
+              const std::vector<optim::StageMemory>& memory) {
+  Json json;
   json["assumptions"] = experiment.assumptions;
   json["warnings"] = experiment.warnings;
   json["views"] = experiment.observations.views.size();
+  for (const char* list : {"meshes", "stages"}) json[list] = Json::array();
+  json["initial_iou"] = Json::object();
   for (const auto& mesh : experiment.scene.meshes) {
     json["meshes"].push_back({{"name", mesh.name},
                               {"vertices", mesh.mesh.positions.size()},
@@ -134,8 +136,18 @@ void PrintJson(const Experiment& experiment,
   }
   for (const Overlap& overlap : OverlapsOf(start)) json["initial_iou"][overlap.name] = overlap.iou;
   for (const std::string& text : start.warnings) json["warnings"].push_back(text);
-  fmt::print("{}\n", JsonText(json));
+  return json;
 }
+
+constexpr ResultKey kResult[] = {
+    {"assumptions", "list", "What was taken for granted, in words"},
+    {"warnings", "list", "In words"},
+    {"views", "whole", "Number of photos with a camera"},
+    {"meshes", "list", "Maps of name, vertices and triangles"},
+    {"stages",
+     "list",
+     "Maps of name, unknowns, image_scale, max_rounds; with photos memory_bytes and linear_solver"},
+    {"initial_iou", "map", "By photo with a mask: overlap of the start's silhouette with it"}};
 
 void Declare(OptionList& options, CommandLine& /*line*/) { options.ConfigOptions(); }
 
@@ -146,7 +158,7 @@ ExitStatus Run(CommandContext& context) {
   const StartCheck start = CheckStart(config, experiment);
   const std::vector<optim::StageMemory> memory = ForecastStages(experiment);
   if (context.line.json) {
-    PrintJson(experiment, start, memory);
+    PrintResult(context, ResultOf(experiment, start, memory));
   } else {
     PrintSummary(experiment, start, memory);
   }
@@ -158,6 +170,6 @@ ExitStatus Run(CommandContext& context) {
 }  // namespace
 
 extern const Command kCheckCommand = {
-    "check", "Checks a config and its input files; fits nothing", "CONFIG", Declare, Run};
+    "check", "Checks a config and its input files; fits nothing", "CONFIG", Declare, Run, kResult};
 
 }  // namespace pathfit::app

@@ -72,8 +72,10 @@ struct GlobalWords {
         [this](std::int64_t count) { verbose += static_cast<int>(count); },
         "More messages (-vv: still more)");
     app.add_flag_function(
-        "-q", [this](std::int64_t count) { quiet += static_cast<int>(count); }, "Errors only");
-    options.Text("--log-level", "LEVEL", "trace, debug, info, warn or error", log_level);
+        "-q",
+        [this](std::int64_t count) { quiet += static_cast<int>(count); },
+        "Errors only, and what is not in the derivative; no progress");
+    options.Word("--log-level", "trace|debug|info|warn|error", "Which messages", log_level);
     options.Path("--log-file", "PATH", "Also writes messages to this file", line.log_file);
     options.Override("--seed", "N", "Replaces the config's seed", "seed", OptionList::Form::kWhole);
     options.Override("--threads",
@@ -82,8 +84,8 @@ struct GlobalWords {
                      "solver.threads",
                      OptionList::Form::kWhole,
                      1);
-    options.Text("--color", "WHEN", "auto, always or never", color);
-    options.Text("--progress", "HOW", "auto, bar, plain, json or none", progress);
+    options.Word("--color", "auto|always|never", "Colours of messages", color);
+    options.Word("--progress", "auto|bar|plain|json|none", "How a fit shows its rounds", progress);
     options.Flag("--json", "Prints the result on stdout as JSON", line.json);
   }
 
@@ -112,6 +114,7 @@ struct GlobalWords {
          {"plain", ProgressMode::kPlain},
          {"json", ProgressMode::kJson},
          {"none", ProgressMode::kNone}}};
+    if (quiet > 0) line.progress = ProgressMode::kNone;
     if (!progress.empty()) line.progress = ParseWord(command, "--progress", progress, kModes);
   }
 };
@@ -127,6 +130,7 @@ std::vector<std::string> CommandNames() {
 struct TargetWord {
   std::string name;
   bool is_optional = false, is_list = false;
+  std::vector<std::string> words;  ///< that may stand there; empty: any
 };
 
 std::vector<TargetWord> WordsOf(const Command& command) {
@@ -139,6 +143,7 @@ std::vector<TargetWord> WordsOf(const Command& command) {
     for (const char c : word) {
       if (c != '[' && c != ']' && c != '.') target.name += c;
     }
+    target.words = WordsOfType(target.name);
   }
   return words;
 }
@@ -204,6 +209,65 @@ const Command* FindCommand(const std::string& name) {
   return nullptr;
 }
 
+/// The whole command line, declared.
+struct Declarations {
+  struct Declared {
+    CLI::App* app;
+    std::vector<TargetWord> words;
+    std::vector<std::unique_ptr<std::vector<std::string>>> given;  // for each of the words
+    OptionList own, global;
+  };
+  CLI::App root{"Fits a scene (mesh, colours, lights) to photographs.", "pathfit"};
+  CommandLine line;
+  GlobalWords globals;
+  std::string help_target;
+  OptionList before{root, line};
+  std::vector<std::unique_ptr<Declared>> all;
+
+  Declarations() {
+    root.footer(kFooter);
+    root.allow_extras();
+    root.require_subcommand(0, 1);
+    globals.Declare(root, before, line);
+    for (const Command* command : AllCommands()) Declare(*command);
+    root.add_subcommand("help", "Prints help, also of one command")
+        ->add_option("COMMAND", help_target, "")
+        ->type_name("");
+  }
+  Declarations(const Declarations&) = delete;
+  Declarations& operator=(const Declarations&) = delete;
+
+ private:
+  void Declare(const Command& command) {
+    CLI::App* sub = root.add_subcommand(command.name, command.doc);
+    all.push_back(std::make_unique<Declared>(
+        Declared{sub, WordsOf(command), {}, OptionList(*sub, line), OptionList(*sub, line)}));
+    Declared& declared = *all.back();
+    for (const TargetWord& word : declared.words) {
+      std::vector<std::string>& given = *declared.given.emplace_back(
+          std::make_unique<std::vector<std::string>>(word.is_list ? 0 : 1));
+      (word.is_list ? sub->add_option(word.name, given, "")
+                    : sub->add_option(word.name, given.front(), ""))
+          ->type_name("");
+    }
+    if (command.declare != nullptr) command.declare(declared.own, line);
+    globals.Declare(*sub, declared.global, line);
+  }
+};
+
+std::vector<DeclaredOption> OptionsOf(const CLI::App& app) {
+  std::vector<DeclaredOption> options;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_positional()) continue;
+    DeclaredOption& declared = options.emplace_back();
+    for (const std::string& name : option->get_snames()) declared.names.push_back("-" + name);
+    for (const std::string& name : option->get_lnames()) declared.names.push_back("--" + name);
+    if (option->get_items_expected_max() > 0) declared.type = option->get_type_name();
+    declared.doc = option->get_description();
+  }
+  return options;
+}
+
 }  // namespace
 
 UsageError::UsageError(const std::string& command, const std::string& text)
@@ -217,41 +281,10 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
   for (const std::string& argument : arguments) {
     if (FirstBadByte(argument)) throw UsageError("", "an argument is not UTF-8 text");
   }
-  CLI::App root("Fits a scene (mesh, colours, lights) to photographs.", "pathfit");
-  CommandLine line;
+  Declarations declarations;
+  CLI::App& root = declarations.root;
+  CommandLine& line = declarations.line;
   line.arguments = arguments;
-  GlobalWords globals;
-  std::string target;
-  root.footer(kFooter);
-  root.allow_extras();
-  root.require_subcommand(0, 1);
-  OptionList before(root, line);
-  globals.Declare(root, before, line);
-  struct Declared {
-    CLI::App* app;
-    std::vector<TargetWord> words;
-    std::vector<std::unique_ptr<std::vector<std::string>>> given;  // for each of the words
-    OptionList own, global;
-  };
-  std::vector<std::unique_ptr<Declared>> all;
-  for (const Command* command : AllCommands()) {
-    CLI::App* sub = root.add_subcommand(command->name, command->doc);
-    all.push_back(std::make_unique<Declared>(
-        Declared{sub, WordsOf(*command), {}, OptionList(*sub, line), OptionList(*sub, line)}));
-    for (const TargetWord& word : all.back()->words) {
-      std::vector<std::string>& given = *all.back()->given.emplace_back(
-          std::make_unique<std::vector<std::string>>(word.is_list ? 0 : 1));
-      (word.is_list ? sub->add_option(word.name, given, "")
-                    : sub->add_option(word.name, given.front(), ""))
-          ->type_name("");
-    }
-    if (command->declare != nullptr) command->declare(all.back()->own, line);
-    globals.Declare(*sub, all.back()->global, line);
-  }
-  root.add_subcommand("help", "Prints help, also of one command")
-      ->add_option("COMMAND", target, "")
-      ->type_name("");
-
   std::vector<std::string> words(arguments.rbegin(), arguments.rend());
   if (!words.empty()) words.pop_back();
   try {
@@ -264,7 +297,7 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
     throw UsageError(parsed.empty() ? "" : parsed.back()->get_name(), Explain(error));
   }
   RefuseExtras(root, root, "");
-  if (globals.version) {
+  if (declarations.globals.version) {
     line.command = FindCommand("version");
     return line;
   }
@@ -276,11 +309,11 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
   RefuseExtras(root, sub, name);
   line.command = FindCommand(name);
   if (line.command == nullptr) {
-    line.help_text = HelpOf(root, target);
+    line.help_text = HelpOf(root, declarations.help_target);
     return line;
   }
-  before.Finish();
-  for (const auto& declared : all) {
+  declarations.before.Finish();
+  for (const auto& declared : declarations.all) {
     if (declared->app != &sub) continue;
     for (std::size_t i = 0; i < declared->words.size(); ++i) {
       std::vector<std::string>& given = *declared->given[i];
@@ -288,14 +321,52 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
       if (given.empty() && !declared->words[i].is_optional) {
         throw UsageError(name, declared->words[i].name + " is missing");
       }
+      const std::vector<std::string>& known = declared->words[i].words;
+      for (const std::string& word : given) {
+        if (known.empty() || Contains(known, word)) continue;
+        throw UsageError(name, "'" + word + "' is not known" + NameHint(word, known));
+      }
       line.targets.insert(line.targets.end(), given.begin(), given.end());
     }
     if (!line.targets.empty()) line.target = line.targets.front();
     declared->global.Finish();
     declared->own.Finish();
   }
-  globals.Store(name, environment, line);
+  declarations.globals.Store(name, environment, line);
   return line;
+}
+
+std::vector<std::string> WordsOfType(const std::string& type) {
+  const bool lower = !type.empty() && std::ranges::all_of(type, [](char c) {
+    return (c >= 'a' && c <= 'z') || c == '-' || c == '|' || c == ',';
+  });
+  std::vector<std::string> words;
+  if (!lower) return words;
+  for (std::size_t at = 0; at <= type.size();) {
+    const std::size_t end = std::min(type.find_first_of("|,", at), type.size());
+    words.push_back(type.substr(at, end - at));
+    at = end + 1;
+  }
+  return words;
+}
+
+DeclaredProgram DescribeProgram() {
+  const Declarations declarations;
+  const CLI::App& root = declarations.root;
+  DeclaredProgram program{root.get_description(), root.get_footer(), OptionsOf(root), {}};
+  for (const CLI::App* sub : root.get_subcommands(nullptr)) {
+    DeclaredCommand& command = program.commands.emplace_back();
+    command.name = sub->get_name();
+    command.doc = sub->get_description();
+    command.options = OptionsOf(*sub);
+    const Command* known = FindCommand(command.name);
+    std::istringstream words(known == nullptr           ? "[COMMAND]"
+                             : known->target == nullptr ? ""
+                                                        : known->target);
+    for (std::string word; words >> word;) command.targets.push_back(word);
+    if (known != nullptr) command.result = known->result;
+  }
+  return program;
 }
 
 }  // namespace pathfit::app

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -75,6 +76,17 @@ struct CommandLine {
   std::string photo_format = "exr";  ///< exr, png, jpg
   int jpeg_quality = 95;
 
+  double max_size_mb = 8.0;  ///< of report
+  // Of convert: words for formats; `to` empty: by the name of the output.
+  std::string from = "auto", to;
+  std::filesystem::path images;
+
+  // Of sweep.
+  std::vector<std::string> vary;  ///< KEY=A,B,C
+  int seeds = 1;
+  bool list = false;  ///< prints the commands instead of running them
+  int only = 0;       ///< number of one run; 0: all
+
   // Of eval.
   std::filesystem::path truth;  ///< config, run, or folder of synth
   int points = 50000, spp = 64;
@@ -98,8 +110,10 @@ class OptionList {
   void Path(const char* names, const char* type, const char* doc, std::filesystem::path& value);
   /// May be repeated; each takes one word.
   void Texts(const char* names, const char* type, const char* doc, std::vector<std::string>& value);
-  /// Words separated by commas, none empty.
-  void List(const char* names, const char* doc, std::vector<std::string>& value);
+  /// Words separated by commas, none empty. `type`: "LIST", or all that are allowed: "glb,obj,ply".
+  void List(const char* names, const char* type, const char* doc, std::vector<std::string>& value);
+  /// One of `words`, "exr|png|jpg".
+  void Word(const char* names, const char* words, const char* doc, std::string& value);
   /// From `low` to `high`.
   void Number(const char* names, const char* doc, double low, double high, double& value);
   void Whole(const char* names, const char* doc, int low, int high, int& value);
@@ -113,6 +127,7 @@ class OptionList {
     kText,
     kPath,   ///< made absolute
     kWords,  ///< separated by commas: a list
+    kWord,   ///< one of `type`, "image|material"
     kTexts,  ///< may be repeated: a list
   };
   /// A value of the config that has a flag of its own.
@@ -138,6 +153,9 @@ class OptionList {
            const char* type,
            const char* doc,
            std::function<void(const std::string&)> store);
+  void RequireWord(const std::string& name,
+                   const std::vector<std::string>& words,
+                   const std::string& text) const;
 
   CLI::App& app_;
   CommandLine& line_;
@@ -152,16 +170,26 @@ struct CommandContext {
   Log& log;
 };
 
+/// A key of the object that a command prints with --json.
+struct ResultKey {
+  const char* key;
+  const char*
+      type;  ///< text, number, whole, boolean, list, map; " or null", " or absent" behind it
+  const char* doc;
+};
+
 /// A command of the program. Wrong input throws when it runs: ConfigError, IoError, SceneError,
 /// MemoryError, NumericalError.
 struct Command {
   const char* name;
   const char* doc;
   /// What its arguments are called in help and messages; null: it takes none. "[A] [B]" need not
-  /// be given, of "A..." there may be any number.
+  /// be given, of "A..." there may be any number, "show|default" are the words that may stand
+  /// there.
   const char* target;
   void (*declare)(OptionList& options, CommandLine& line);  ///< null: it has no options of its own
   ExitStatus (*run)(CommandContext& context);
+  std::span<const ResultKey> result = {};  ///< of --json, below `schema`; empty: it prints text
 };
 
 /// In the order of the help.
@@ -172,6 +200,27 @@ const std::vector<const Command*>& AllCommands();
 /// PATHFIT_LOG_LEVEL.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const Environment& environment);
+
+/// What the parser knows, as plain values: for completion, the man page and the reference.
+struct DeclaredOption {
+  std::vector<std::string> names;  ///< "-o", "--output"
+  std::string type, doc;           ///< type: "N", "DIR", "auto|never", "glb,obj"; empty: a flag
+};
+struct DeclaredCommand {
+  std::string name, doc;
+  std::vector<std::string> targets;  ///< words of Command::target
+  std::vector<DeclaredOption> options;
+  std::span<const ResultKey> result;
+};
+struct DeclaredProgram {
+  std::string doc, footer;
+  std::vector<DeclaredOption> options;  ///< which may also stand before the command
+  std::vector<DeclaredCommand> commands;
+};
+DeclaredProgram DescribeProgram();
+
+/// "a|b|c" or "a,b,c" of lower-case words; empty if a type is no such choice.
+std::vector<std::string> WordsOfType(const std::string& type);
 
 // What commands share.
 

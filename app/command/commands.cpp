@@ -19,7 +19,8 @@ bool IsOneOf(const std::exception& error) {
 }  // namespace
 
 extern const Command kInitCommand, kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand,
-    kExportCommand, kCompareCommand, kSynthCommand, kEvalCommand, kGradcheckCommand, kInfoCommand,
+    kExportCommand, kReportCommand, kCompareCommand, kEvalCommand, kSweepCommand, kSynthCommand,
+    kConvertCommand, kGradcheckCommand, kConfigCommand, kCompletionCommand, kInfoCommand,
     kVersionCommand;
 
 const std::vector<const Command*>& AllCommands() {
@@ -29,10 +30,15 @@ const std::vector<const Command*>& AllCommands() {
                                                        &kResumeCommand,
                                                        &kRenderCommand,
                                                        &kExportCommand,
+                                                       &kReportCommand,
                                                        &kCompareCommand,
-                                                       &kSynthCommand,
                                                        &kEvalCommand,
+                                                       &kSweepCommand,
+                                                       &kSynthCommand,
+                                                       &kConvertCommand,
                                                        &kGradcheckCommand,
+                                                       &kConfigCommand,
+                                                       &kCompletionCommand,
                                                        &kInfoCommand,
                                                        &kVersionCommand};
   return commands;

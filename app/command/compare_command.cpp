@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/output/comparison.h"
 #include "renderer/io/atomic_file.h"
 
@@ -18,6 +19,12 @@ void Declare(OptionList& options, CommandLine& line) {
   });
 }
 
+constexpr ResultKey kResult[] = {
+    {"columns", "list", "Maps of key and heading: the figures of a run"},
+    {"runs", "list", "Maps with label, run_path, status, stage and the figures"},
+    {"differences", "list", "Settings that differ: maps of key and values, one for each run"},
+    {"page", "text", "The page that was written"}};
+
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
   std::vector<RunDirectory> directories;
@@ -28,7 +35,7 @@ ExitStatus Run(CommandContext& context) {
   if (line.json) {
     Json json = ComparisonFigures(runs);
     json["page"] = page.string();
-    fmt::print("{}\n", JsonText(json));
+    PrintResult(context, std::move(json));
   } else {
     fmt::print("{}", ComparisonTable(runs));
   }
@@ -43,6 +50,7 @@ extern const Command kCompareCommand = {
     "Compares runs: a table, and a page with curves and pictures",
     "RUN...",
     Declare,
-    Run};
+    Run,
+    kResult};
 
 }  // namespace pathfit::app

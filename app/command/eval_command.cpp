@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/command/run_scene.h"
 #include "app/command/stop_signals.h"
 #include "app/experiment/build_parts.h"
@@ -50,6 +51,23 @@ void Declare(OptionList& options, CommandLine& line) {
   });
 }
 
+constexpr ResultKey kResult[] = {
+    {"run", "text", "The run directory"},
+    {"truth", "text or null", "What it was compared with"},
+    {"image_scale", "number", "Of the pictures: that of the last stage"},
+    {"held_out", "map", "Means over held-out photos: psnr_srgb_db, psnr_linear_db, ssim, iou"},
+    {"fitted", "map", "The same over fitted photos"},
+    {"views", "list", "The same for each photo"},
+    {"relit", "map or absent", "With a truth: means under another light"},
+    {"relit_views", "list or absent", "The same for each view"},
+    {"surfaces", "list", "Distances and angles between the surfaces"},
+    {"appearance", "list", "base_color, roughness, metallic at points of the truth"},
+    {"parameters", "list", "Errors of each unknown that the truth has"},
+    {"lights", "list", "Errors of lights"},
+    {"cameras", "list", "Errors of cameras"},
+    {"notes", "list", "What could not be compared, and why"},
+    {"page", "text", "The page that was written"}};
+
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
   const RunScene loaded = LoadRunScene(context, line.target, line.stage);
@@ -80,7 +98,7 @@ ExitStatus Run(CommandContext& context) {
   renderer::WriteFileAtomically(page, ReportPage(EvaluationPage(evaluation, figures)));
   if (line.json) {
     figures["page"] = page.string();
-    fmt::print("{}\n", JsonText(figures));
+    PrintResult(context, std::move(figures));
   } else {
     fmt::print("{}", EvaluationText(evaluation));
   }
@@ -91,6 +109,6 @@ ExitStatus Run(CommandContext& context) {
 }  // namespace
 
 extern const Command kEvalCommand = {
-    "eval", "Measures a result against its photos and a known truth", "RUN", Declare, Run};
+    "eval", "Measures a result against its photos and a known truth", "RUN", Declare, Run, kResult};
 
 }  // namespace pathfit::app

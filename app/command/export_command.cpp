@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/command/run_scene.h"
 #include "app/config/near_path.h"
 #include "app/config/nearest_name.h"
@@ -91,23 +92,32 @@ constexpr std::array<ExportFormat, 6> kFormats = {{{"glb", WriteGlbs},
                                                    {"transforms", WriteTransforms},
                                                    {"blender", WriteBlender}}};
 
+/// "glb,obj" and so on: what --to may hold.
+const char* FormatWords() {
+  static const std::string words = [] {
+    std::string joined;
+    for (const ExportFormat& format : kFormats) {
+      joined += (joined.empty() ? "" : ",") + std::string(format.word);
+    }
+    return joined;
+  }();
+  return words.c_str();
+}
+
 void Declare(OptionList& options, CommandLine& line) {
-  options.List("--to", "Formats: glb,obj,ply,colmap,transforms,blender", line.formats);
+  options.List("--to", FormatWords(), "Formats, one or more", line.formats);
   options.Text(
       "--stage", "STAGE", "State at the end of a stage, or start; else the newest", line.stage);
   options.Path(
       "-o,--output", "DIR", "Folder for the files; else export/FORMAT in the run", line.output);
   options.Check([&options, &line] {
-    std::vector<std::string> words;
-    for (const ExportFormat& format : kFormats) words.emplace_back(format.word);
-    if (line.formats.empty()) options.Fail("--to is missing; give one of: " + JoinNames(words));
-    for (const std::string& given : line.formats) {
-      if (std::ranges::find(words, given) == words.end()) {
-        options.Fail("--to: '" + given + "' is not one of: " + JoinNames(words));
-      }
+    if (line.formats.empty()) {
+      options.Fail("--to is missing; give one of: " + JoinNames(WordsOfType(FormatWords())));
     }
   });
 }
+
+constexpr ResultKey kResult[] = {{"files", "map", "Paths that were written, by format"}};
 
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
@@ -124,13 +134,13 @@ ExitStatus Run(CommandContext& context) {
       if (!line.json) fmt::print("{}\n", file.string());
     }
   }
-  if (line.json) fmt::print("{}\n", JsonText(json));
+  if (line.json) PrintResult(context, {{"files", std::move(json)}});
   return ExitStatus::kFinished;
 }
 
 }  // namespace
 
 extern const Command kExportCommand = {
-    "export", "Writes a run's result in other formats", "RUN", Declare, Run};
+    "export", "Writes a run's result in other formats", "RUN", Declare, Run, kResult};
 
 }  // namespace pathfit::app

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/command/run_scene.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
@@ -58,27 +59,6 @@ class StopAfterStage final : public optim::FitObserver {
   renderer::CancelFlag& cancel_;
   bool reached_ = false;
 };
-
-void RequireFittable(const ExperimentConfig& config, const std::string& stop_after) {
-  const ConfigSource source{config.path.string(), {}, {}};
-  std::vector<Problem> problems;
-  if (!config.input) {
-    problems.push_back({{}, "input", "a fit needs photos: give input.images and input.cameras"});
-  }
-  if (config.fit.unknowns.empty()) {
-    problems.push_back(
-        {{}, "unknowns", "a fit needs at least one unknown, for example axe.vertices: {}"});
-  }
-  if (config.fit.stages.empty()) {
-    problems.push_back({{}, "stages", "a fit needs at least one stage"});
-  }
-  bool found = stop_after.empty();
-  for (const optim::StageSpec& stage : config.fit.stages) found = found || stage.name == stop_after;
-  if (!found) {
-    problems.push_back({{}, "stages", "--stop-after: no stage is called '" + stop_after + "'"});
-  }
-  if (!problems.empty()) throw ConfigError(source, problems);
-}
 
 struct Ending {
   RunStatus status;
@@ -152,9 +132,16 @@ ExitStatus RunInDirectory(CommandContext& context,
   }
 }
 
+constexpr ResultKey kResult[] = {
+    {"run", "text", "The run directory"},
+    {"record",
+     "map",
+     "What run.json holds: status, reason, stages with their figures, inputs ..."}};
+
 void PrintRun(const CommandContext& context, const RunDirectory& run) {
   if (context.line.json) {
-    std::printf("%s\n", renderer::ReadWholeFile(run.Record()).c_str());
+    PrintResult(context,
+                {{"run", run.root().string()}, {"record", ToJson(ReadRunRecord(run.Record()))}});
   } else {
     std::printf("%s\n", run.root().c_str());
   }
@@ -242,8 +229,12 @@ ExitStatus Resume(CommandContext& context) {
 }  // namespace
 
 extern const Command kFitCommand = {
-    "fit", "Fits a scene to photos; prints the run directory", "CONFIG", DeclareFit, Fit};
-extern const Command kResumeCommand = {
-    "resume", "Continues a run from its newest checkpoint", "RUN", DeclareTimeLimit, Resume};
+    "fit", "Fits a scene to photos; prints the run directory", "CONFIG", DeclareFit, Fit, kResult};
+extern const Command kResumeCommand = {"resume",
+                                       "Continues a run from its newest checkpoint",
+                                       "RUN",
+                                       DeclareTimeLimit,
+                                       Resume,
+                                       kResult};
 
 }  // namespace pathfit::app

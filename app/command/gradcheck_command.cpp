@@ -4,9 +4,9 @@
 #include <set>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/direction.h"
@@ -128,18 +128,18 @@ void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
   row.passed = row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit;
 }
 
-nlohmann::json ToJson(const Row& row) {
+Json ToJson(const Row& row) {
   if (!row.not_checked.empty()) {
     return {{"parameter", row.name},
             {"sensor", row.sensor},
             {"passed", false},
             {"not_checked", row.not_checked}};
   }
-  const auto rgba = [](const renderer::Rgba& c) { return nlohmann::json{c.r, c.g, c.b, c.a}; };
+  const auto rgba = [](const renderer::Rgba& c) { return Json{c.r, c.g, c.b, c.a}; };
   const auto sum = [&](const TermSum& s) {
-    return nlohmann::json{{"mean", rgba(s.mean)}, {"standard_error", rgba(s.error)}};
+    return Json{{"mean", rgba(s.mean)}, {"standard_error", rgba(s.error)}};
   };
-  nlohmann::json terms = nlohmann::json::object();
+  Json terms = Json::object();
   for (const auto& [name, value] : row.terms) terms[name] = sum(value);
   return {{"parameter", row.name},
           {"sensor", row.sensor},
@@ -205,8 +205,7 @@ void Declare(OptionList& options, CommandLine& line) {
   using Form = OptionList::Form;
   options.ConfigOptions();
   options.Path("-o,--output", "DIR", "Where images and the table go", line.output);
-  options.Override(
-      "--form", "FORM", "Of the derivative: image or material", "render.form", Form::kText);
+  options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
   options.Override("--spp", "N", "Samples per pixel", "gradcheck.spp", Form::kWhole, 1);
   options.Override(
       "--replicates", "N", "Independent renderings", "gradcheck.replicates", Form::kWhole, 2);
@@ -216,6 +215,13 @@ void Declare(OptionList& options, CommandLine& line) {
   options.Override(
       "--params", "GLOB", "Which parameters; may be repeated", "gradcheck.params", Form::kTexts);
 }
+
+constexpr ResultKey kResult[] = {
+    {"passed", "boolean", "Whether all agree"},
+    {"rows",
+     "list",
+     "Maps by parameter and sensor: passed, z_rms, z_max, z_limit, z_sum_max, z_sum_limit, "
+     "signal_to_noise, sums of the derivative, its terms and the difference; or not_checked"}};
 
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
@@ -268,10 +274,9 @@ ExitStatus Run(CommandContext& context) {
   }
   const bool passed = std::ranges::all_of(rows, [](const Row& r) { return r.passed; });
   if (line.json) {
-    nlohmann::json json;
-    json["passed"] = passed;
-    for (const Row& row : rows) json["rows"].push_back(ToJson(row));
-    fmt::print("{}\n", JsonText(json));
+    Json list = Json::array();
+    for (const Row& row : rows) list.push_back(ToJson(row));
+    PrintResult(context, {{"passed", passed}, {"rows", std::move(list)}});
   } else {
     PrintTable(rows);
   }
@@ -285,6 +290,7 @@ extern const Command kGradcheckCommand = {
     "Compares derivatives with finite differences; status 7 if they disagree",
     "CONFIG",
     Declare,
-    Run};
+    Run,
+    kResult};
 
 }  // namespace pathfit::app

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/output/fields.h"
 
 namespace pathfit::app {
@@ -45,10 +46,23 @@ Json Describe(const CommandLine& line) {
   return json;
 }
 
+constexpr ResultKey kInfoResult[] = {
+    {"version", "text", "Of pathfit"},
+    {"build", "text", "Compiler and build type"},
+    {"checks", "boolean", "Whether internal checks are compiled in"},
+    {"libraries", "map", "Versions by name"},
+    {"cpu", "text", ""},
+    {"instruction_set", "text", "The widest that the processor has"},
+    {"threads", "whole", "What a run would use"},
+    {"memory_bytes", "whole", "Of the machine"}};
+constexpr ResultKey kVersionResult[] = {{"version", "text", "Of pathfit"},
+                                        {"build", "text", "Compiler and build type"},
+                                        {"libraries", "map", "Versions by name"}};
+
 ExitStatus Info(CommandContext& context) {
   const Json info = Describe(context.line);
   if (context.line.json) {
-    fmt::print("{}\n", JsonText(info));
+    PrintResult(context, info);
     return ExitStatus::kFinished;
   }
   constexpr double kGiB = 1073741824.0;
@@ -74,7 +88,7 @@ ExitStatus Version(CommandContext& context) {
     const Json json = {{"version", record.program_version},
                        {"build", record.build},
                        {"libraries", record.libraries}};
-    fmt::print("{}\n", JsonText(json));
+    PrintResult(context, json);
     return ExitStatus::kFinished;
   }
   fmt::print("pathfit {} ({})\n", record.program_version, record.build);
@@ -85,8 +99,9 @@ ExitStatus Version(CommandContext& context) {
 }  // namespace
 
 extern const Command kInfoCommand = {
-    "info", "Prints versions, processor, threads and memory", nullptr, nullptr, Info};
+    "info", "Prints versions, processor, threads and memory", nullptr, nullptr, Info, kInfoResult};
 
-extern const Command kVersionCommand = {"version", "Prints the version", nullptr, nullptr, Version};
+extern const Command kVersionCommand = {
+    "version", "Prints the version", nullptr, nullptr, Version, kVersionResult};
 
 }  // namespace pathfit::app

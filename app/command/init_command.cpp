@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/draft_config.h"
 #include "app/output/fields.h"
@@ -54,6 +55,22 @@ void Declare(OptionList& options, CommandLine& line) {
   options.Flag("--force", "Overwrites an existing file", line.force);
 }
 
+constexpr ResultKey kResult[] = {
+    {"config", "text", "The config that was written"},
+    {"name", "text", "Of runs"},
+    {"photos", "whole", "Number of photos with a camera"},
+    {"photos_without_camera", "whole", ""},
+    {"images", "text", "Folder of the photos"},
+    {"cameras", "text", "Camera file or folder"},
+    {"camera_format", "text", ""},
+    {"masks", "whole", "Number of photos with a mask"},
+    {"masks_inverted", "boolean", "White along the border, so taken as the background"},
+    {"background_change",
+     "number or null",
+     "Share by which the background differs from photo to photo; null without masks"},
+    {"seen", "list", "What was found, in words"},
+    {"guessed", "list", "What was guessed, in words"}};
+
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
   const renderer::ThreadLimit limit(NumThreads(line, 0));
@@ -101,7 +118,7 @@ ExitStatus Run(CommandContext& context) {
   context.log.Info("guess: " + LightGuess(input));
   context.log.Info(fmt::format("next: pathfit check {0}, then pathfit fit {0}", config.string()));
   if (line.json) {
-    fmt::print("{}\n", JsonText(Describe(input, config, name)));
+    PrintResult(context, Describe(input, config, name));
   } else {
     fmt::print("{}\n", config.string());
   }
@@ -114,6 +131,7 @@ extern const Command kInitCommand = {"init",
                                      "Writes a config for photos and cameras that it finds",
                                      "[PHOTOS] [CAMERAS]",
                                      Declare,
-                                     Run};
+                                     Run,
+                                     kResult};
 
 }  // namespace pathfit::app

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/config/nearest_name.h"
 #include "app/config/scalar.h"
 
 namespace pathfit::app {
@@ -92,10 +93,31 @@ void OptionList::Texts(const char* names,
   // Without allow_extra_args the parser would also take the words that follow.
   app_.add_option(names, value, doc)->type_name(type)->take_all()->allow_extra_args(false);
 }
-void OptionList::List(const char* names, const char* doc, std::vector<std::string>& value) {
-  Add(names, "LIST", doc, [this, names, &value](const std::string& text) {
+void OptionList::List(const char* names,
+                      const char* type,
+                      const char* doc,
+                      std::vector<std::string>& value) {
+  Add(names, type, doc, [this, names, type, &value](const std::string& text) {
     value = Split(*this, names, text);
+    const std::vector<std::string> words = WordsOfType(type);
+    for (const std::string& part : value) {
+      if (!words.empty()) RequireWord(LongName(names), words, part);
+    }
   });
+}
+void OptionList::Word(const char* names, const char* words, const char* doc, std::string& value) {
+  Add(names, words, doc, [this, names, words, &value](const std::string& text) {
+    RequireWord(LongName(names), WordsOfType(words), text);
+    value = text;
+  });
+}
+void OptionList::RequireWord(const std::string& name,
+                             const std::vector<std::string>& words,
+                             const std::string& text) const {
+  if (Contains(words, text)) return;
+  const std::string nearest = NearestName(text, words);
+  Fail(name + ": '" + text + "' is not one of: " + JoinNames(words) +
+       (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
 }
 void OptionList::Number(
     const char* names, const char* doc, double low, double high, double& value) {
@@ -147,7 +169,7 @@ void OptionList::Override(const char* names,
     });
     return;
   }
-  Add(names, type, doc, [this, names, set, form, least](const std::string& text) {
+  Add(names, type, doc, [this, names, type, set, form, least](const std::string& text) {
     const std::string start = LongName(names) + ": '" + text + "' is not ";
     switch (form) {
       case Form::kWhole:
@@ -177,6 +199,9 @@ void OptionList::Override(const char* names,
         }
         return set("[" + list + "]");
       }
+      case Form::kWord:
+        RequireWord(LongName(names), WordsOfType(type), text);
+        return set(Quoted(text));
       default:
         return set(Quoted(text));
     }

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/command/run_scene.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
@@ -221,7 +222,11 @@ void Declare(OptionList& options, CommandLine& line) {
   options.ConfigOptions();
   options.Path("-o,--output", "DIR", "Where images go", line.output);
   options.List(
-      "--views", "Photos by index or name, e.g. 0,3,8; all; or orbit:24 on a circle", line.views);
+      "--views",
+      "LIST",
+      "Photos by index or name, e.g. 0,3,8; all; or orbit:24 on a circle, numbered pictures that "
+      "become a film by: ffmpeg -framerate 24 -i orbit_%03d.png -pix_fmt yuv420p orbit.mp4",
+      line.views);
   options.Path("--cameras", "PATH", "Cameras to render, of a camera file or folder", line.cameras);
   options.Path("--env", "FILE", "Lights the scene by this EXR or HDR alone", line.environment);
   options.Text("--stage", "STAGE", "Of a run: its state after a stage, or start", line.stage);
@@ -229,12 +234,11 @@ void Declare(OptionList& options, CommandLine& line) {
   options.Override("--spp", "N", "Samples per pixel", "render.spp", Form::kWhole, 1);
   options.Texts("--derivative", "PARAM", "Derivative image; may be repeated", line.derivatives);
   options.Override("--terms",
-                   "LIST",
-                   "Of the derivative: interior,primary,direct,indirect,pixel",
+                   "interior,primary,direct,indirect,pixel",
+                   "Of the derivative",
                    "render.terms",
                    Form::kWords);
-  options.Override(
-      "--form", "FORM", "Of the derivative: image or material", "render.form", Form::kText);
+  options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
   options.Check([&options, &line] {
     line.orbit = OrbitCount(options, line.views);
     if (line.orbit > 0) line.views.clear();
@@ -259,6 +263,8 @@ void Declare(OptionList& options, CommandLine& line) {
     }
   });
 }
+
+constexpr ResultKey kResult[] = {{"files", "list", "Paths of the pictures that were written"}};
 
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
@@ -321,9 +327,9 @@ ExitStatus Run(CommandContext& context) {
                     folder.string()));
   }
   if (line.json) {
-    Json json = Json::array();
-    for (const fs::path& path : written) json.push_back(path.string());
-    fmt::print("{}\n", JsonText({{"files", std::move(json)}}));
+    Json files = Json::array();
+    for (const fs::path& path : written) files.push_back(path.string());
+    PrintResult(context, {{"files", std::move(files)}});
   } else {
     for (const fs::path& path : written) fmt::print("{}\n", path.string());
   }
@@ -333,6 +339,6 @@ ExitStatus Run(CommandContext& context) {
 }  // namespace
 
 extern const Command kRenderCommand = {
-    "render", "Renders views, or derivative images", "CONFIG|RUN", Declare, Run};
+    "render", "Renders views, or derivative images", "CONFIG|RUN", Declare, Run, kResult};
 
 }  // namespace pathfit::app

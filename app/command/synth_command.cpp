@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/command/command_line.h"
+#include "app/command/result.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
 #include "app/config/nearest_name.h"
@@ -31,8 +32,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFewPhotos = 4;  // of which none is held out
-
-const std::vector<std::string> kFormats = {"exr", "png", "jpg"};
 
 struct SyntheticScene {
   const ExperimentConfig& config;
@@ -187,8 +186,10 @@ std::vector<renderer::Film> RenderAll(const SyntheticScene& scene,
 void Declare(OptionList& options, CommandLine& line) {
   options.ConfigOptions();
   options.Path("-o,--output", "DIR", "Folder for all of it; else synth/NAME here", line.output);
-  options.Text(
-      "--format", "WORD", "Of the photos: exr (linear), png or jpg (8 bits)", line.photo_format);
+  options.Word("--format",
+               "exr|png|jpg",
+               "Of the photos; exr is linear, the others 8 bits",
+               line.photo_format);
   options.Whole("--quality", "Of JPEG, 1 to 100", 1, 100, line.jpeg_quality);
   options.Override("--spp", "N", "Samples per pixel", "render.spp", OptionList::Form::kWhole, 1);
   options.Number("--noise", "Sigma of normal noise, white being 1", 0.0, 10.0, line.noise);
@@ -206,14 +207,14 @@ void Declare(OptionList& options, CommandLine& line) {
   options.Whole("--copies", "Sets with errors of their own, in DIR/1 ...", 1, 100000, line.copies);
   options.Flag("--force", "Writes into a folder that is not empty", line.force);
   options.Check([&options, &line] {
-    if (!Contains(kFormats, line.photo_format)) {
-      options.Fail("--format: '" + line.photo_format + "' is not one of: " + JoinNames(kFormats));
-    }
     if (options.Given("--quality") && line.photo_format != "jpg") {
       options.Fail("--quality needs --format jpg");
     }
   });
 }
+
+constexpr ResultKey kResult[] = {
+    {"sets", "list", "Maps with folder, photos (number), masks (boolean), config and truth"}};
 
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
@@ -270,7 +271,7 @@ ExitStatus Run(CommandContext& context) {
                     {"truth", (into / "truth").string()}});
     if (!line.json) fmt::print("{}\n", into.string());
   }
-  if (line.json) fmt::print("{}\n", JsonText({{"sets", std::move(sets)}}));
+  if (line.json) PrintResult(context, {{"sets", std::move(sets)}});
   context.log.Info(
       "fit.yaml starts at the truth: change what is to be found, or begin from the photos alone by "
       "pathfit init DIR; pathfit eval RUN --truth DIR says how near a fit came");
@@ -279,7 +280,11 @@ ExitStatus Run(CommandContext& context) {
 
 }  // namespace
 
-extern const Command kSynthCommand = {
-    "synth", "Makes photos, masks and cameras of a scene, with its truth", "CONFIG", Declare, Run};
+extern const Command kSynthCommand = {"synth",
+                                      "Makes photos, masks and cameras of a scene, with its truth",
+                                      "CONFIG",
+                                      Declare,
+                                      Run,
+                                      kResult};
 
 }  // namespace pathfit::app

@@ -5,7 +5,8 @@
 namespace pathfit::app {
 
 /// `path` as seen from `folder` (both absolute), so that both can be moved together; as it is where
-/// only the root is above both.
+/// only the root is above both. Where `folder` is reached through a symbolic link, from where it
+/// really is: that is where ".." leads.
 std::filesystem::path NearPath(const std::filesystem::path& path,
                                const std::filesystem::path& folder);
 

@@ -156,6 +156,10 @@ std::string DescribeRange(const SchemaNode& node);
 /// "a number from 0 to 1", "a list of 3 numbers", "one of a, b": what may be written.
 std::string DescribeType(const SchemaNode& node);
 
+/// Every key of a config with its meaning and default, as YAML: defaults stand as they are, what
+/// has none, or is optional, behind '#'. With a scene it is a config of nothing but defaults.
+std::string SchemaYaml();
+
 /// configs/README.md: every key with its type, default, unit and meaning.
 std::string SchemaMarkdown();
 

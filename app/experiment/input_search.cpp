@@ -51,8 +51,6 @@ std::vector<fs::path> EntriesOf(const fs::path& folder, Predicate predicate) {
   return found;
 }
 
-std::size_t NumPictures(const fs::path& folder) { return optim::PicturesIn(folder).size(); }
-
 void AddOnce(const fs::path& path, std::vector<fs::path>& list) {
   const fs::path normal = (path.has_filename() ? path : path.parent_path()).lexically_normal();
   if (IsFolder(normal) && std::ranges::find(list, normal) == list.end()) list.push_back(normal);
@@ -190,8 +188,8 @@ class InputFinder {
     input_.camera_format = cameras_.format;
     input_.metres_per_unit = cameras_.metres_per_unit;
     input_.options.images_dir = FindPhotos(places_, cameras_);
-    CountUnused();
     FindMasks();
+    CountUnused();
     Load();
     std::vector<renderer::Camera> sensors;
     for (const optim::View& view : input_.observations.views) sensors.push_back(view.camera);
@@ -201,10 +199,23 @@ class InputFinder {
   }
 
  private:
+  /// Masks may be beside the photos: a.mask.png, a.jpg.png.
   void CountUnused() {
-    const std::size_t pictures = NumPictures(input_.options.images_dir);
-    const std::size_t used = cameras_.cameras.size();
-    input_.num_without_camera = pictures > used ? pictures - used : 0;
+    std::set<fs::path> used;
+    for (const ImportedCamera& camera : cameras_.cameras) {
+      const auto photo = optim::FindPhoto(camera.image, cameras_, input_.options.images_dir).found;
+      if (!photo) continue;
+      used.insert(photo->lexically_normal());
+      const auto mask = optim::FindMask(camera, *photo, cameras_, input_.options).found;
+      if (mask) used.insert(mask->lexically_normal());
+    }
+    const std::vector<fs::path> pictures = optim::PicturesIn(input_.options.images_dir);
+    input_.num_without_camera =
+        static_cast<std::size_t>(std::ranges::count_if(pictures, [&](const fs::path& picture) {
+          const fs::path stem = picture.stem();
+          return used.count(picture.lexically_normal()) == 0 && stem.extension() != ".mask" &&
+                 !optim::IsPicture(picture.parent_path() / stem);
+        }));
   }
 
   void UseMasks(std::size_t count) {

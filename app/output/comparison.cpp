@@ -70,14 +70,6 @@ std::map<std::string, std::string> SettingsOf(const ComparedRun& run) {
   return settings;
 }
 
-/// A figure of the comparison: its key in JSON, heading, and value of a run.
-struct Column {
-  const char* key;
-  const char* heading;
-  double (*value)(const ComparedRun& run);
-  std::string (*text)(double value);
-};
-
 template <double optim::StageReport::*member>
 double OfLastStage(const ComparedRun& run) {
   const optim::StageReport* last = LastStage(run);
@@ -85,38 +77,6 @@ double OfLastStage(const ComparedRun& run) {
 }
 std::string Decibels(double value) { return fmt::format("{:.2f} dB", value); }
 std::string Share(double value) { return fmt::format("{:.4f}", value); }
-
-const std::vector<Column>& Columns() {
-  using optim::StageReport;
-  static const std::vector<Column> columns = {
-      {"psnr_srgb_val_db",
-       "PSNR sRGB held out",
-       OfLastStage<&StageReport::psnr_srgb_val>,
-       Decibels},
-      {"psnr_srgb_fit_db", "PSNR sRGB fitted", OfLastStage<&StageReport::psnr_srgb_fit>, Decibels},
-      {"iou_val", "IoU held out", OfLastStage<&StageReport::iou_val>, Share},
-      {"iou_fit", "IoU fitted", OfLastStage<&StageReport::iou_fit>, Share},
-      {"cost_after",
-       "Cost",
-       OfLastStage<&StageReport::cost_after>,
-       [](double value) { return fmt::format("{:.3e}", value); }},
-      {"rounds",
-       "Rounds",
-       [](const ComparedRun& run) {
-         const auto& rounds = run.data.history.rounds;
-         return rounds.empty() ? 0.0 : static_cast<double>(rounds.back().step);
-       },
-       [](double value) { return fmt::format("{:.0f}", value); }},
-      {"wall_s",
-       "Time",
-       [](const ComparedRun& run) { return run.data.record.wall_s; },
-       [](double value) { return DurationText(value); }},
-      {"peak_rss_mb",
-       "Memory",
-       [](const ComparedRun& run) { return run.data.record.peak_rss_mb; },
-       [](double value) { return fmt::format("{:.0f} MB", value); }}};
-  return columns;
-}
 
 std::string Shortened(std::string text) {
   if (text.size() <= kWidestValue) return text;
@@ -129,24 +89,6 @@ std::string Shortened(std::string text) {
 std::size_t WidthOf(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count_if(
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; }));
-}
-
-/// Columns as wide as they need to be; the first is left-aligned.
-std::string AlignedTable(const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> widths(rows.front().size());
-  for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], WidthOf(row[i]));
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string space(widths[i] - WidthOf(row[i]), ' ');
-      const bool is_last = i + 1 == row.size();
-      text += i == 0 ? row[i] + (is_last ? "" : space) : "  " + space + row[i];
-    }
-    text += "\n";
-  }
-  return text;
 }
 
 Json PictureJson(const std::string& jpeg) {
@@ -214,6 +156,55 @@ Json ViewJson(const ComparedView& view, const std::vector<ComparedRun>& runs) {
 
 }  // namespace
 
+const std::vector<FigureColumn>& FigureColumns() {
+  using optim::StageReport;
+  static const std::vector<FigureColumn> columns = {
+      {"psnr_srgb_val_db",
+       "PSNR sRGB held out",
+       OfLastStage<&StageReport::psnr_srgb_val>,
+       Decibels},
+      {"psnr_srgb_fit_db", "PSNR sRGB fitted", OfLastStage<&StageReport::psnr_srgb_fit>, Decibels},
+      {"iou_val", "IoU held out", OfLastStage<&StageReport::iou_val>, Share},
+      {"iou_fit", "IoU fitted", OfLastStage<&StageReport::iou_fit>, Share},
+      {"cost_after",
+       "Cost",
+       OfLastStage<&StageReport::cost_after>,
+       [](double value) { return fmt::format("{:.3e}", value); }},
+      {"rounds",
+       "Rounds",
+       [](const ComparedRun& run) {
+         const auto& rounds = run.data.history.rounds;
+         return rounds.empty() ? 0.0 : static_cast<double>(rounds.back().step);
+       },
+       [](double value) { return fmt::format("{:.0f}", value); }},
+      {"wall_s",
+       "Time",
+       [](const ComparedRun& run) { return run.data.record.wall_s; },
+       [](double value) { return DurationText(value); }},
+      {"peak_rss_mb",
+       "Memory",
+       [](const ComparedRun& run) { return run.data.record.peak_rss_mb; },
+       [](double value) { return fmt::format("{:.0f} MB", value); }}};
+  return columns;
+}
+
+std::string AlignedTable(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], WidthOf(row[i]));
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string space(widths[i] - WidthOf(row[i]), ' ');
+      const bool is_last = i + 1 == row.size();
+      text += i == 0 ? row[i] + (is_last ? "" : space) : "  " + space + row[i];
+    }
+    text += "\n";
+  }
+  return text;
+}
+
 std::vector<ComparedRun> LoadRuns(const std::vector<RunDirectory>& directories) {
   std::vector<ComparedRun> runs;
   for (const RunDirectory& directory : directories) {
@@ -255,7 +246,7 @@ std::vector<Difference> DifferencesOf(const std::vector<ComparedRun>& runs) {
 
 Json ComparisonFigures(const std::vector<ComparedRun>& runs) {
   Json json = {{"columns", Json::array()}, {"runs", Json::array()}, {"differences", Json::array()}};
-  for (const Column& column : Columns()) {
+  for (const FigureColumn& column : FigureColumns()) {
     json["columns"].push_back({{"key", column.key}, {"heading", column.heading}});
   }
   for (const ComparedRun& run : runs) {
@@ -264,7 +255,7 @@ Json ComparisonFigures(const std::vector<ComparedRun>& runs) {
                 {"run_path", run.data.run_path},
                 {"status", run.data.status},
                 {"stage", last == nullptr ? "" : last->stage}};
-    for (const Column& column : Columns()) one[column.key] = ToJson(column.value(run));
+    for (const FigureColumn& column : FigureColumns()) one[column.key] = ToJson(column.value(run));
     json["runs"].push_back(std::move(one));
   }
   for (const Difference& difference : DifferencesOf(runs)) {
@@ -275,10 +266,10 @@ Json ComparisonFigures(const std::vector<ComparedRun>& runs) {
 
 std::string ComparisonTable(const std::vector<ComparedRun>& runs) {
   std::vector<std::vector<std::string>> rows = {{"Run", "Status"}};
-  for (const Column& column : Columns()) rows.front().emplace_back(column.heading);
+  for (const FigureColumn& column : FigureColumns()) rows.front().emplace_back(column.heading);
   for (const ComparedRun& run : runs) {
     auto& row = rows.emplace_back(std::vector{WithoutControls(run.label), run.data.status});
-    for (const Column& column : Columns()) {
+    for (const FigureColumn& column : FigureColumns()) {
       const double value = column.value(run);
       row.push_back(std::isfinite(value) ? column.text(value) : "-");
     }

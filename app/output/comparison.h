@@ -24,6 +24,18 @@ struct Difference {
 };
 std::vector<Difference> DifferencesOf(const std::vector<ComparedRun>& runs);
 
+/// A figure of a run in tables: its key in JSON, heading, value, and that as text.
+struct FigureColumn {
+  const char* key;
+  const char* heading;
+  double (*value)(const ComparedRun& run);  ///< NaN where it is not known
+  std::string (*text)(double value);
+};
+const std::vector<FigureColumn>& FigureColumns();
+
+/// Columns as wide as they need to be; the first is left-aligned.
+std::string AlignedTable(const std::vector<std::vector<std::string>>& rows);
+
 /// Result of each run as figures (`runs`, with `label` and `run_path`), and `differences`: what
 /// `pathfit compare --json` prints.
 Json ComparisonFigures(const std::vector<ComparedRun>& runs);

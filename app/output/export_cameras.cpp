@@ -86,7 +86,8 @@ Json MatrixRows(const Transform& t) {
 }  // namespace
 
 std::string TransformsJson(const std::vector<Camera>& cameras,
-                           const std::vector<std::string>& image_paths) {
+                           const std::vector<std::string>& image_paths,
+                           double metres_per_unit) {
   PATHFIT_CHECK(cameras.size() == image_paths.size());
   Json frames = Json::array();
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -109,7 +110,9 @@ std::string TransformsJson(const std::vector<Camera>& cameras,
     frame["transform_matrix"] = MatrixRows(renderer::CameraPose(c));
     frames.push_back(std::move(frame));
   }
-  const Json file = {{"frames", std::move(frames)}};
+  Json file = Json::object();
+  if (metres_per_unit > 0.0) file["metres_per_unit"] = metres_per_unit;
+  file["frames"] = std::move(frames);
   return JsonText(file, 1) + "\n";
 }
 

@@ -11,8 +11,10 @@ namespace pathfit::app {
 /// nerfstudio's transforms.json: per-frame intrinsics, camera-to-world matrices in the scene's own
 /// frame and unit, x right, y up, looking along -z, pixel origin at the image corner; orthographic
 /// cameras are ORTHOGRAPHIC with pixels per unit for focal lengths. One path per camera.
+/// `metres_per_unit` is left out if it is 0, not known.
 std::string TransformsJson(const std::vector<renderer::Camera>& cameras,
-                           const std::vector<std::string>& image_paths);
+                           const std::vector<std::string>& image_paths,
+                           double metres_per_unit = 0.0);
 
 /// A COLMAP text model without points: world-to-camera, x right, y down, z forward, pixel origin at
 /// the image corner. PINHOLE without distortion, OPENCV without k3, FULL_OPENCV otherwise; equal

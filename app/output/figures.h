@@ -78,8 +78,8 @@ struct Fields<optim::RoundReport> {
                  .unit = "dB",
                  .label = "held out",
                  .chart = kPsnr,
-                 .plain = " val_psnr={:.1f}",
-                 .status = "  val {:.1f} dB"},
+                 .plain = " val_psnr_linear={:.1f}",
+                 .status = "  held out {:.1f} dB linear"},
           r.psnr_linear_val);
     visit(Figure{.key = "iou_fit", .unit = "IoU", .label = "fitted", .chart = kIou}, r.iou_fit);
     visit(Figure{.key = "iou_val", .unit = "IoU", .label = "held out", .chart = kIou}, r.iou_val);
@@ -150,7 +150,7 @@ struct Fields<optim::StageReport> {
                  .unit = "dB",
                  .label = "PSNR sRGB, fitted",
                  .plain = " fit_psnr_srgb={:.2f}",
-                 .status = ", PSNR {:.2f} dB fitted"},
+                 .status = ", PSNR sRGB {:.2f} dB fitted"},
           r.psnr_srgb_fit);
     visit(Figure{.key = "psnr_srgb_val_db",
                  .unit = "dB",

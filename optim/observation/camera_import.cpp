@@ -68,6 +68,8 @@ constexpr std::array<CameraFormat, 2> kFormats = {{
 }};
 
 constexpr double kRotationTolerance = 1e-4;
+/// What rounding leaves of a rotation: nothing to mend.
+constexpr double kRounding = 4e-15;
 /// The error squares each time: 1e-4 is far below rounding after three.
 constexpr int kPolarIterations = 6;
 
@@ -140,6 +142,7 @@ Mat3 ExactRotation(const Mat3& matrix, const std::string& place) {
                   determinant);
     throw IoError(place + text);
   }
+  if (error <= kRounding) return matrix;  // so that what we wrote is read to the same bits
   Mat3 rotation = matrix;
   for (int i = 0; i < kPolarIterations; ++i) {
     // Newton's iteration for the polar factor: R <- (R + R^-T) / 2, the cofactors being the inverse

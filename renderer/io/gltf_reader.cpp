@@ -251,6 +251,10 @@ class GltfReader {
     }
     // Some of what is malformed is left out by the parser and mentioned.
     if (done && problem.empty()) return;
+    // Without its compression the parser finds buffers missing.
+    for (const char* name : kCompressions) {
+      if (json.find('"' + std::string(name) + '"') != std::string_view::npos) FailExtension(name);
+    }
     std::ranges::replace(problem, '\n', ' ');
     while (problem.ends_with(' ')) problem.pop_back();
     for (const std::string& uri : access_.far) {
@@ -311,16 +315,22 @@ class GltfReader {
     }
   }
 
+  static constexpr std::array<const char*, 3> kCompressions = {
+      "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
+
+  [[noreturn]] void FailExtension(const std::string& name) const {
+    Fail("it needs the extension '" + name.substr(0, 100) + "', which is not supported" +
+         (std::ranges::find(kCompressions, name) != kCompressions.end()
+              ? "; write the file without compression"
+              : ""));
+  }
+
   void CheckExtensions() {
     if (!model_.asset.version.starts_with("2.")) {
       Fail("glTF of version '" + model_.asset.version.substr(0, 32) + "'; only 2 can be read");
     }
     for (const std::string& name : model_.extensionsRequired) {
-      if (IsKnownExtension(name)) continue;
-      Fail("it needs the extension '" + name.substr(0, 100) + "', which is not supported" +
-           (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression"
-                ? "; write the file without compression"
-                : ""));
+      if (!IsKnownExtension(name)) FailExtension(name);
     }
     for (const std::string& name : model_.extensionsUsed) {
       // Those of materials are named with the material.

@@ -25,6 +25,11 @@ def main(build, root, compiler):
                 sys.exit(f"{header}: {wrong[0]} is not installed")
         if "pathfit" not in run(prefix / "bin/pathfit", "--version"):
             sys.exit("bin/pathfit --version does not name the program")
+        for file, text in (("man/man1/pathfit.1", ".TH PATHFIT"), ("bash-completion/completions/pathfit", "complete -F"),
+                           ("zsh/site-functions/_pathfit", "#compdef pathfit"),
+                           ("fish/vendor_completions.d/pathfit.fish", "complete -c pathfit")):
+            if text not in (prefix / "share" / file).read_text():
+                sys.exit(f"share/{file} does not hold {text}")
         run("cmake", "-S", root / "tests/install", "-B", program, f"-DCMAKE_PREFIX_PATH={prefix}",
             f"-DCMAKE_CXX_COMPILER={compiler}")
         run("cmake", "--build", program)

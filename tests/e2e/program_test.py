@@ -120,7 +120,7 @@ class Program(unittest.TestCase):
                    "blender": ["blender_setup.py", "axe.glb", "environment.exr", "environment.hdr"]}
         out = run("export", run_folder, "--to", ",".join(formats), "--json")
         self.assertEqual(out.returncode, 0, out.stderr)
-        files = json.loads(out.stdout)
+        files = json.loads(out.stdout)["files"]
         for name, expected in formats.items():
             folder = run_folder / "export" / name
             self.assertEqual(files[name], [str(folder / file) for file in expected])

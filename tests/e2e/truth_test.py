@@ -129,4 +129,5 @@ class Truth(unittest.TestCase):
         self.assertEqual(run("eval", self.folder / "set").returncode, 4)
 
 
-unittest.main(argv=sys.argv[:1], verbosity=2)
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)

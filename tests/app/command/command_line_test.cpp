@@ -162,8 +162,8 @@ TEST(CommandLine, EnvironmentGivesDefaultsOnly) {
 TEST(CommandLine, MistakesAreNamed) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{},
-       "pathfit: a command is needed: init, check, fit, resume, render, export, compare, "
-       "synth, eval, gradcheck, info, version, help"},
+       "pathfit: a command is needed: init, check, fit, resume, render, export, report, compare, "
+       "eval, sweep, synth, convert, gradcheck, config, completion, info, version, help"},
       {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
       {{"fit", "c.yaml", "-o", ""}, "pathfit fit: --output: '' is not a path"},
       {{"help", "rendr"}, "pathfit: unknown command 'rendr' (did you mean 'render'?)"},
@@ -225,6 +225,32 @@ TEST(CommandLine, MistakesAreNamed) {
       {{"synth", "c.yaml", "--quality", "9"}, "pathfit synth: --quality needs --format jpg"},
       {{"synth", "c.yaml", "--format", "gif"},
        "pathfit synth: --format: 'gif' is not one of: exr, png, jpg"},
+      {{"export", "run", "--to", "trnasforms"},
+       "pathfit export: --to: 'trnasforms' is not one of: glb, obj, ply, colmap, transforms, "
+       "blender (did you mean 'transforms'?)"},
+      {{"config", "shwo", "a.yaml"}, "pathfit config: 'shwo' is not known (did you mean 'show'?)"},
+      {{"config"}, "pathfit config: show|default|schema is missing"},
+      {{"config", "show"}, "pathfit config: show: CONFIG is missing"},
+      {{"config", "schema", "a.yaml"}, "pathfit config: schema takes no CONFIG; only show does"},
+      {{"config", "default", "--set", "a=1"}, "pathfit config: --set needs show"},
+      {{"completion", "csh"}, "pathfit completion: 'csh' is not known (did you mean 'zsh'?)"},
+      {{"convert", "meshes", "a", "b"}, "pathfit convert: 'meshes' is not known (known: cameras)"},
+      {{"convert", "cameras", "a"}, "pathfit convert: OUT is missing"},
+      {{"sweep", "a.yaml"}, "pathfit sweep: nothing varies; give --vary KEY=A,B or --seeds N"},
+      {{"sweep", "a.yaml", "--vary", "seed"}, "pathfit sweep: --vary: 'seed' is not KEY=A,B,C"},
+      {{"sweep", "a.yaml", "--vary", "seed=1,,2"},
+       "pathfit sweep: --vary: 'seed=1,,2' has an empty value"},
+      {{"sweep", "a.yaml", "--vary", "seed=1,1"}, "pathfit sweep: --vary: 'seed=1,1' has 1 twice"},
+      {{"sweep", "a.yaml", "--vary", "seed=1", "--vary", "seed=2"},
+       "pathfit sweep: --vary: seed is given twice"},
+      {{"sweep", "a.yaml", "--vary", "output.directory=a,b"},
+       "pathfit sweep: --vary: each run has its folder below that of -o"},
+      {{"sweep", "a.yaml", "--vary", "seed=1", "--seeds", "3"},
+       "pathfit sweep: --seeds and --vary seed= exclude each other"},
+      {{"sweep", "a.yaml", "--seeds", "0"},
+       "pathfit sweep: --seeds: '0' is not a whole number from 1 to 10000"},
+      {{"report", "run", "--max-size-mb", "0"},
+       "pathfit report: --max-size-mb: '0' is not a number from 0.1 to 1000"},
       {{"eval", "run", "--env", "a.hdr"}, "pathfit eval: --env needs --truth"},
       {{"fit", "\xff"}, "pathfit: an argument is not UTF-8 text"},
   };

@@ -53,6 +53,27 @@ TEST(ConfigFiles, TheReferencePageIsUpToDate) {
       << path << " is out of date; run this test with PATHFIT_UPDATE_DOCS=1";
 }
 
+TEST(ConfigFiles, TheListOfAllSettingsHoldsTheDefaults) {
+  const std::string text = SchemaYaml();
+  for (const SchemaNode& child : ConfigSchema().children) {
+    const bool open = text.find("\n" + child.key + ":") != std::string::npos;
+    EXPECT_TRUE(open || text.find("\n# " + child.key + ":") != std::string::npos) << child.key;
+  }
+  EXPECT_NE(text.find("  # Samples per pixel of `pathfit render`."), std::string::npos);
+  EXPECT_NE(text.find("#           # Radius."), std::string::npos) << "also of what is optional";
+  // With a scene it is the same as the scene alone.
+  const std::string scene =
+      "scene: {geometry: {ball: {primitive: {sphere: {}}, material: grey}}, materials: {grey: "
+      "{model: diffuse, base_color: {constant: [0.5, 0.5, 0.5]}}}, "
+      "sensors: {eye: {size_px: [8, 8], fov_deg: 40, pose: {look_at: {origin_m: [0, 0, 4], "
+      "target_m: [0, 0, 0]}}}}}\n";
+  const ConfigFile file(text + scene);
+  const ExperimentConfig all = LoadExperimentConfig(file.path(), {});
+  file.Write("schema: 1\n" + scene);
+  const ExperimentConfig alone = LoadExperimentConfig(file.path(), {});
+  EXPECT_TRUE(SameValues(all.resolved, alone.resolved)) << ResolvedText(all) << ResolvedText(alone);
+}
+
 TEST(ConfigFiles, TheTableOfKindsNamesEveryLightThatShines) {
   std::string named;
   std::istringstream lines(SchemaMarkdown());

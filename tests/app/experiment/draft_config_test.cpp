@@ -118,6 +118,18 @@ TEST_F(DraftConfigTest, FindsCamerasAbovePhotosAndStartsFromASphereWithoutMasks)
   }
 }
 
+TEST_F(DraftConfigTest, MasksBesideThePhotosAreNotPhotos) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "images", false);
+  std::ofstream(top() / "images/other.mask.png") << "of a photo that is not there";
+  FoundInput input = FindInput({.photos = top()});
+  EXPECT_EQ(input.num_masks, std::size_t{kViews});
+  EXPECT_EQ(input.num_without_camera, 0U);
+  fs::copy(top() / paths_[0], top() / "images/other.png");
+  input = FindInput({.photos = top()});
+  EXPECT_EQ(input.num_without_camera, 1U);
+}
+
 TEST_F(DraftConfigTest, SeesInvertedMasksAndThatSomeAreMissing) {
   WriteSet(top(), Cameras::kTransforms);
   WriteMasks(top() / "object_masks", true, kViews - 1);

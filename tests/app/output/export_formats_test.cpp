@@ -1,11 +1,14 @@
 #include <cmath>
+#include <fstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "app/output/export_blender.h"
+#include "app/output/export_cameras.h"
 #include "app/output/export_obj.h"
 #include "app/output/fields.h"
+#include "optim/observation/camera_import.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
@@ -91,6 +94,57 @@ Json DataOf(const std::string& script) {
   const std::size_t at = script.find(begin) + begin.size();
   const std::string literal = script.substr(at, script.find('\n', at) - at - 1);
   return Json::parse(Json::parse(literal).get<std::string>());
+}
+
+TEST_F(ExportFormatsTest, CamerasReadBackToTheSameBits) {
+  std::vector<renderer::Camera> cameras(200);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const auto t = static_cast<double>(i);
+    renderer::Camera& camera = cameras[i];
+    names.push_back("photo " + std::to_string(i) + ".jpg");
+    camera.name = names.back();
+    camera.width = 640;
+    camera.height = 480;
+    camera.fx = 500.0 + 1.0 / 3.0 * t;
+    camera.fy = 501.0 - 0.1 * t;
+    camera.cx = 320.1;
+    camera.cy = 239.7;
+    camera.distortion = {.k1 = 0.1 / (1.0 + t), .k2 = -1e-3 * t, .k3 = 1e-7 * t, .p1 = 1e-4};
+    camera.world_from_camera = {renderer::RotationFromVector({0.1 * t, std::sin(t), -0.03 * t}),
+                                {t / 7.0, -1.0 / 3.0, 2.0}};
+    camera.rotation = {0.01 * std::cos(t), 0.3, 0.002 * t};  // two rotations' rounding
+  }
+  const fs::path path = folder_ / "transforms.json";
+  std::ofstream(path) << TransformsJson(cameras, names, 1.0 / 3.0);
+  const optim::ImportedCameras read = optim::ImportCameras(path, "auto");
+  EXPECT_EQ(read.metres_per_unit, 1.0 / 3.0);
+  std::vector<renderer::Camera> again;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const renderer::Camera& camera = again.emplace_back(read.cameras[i].camera);
+    const renderer::Transform pose = renderer::CameraPose(cameras[i]);
+    EXPECT_EQ(camera.world_from_camera.linear.x, pose.linear.x) << i;
+    EXPECT_EQ(camera.world_from_camera.linear.y, pose.linear.y) << i;
+    EXPECT_EQ(camera.world_from_camera.linear.z, pose.linear.z) << i;
+    EXPECT_EQ(camera.world_from_camera.translation, pose.translation) << i;
+    EXPECT_EQ(camera.fx, cameras[i].fx);
+    EXPECT_EQ(camera.cy, cameras[i].cy);
+    EXPECT_EQ(camera.distortion.k3, cameras[i].distortion.k3);
+  }
+  EXPECT_EQ(TransformsJson(again, names, 1.0 / 3.0), renderer::ReadWholeFile(path));
+  // Quaternions hold a rotation to rounding only.
+  const ColmapText text = ColmapModel(cameras, names);
+  std::ofstream(folder_ / "cameras.txt") << text.cameras;
+  std::ofstream(folder_ / "images.txt") << text.images;
+  const optim::ImportedCameras colmap = optim::ImportCameras(folder_, "colmap");
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const renderer::Transform& a = colmap.cameras[i].camera.world_from_camera;
+    const renderer::Transform b = renderer::CameraPose(cameras[i]);
+    EXPECT_LT(Norm(a.linear.x - b.linear.x) + Norm(a.linear.y - b.linear.y), 5e-15);
+    EXPECT_LT(Norm(a.translation - b.translation), 1e-13);
+    EXPECT_EQ(colmap.cameras[i].camera.fx, cameras[i].fx);
+    EXPECT_EQ(colmap.cameras[i].image, names[i]);
+  }
 }
 
 TEST_F(ExportFormatsTest, BlenderGetsCamerasLightsAndMeshes) {

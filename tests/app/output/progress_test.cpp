@@ -56,10 +56,11 @@ optim::RoundReport DocumentedRound() {
 }
 
 TEST(StatusLine, LooksAsDocumented) {
-  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 100, true, false),
-            "[2/4 shape] ██████████░░░░░░░░░░ 31/60  cost 3.214e-03 (-1.8 %)  val 27.9 dB  "
-            "7.9 s/it  ETA 3:49");
-  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 100, false, false).substr(0, 40),
+  EXPECT_EQ(
+      StatusLine(DocumentedRound(), 7.9, 110, true, false),
+      "[2/4 shape] ██████████░░░░░░░░░░ 31/60  cost 3.214e-03 (-1.8 %)  held out 27.9 dB linear  "
+      "7.9 s/it  ETA 3:49");
+  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 110, false, false).substr(0, 40),
             "[2/4 shape] ##########---------- 31/60  ");
 }
 
@@ -81,7 +82,7 @@ TEST(StatusLine, LeavesOutWhatIsNotANumber) {
 TEST(PlainLine, LooksAsDocumented) {
   EXPECT_EQ(PlainLine(DocumentedRound(), 7.9, "2026-11-21T03:47:12Z"),
             "2026-11-21T03:47:12Z info stage=shape it=31/60 cost=3.214e-03 dcost=-1.8% "
-            "val_psnr=27.9 s_per_it=7.9 eta_s=229");
+            "val_psnr_linear=27.9 s_per_it=7.9 eta_s=229");
 }
 
 TEST(JsonLine, IsOneJsonObject) {

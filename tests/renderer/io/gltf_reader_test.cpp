@@ -634,6 +634,14 @@ TEST(GltfReader, WrongElementsAreRefusedByName) {
       {set("/extensionsRequired", {"KHR_draco_mesh_compression"}),
        "needs the extension 'KHR_draco_mesh_compression', which is not supported; write the file "
        "without compression"},
+      {[](GltfMaker& maker) {
+         maker.json["extensionsRequired"] = {"EXT_meshopt_compression"};
+         maker.json["buffers"].push_back(
+             {{"byteLength", 64},
+              {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
+       },
+       "needs the extension 'EXT_meshopt_compression', which is not supported; write the file "
+       "without compression"},
       {set("/scene", 7), "there is no scene 7; the file has 1"},
       {set("/scenes/0/nodes", {4}), "scene 0: there is no node 4"},
       {set("/scenes/0/nodes", Json::array()), "no triangle, light or camera"},

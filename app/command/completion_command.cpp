@@ -1,0 +1,33 @@
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "app/command/command_line.h"
+#include "app/command/command_reference.h"
+#include "app/command/shell_completion.h"
+
+namespace pathfit::app {
+namespace {
+
+ExitStatus Run(CommandContext& context) {
+  const std::string what = context.line.target.string();
+  const DeclaredProgram program = DescribeProgram();
+  if (context.line.json) throw UsageError("completion", "it is a script: --json has no use");
+  fmt::print("{}",
+             what == "bash"   ? BashCompletion(program)
+             : what == "zsh"  ? ZshCompletion(program)
+             : what == "fish" ? FishCompletion(program)
+                              : ManPage(program, PATHFIT_VERSION));
+  return ExitStatus::kFinished;
+}
+
+}  // namespace
+
+extern const Command kCompletionCommand = {
+    "completion",
+    "Prints a script that completes commands and options in a shell, or the man page",
+    "bash|zsh|fish|man",
+    nullptr,
+    Run};
+
+}  // namespace pathfit::app

@@ -1,0 +1,164 @@
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "app/command/command_line.h"
+#include "app/command/result.h"
+#include "app/config/near_path.h"
+#include "app/config/nearest_name.h"
+#include "app/output/export_cameras.h"
+#include "optim/observation/camera_import.h"
+#include "optim/observation/photo_file.h"
+#include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::IoError;
+
+/// Every format that is read, as a type of an option.
+const char* FromWords() {
+  static const std::string words = [] {
+    std::string joined;
+    for (const std::string& word : optim::CameraFormatWords()) {
+      joined += (joined.empty() ? "" : "|") + word;
+    }
+    return joined;
+  }();
+  return words.c_str();
+}
+
+struct Cameras {
+  std::vector<renderer::Camera> cameras;
+  /// Of the photos: seen from the folder that holds them all, and from the folder of OUT.
+  std::vector<std::string> names, paths;
+};
+
+/// The deepest folder above all of them; empty if there is none.
+fs::path CommonFolder(const std::vector<fs::path>& files) {
+  fs::path common = files.empty() ? fs::path() : files.front().parent_path();
+  for (const fs::path& file : files) {
+    while (!common.empty() && *file.lexically_relative(common).begin() == "..") {
+      common = common == common.root_path() ? fs::path() : common.parent_path();
+    }
+  }
+  return common;
+}
+
+/// Photos that are there get a path to them; the others stay called as they are.
+Cameras Complete(const optim::ImportedCameras& imported,
+                 const fs::path& photos,
+                 const fs::path& folder) {
+  Cameras result;
+  std::vector<fs::path> found;
+  for (const optim::ImportedCamera& camera : imported.cameras) {
+    const optim::FileSearch photo = optim::FindPhoto(camera.image, imported, photos);
+    int width = camera.camera.width;
+    int height = camera.camera.height;
+    if (width == 0) {  // only the photo knows
+      if (!photo.found) {
+        throw IoError(camera.place + ": says no size (w, h), and the photo " + camera.image +
+                      " is not there to tell (tried: " + optim::TriedNames(photo) +
+                      "); --images DIR names its folder");
+      }
+      const renderer::Image image = optim::ReadPhotoFile(*photo.found, {}).photo;
+      width = image.width;
+      height = image.height;
+    }
+    result.cameras.push_back(optim::CompleteCamera(camera, width, height));
+    result.names.push_back(fs::path(camera.image).lexically_normal().generic_string());
+    if (photo.found) found.push_back(fs::absolute(*photo.found).lexically_normal());
+    result.paths.push_back(
+        photo.found ? NearPath(fs::absolute(*photo.found), folder).generic_string() : camera.image);
+  }
+  if (found.size() < result.names.size()) return result;
+  const fs::path common = CommonFolder(found);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    result.names[i] = found[i].lexically_relative(common).generic_string();
+  }
+  return result;
+}
+
+void Declare(OptionList& options, CommandLine& line) {
+  options.Word("--from", FromWords(), "Format of IN", line.from);
+  options.Word("--to",
+               "transforms|colmap",
+               "Format of OUT; else transforms for a .json file, colmap for a folder",
+               line.to);
+  options.Path("--images", "DIR", "Folder of the photos, if IN does not lead there", line.images);
+  options.Flag("--force", "Overwrites existing files", line.force);
+}
+
+constexpr ResultKey kResult[] = {{"from", "text", "Format that was read"},
+                                 {"to", "text", "Format that was written"},
+                                 {"cameras", "whole", "Number of posed photos"},
+                                 {"files", "list", "Paths that were written"}};
+
+ExitStatus Run(CommandContext& context) {
+  const CommandLine& line = context.line;
+  const fs::path out = fs::absolute(line.targets[2]).lexically_normal();
+  const std::string to = !line.to.empty()             ? line.to
+                         : out.extension() == ".json" ? "transforms"
+                                                      : "colmap";
+  const bool is_file = to == "transforms" && out.extension() == ".json";
+  const fs::path folder = is_file ? out.parent_path() : out;
+  if (!is_file && fs::exists(out) && !fs::is_directory(out)) {
+    throw UsageError("convert", out.string() + " is a file, but " + to + " needs a folder");
+  }
+  const optim::ImportedCameras imported = optim::ImportCameras(line.targets[1], line.from);
+  const Cameras cameras =
+      Complete(imported, line.images.empty() ? fs::path() : fs::absolute(line.images), folder);
+  if (std::ranges::any_of(imported.cameras, [](const auto& c) { return !c.mask.empty(); })) {
+    context.log.Warn("the masks that the file names are not written; copy them beside the photos");
+  }
+  std::vector<std::pair<fs::path, std::string>> files;
+  if (to == "transforms") {
+    files.emplace_back(is_file ? out : out / "transforms.json",
+                       TransformsJson(cameras.cameras, cameras.paths, imported.metres_per_unit));
+  } else {
+    if (imported.metres_per_unit > 0.0) {
+      context.log.Warn(fmt::format("COLMAP models have no unit; that 1 unit is {} m is not written",
+                                   imported.metres_per_unit));
+    }
+    const ColmapText text = ColmapModel(cameras.cameras, cameras.names);
+    files = {{out / "cameras.txt", text.cameras},
+             {out / "images.txt", text.images},
+             {out / "points3D.txt", text.points}};
+  }
+  for (const auto& [path, text] : files) {
+    if (fs::exists(path) && !line.force) {
+      throw UsageError("convert", path.string() + " exists; --force overwrites it");
+    }
+  }
+  renderer::CreateFolders(folder);
+  Json written = Json::array();
+  for (const auto& [path, text] : files) {
+    renderer::WriteFileAtomically(path, text);
+    written.push_back(path.string());
+    if (!line.json) fmt::print("{}\n", path.string());
+  }
+  context.log.Info(fmt::format("{} cameras of {}", cameras.cameras.size(), imported.format));
+  if (line.json) {
+    PrintResult(context,
+                {{"from", imported.format},
+                 {"to", to},
+                 {"cameras", cameras.cameras.size()},
+                 {"files", std::move(written)}});
+  }
+  return ExitStatus::kFinished;
+}
+
+}  // namespace
+
+extern const Command kConvertCommand = {"convert",
+                                        "Writes the cameras of a file or folder in another format",
+                                        "cameras IN OUT",
+                                        Declare,
+                                        Run,
+                                        kResult};
+
+}  // namespace pathfit::app

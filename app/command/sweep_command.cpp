@@ -1,0 +1,498 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <set>
+#include <thread>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "app/command/command_line.h"
+#include "app/command/result.h"
+#include "app/command/run_scene.h"
+#include "app/command/stop_signals.h"
+#include "app/config/experiment_config.h"
+#include "app/output/comparison.h"
+#include "app/output/sha256.h"
+#include "renderer/core/error.h"
+#include "renderer/io/atomic_file.h"
+
+namespace pathfit::app {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::IoError;
+
+constexpr std::size_t kMostRuns = 10000;
+
+/// One of the settings that vary, and its values as they were written.
+struct Axis {
+  std::string key;
+  std::vector<std::string> values;
+};
+
+/// One run of the sweep: a value for each axis.
+struct Run {
+  std::string name;  ///< of its folder
+  std::vector<std::string> values;
+};
+
+struct Plan {
+  std::vector<Axis> axes;
+  std::vector<Run> runs;
+};
+
+/// "a,[1,2],'x,y'" at the commas outside of brackets and quotes.
+std::vector<std::string> SplitValues(const std::string& text) {
+  std::vector<std::string> values(1);
+  int depth = 0;
+  char quote = 0;
+  for (const char c : text) {
+    if (quote != 0) {
+      if (c == quote) quote = 0;
+    } else if (c == '\'' || c == '"') {
+      quote = c;
+    } else if (c == '[' || c == '{') {
+      ++depth;
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+    if (c == ',' && depth == 0 && quote == 0) {
+      values.emplace_back();
+    } else {
+      values.back() += c;
+    }
+  }
+  return values;
+}
+
+/// Of KEY=A,B,C.
+Axis ParseAxis(const std::string& word) {
+  const std::size_t equals = word.find('=');
+  return {word.substr(0, equals), SplitValues(word.substr(equals + 1))};
+}
+
+Axis CheckedAxis(const OptionList& options, const std::string& word) {
+  if (word.find('=') == std::string::npos || word.starts_with('=')) {
+    options.Fail("--vary: '" + word + "' is not KEY=A,B,C");
+  }
+  Axis axis = ParseAxis(word);
+  std::set<std::string> before;
+  for (const std::string& value : axis.values) {
+    if (value.empty()) options.Fail("--vary: '" + word + "' has an empty value");
+    if (!before.insert(value).second) {
+      options.Fail("--vary: '" + word + "' has " + value + " twice");
+    }
+  }
+  return axis;
+}
+
+void Declare(OptionList& options, CommandLine& line) {
+  options.ConfigOptions();
+  options.Texts("--vary", "KEY=A,B", "A setting and its values; may be repeated", line.vary);
+  options.Whole("--seeds", "Runs of each, with seeds that count up", 1, 10000, line.seeds);
+  options.Path("-o,--output", "DIR", "Folder of all runs; else sweeps/NAME here", line.output);
+  options.Flag(
+      "--list", "Prints a command for each run, for a job array, and runs none", line.list);
+  options.Whole(
+      "--only", "Runs this one of the list, from 1, and writes no table", 1, 10000, line.only);
+  options.Check([&options, &line] {
+    std::set<std::string> keys;
+    for (const std::string& word : line.vary) {
+      const std::string key = CheckedAxis(options, word).key;
+      if (!keys.insert(key).second) options.Fail("--vary: " + key + " is given twice");
+      if (key == "output.directory")
+        options.Fail("--vary: each run has its folder below that of -o");
+    }
+    const bool has_seeds = line.seeds > 1;
+    if (has_seeds && keys.count("seed") > 0)
+      options.Fail("--seeds and --vary seed= exclude each other");
+    if (keys.empty() && !has_seeds)
+      options.Fail("nothing varies; give --vary KEY=A,B or --seeds N");
+    if (line.list && options.Given("--only")) options.Fail("--list and --only exclude each other");
+  });
+}
+
+/// Overrides of one run: what the command line says of all, then its own values.
+std::vector<ConfigOverride> OverridesOf(const CommandLine& line, const Plan& plan, const Run& run) {
+  std::vector<ConfigOverride> overrides = line.overrides;
+  for (std::size_t i = 0; i < plan.axes.size(); ++i) {
+    overrides.push_back(
+        {"--vary #" + std::to_string(i + 1), plan.axes[i].key + "=" + run.values[i]});
+  }
+  return overrides;
+}
+
+/// The first axis turns slowest.
+Plan MakePlan(std::vector<Axis> axes) {
+  Plan plan{std::move(axes), {{}}};
+  plan.runs.front().values = {};
+  for (const Axis& axis : plan.axes) {
+    std::vector<Run> longer;
+    for (const Run& run : plan.runs) {
+      for (const std::string& value : axis.values) {
+        longer.push_back(run);
+        longer.back().values.push_back(value);
+      }
+    }
+    plan.runs = std::move(longer);
+    if (plan.runs.size() > kMostRuns) {
+      throw UsageError("sweep", fmt::format("more than {} runs", kMostRuns));
+    }
+  }
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+    std::string name = fmt::format("{:03}", i + 1);
+    for (std::size_t a = 0; a < plan.axes.size(); ++a) {
+      const std::string& key = plan.axes[a].key;
+      name += "_" + key.substr(key.rfind('.') + 1) + "=" + plan.runs[i].values[a];
+    }
+    plan.runs[i].name = SafeFileName(name);
+  }
+  return plan;
+}
+
+std::string ShellQuoted(const std::string& word) {
+  constexpr const char* kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./=:,+-";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+/// The same command for one run each: it can be stopped and repeated, alone or beside the others.
+std::vector<std::string> ListOf(const CommandLine& line, const Plan& plan) {
+  std::string command;
+  for (const std::string& word : line.arguments) {
+    if (word == "--list" || word == "--json") continue;
+    command += (command.empty() ? "" : " ") + ShellQuoted(word);
+  }
+  std::vector<std::string> list;
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+    list.push_back(fmt::format("{} --only {}", command, i + 1));
+  }
+  return list;
+}
+
+/// What makes a sweep this one, for sweep.json.
+Json PlanJson(const ExperimentConfig& config, const CommandLine& line, const Plan& plan) {
+  Json json = {{"config", config.path.string()},
+               {"config_sha256", Sha256Hex(config.given_text)},
+               {"overrides", Json::array()},
+               {"vary", Json::object()},
+               {"runs", Json::array()}};
+  for (const ConfigOverride& given : line.overrides) {
+    // Neither changes the result.
+    if (given.label != "--threads" && given.label != "--max-memory") {
+      json["overrides"].push_back(given.assignment);
+    }
+  }
+  for (const Axis& axis : plan.axes) json["vary"][axis.key] = axis.values;
+  for (const Run& run : plan.runs) json["runs"].push_back(run.name);
+  return json;
+}
+
+/// Begins the folder, or continues in that of the same sweep.
+void OpenFolder(const fs::path& folder, const Json& plan) {
+  const fs::path file = folder / "sweep.json";
+  if (fs::exists(file)) {
+    if (Json::parse(renderer::ReadWholeFile(file), nullptr, false) == plan) return;
+    throw UsageError("sweep",
+                     folder.string() +
+                         " holds another sweep (other values, or the config has changed); -o "
+                         "names another folder");
+  }
+  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder))) {
+    throw UsageError("sweep", folder.string() + " is not empty; -o names another folder");
+  }
+  renderer::CreateFolders(folder);
+  renderer::WriteFileAtomically(file, JsonText(plan) + "\n");
+}
+
+/// The program's own run of a command; its results are not shown. Ends with this process.
+ExitStatus RunProcess(const std::vector<std::string>& words, const StopSignals& signals) {
+  std::vector<std::string> copy = words;
+  std::vector<char*> argv;
+  for (std::string& word : copy) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child < 0) throw IoError("no process can be started: too many, or too little memory");
+  if (child == 0) {
+    setpgid(0, 0);  // Ctrl-C comes through this process, once
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) _exit(static_cast<int>(ExitStatus::kStopped));
+    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) dup2(nowhere, STDOUT_FILENO);
+    execv("/proc/self/exe", argv.data());
+    _exit(static_cast<int>(ExitStatus::kInternalError));
+  }
+  constexpr auto kPause = std::chrono::milliseconds(20);
+  bool told = false;
+  int status = 0;
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    if (!told && signals.Received()) {
+      kill(child, *signals.Received() == ExitStatus::kInterrupted ? SIGINT : SIGTERM);
+      told = true;
+    }
+    std::this_thread::sleep_for(kPause);
+  }
+  return WIFEXITED(status) ? static_cast<ExitStatus>(WEXITSTATUS(status))
+                           : ExitStatus::kInternalError;
+}
+
+/// What has become of a run's folder: "missing", or the status of its record.
+std::string StatusOf(const fs::path& folder) {
+  const RunDirectory run(folder);
+  return fs::exists(run.Record()) ? EffectiveStatus(ReadRunRecord(run.Record())) : "missing";
+}
+
+std::string StatusIn(const fs::path& sweep, const Run& run) {
+  return fs::is_directory(sweep / run.name) ? StatusOf(sweep / run.name) : "missing";
+}
+
+/// Begins or continues one run.
+ExitStatus DoRun(const CommandContext& context,
+                 const ExperimentConfig& config,
+                 const Plan& plan,
+                 const Run& run,
+                 const fs::path& sweep,
+                 const StopSignals& signals) {
+  const CommandLine& line = context.line;
+  const fs::path folder = sweep / run.name;
+  const std::string status = StatusIn(sweep, run);
+  if (status == "finished") return ExitStatus::kFinished;
+  if (status == "running") throw IoError(folder.string() + ": is being run by another process");
+  std::vector<std::string> words = {line.arguments.front()};
+  // A run that failed begins anew: its input may have been mended.
+  if (status == "stopped" || status == "killed") {
+    words.insert(words.end(), {"resume", folder.string()});
+  } else {
+    fs::remove_all(folder);  // of this sweep, and without a result
+    words.insert(words.end(), {"fit", config.path.string(), "-o", folder.string()});
+    for (const ConfigOverride& given : OverridesOf(line, plan, run)) {
+      words.insert(words.end(), {"--set", given.assignment});
+    }
+  }
+  if (line.threads) words.insert(words.end(), {"--threads", std::to_string(*line.threads)});
+  for (const char* global : {"--progress", "--color", "--log-level"}) {
+    const auto given = std::ranges::find(line.arguments, global);
+    if (given != line.arguments.end() && given + 1 != line.arguments.end()) {
+      words.insert(words.end(), {global, *(given + 1)});
+    }
+  }
+  if (line.log_level == LogLevel::kError) words.emplace_back("-q");
+  return RunProcess(words, signals);
+}
+
+/// One row for each run: its values, its status and what compare would say of it.
+Json TableOf(const Plan& plan, const fs::path& sweep) {
+  Json rows = Json::array();
+  for (const Run& run : plan.runs) {
+    Json row = {{"run", run.name}, {"status", StatusIn(sweep, run)}};
+    for (std::size_t i = 0; i < plan.axes.size(); ++i) row[plan.axes[i].key] = run.values[i];
+    if (row["status"] != "missing") {
+      const std::vector<ComparedRun> one = LoadRuns({RunDirectory(sweep / run.name)});
+      for (const FigureColumn& column : FigureColumns())
+        row[column.key] = ToJson(column.value(one[0]));
+    } else {
+      for (const FigureColumn& column : FigureColumns()) row[column.key] = nullptr;
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::string CsvOf(const Json& rows) {
+  std::string csv;
+  for (const auto& [key, value] : rows[0].items()) csv += (csv.empty() ? "" : ",") + CsvCell(key);
+  csv += "\n";
+  for (const Json& row : rows) {
+    std::string line;
+    for (const auto& [key, value] : row.items()) {
+      line += value.is_null()     ? ","
+              : value.is_string() ? CsvCell(value.get<std::string>()) + ","
+                                  : CsvCell(value.get<double>()) + ",";
+    }
+    line.back() = '\n';
+    csv += line;
+  }
+  return csv;
+}
+
+std::string TextOf(const Json& rows, const Plan& plan) {
+  std::vector<std::vector<std::string>> table = {{"Run"}};
+  for (const Axis& axis : plan.axes) table[0].push_back(axis.key);
+  table[0].emplace_back("Status");
+  for (const FigureColumn& column : FigureColumns()) table[0].emplace_back(column.heading);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    std::vector<std::string>& line = table.emplace_back();
+    line.push_back(std::to_string(i + 1));
+    for (const std::string& value : plan.runs[i].values) line.push_back(value);
+    line.push_back(rows[i]["status"].get<std::string>());
+    for (const FigureColumn& column : FigureColumns()) {
+      const Json& value = rows[i][column.key];
+      line.push_back(value.is_number() ? column.text(value.get<double>()) : "-");
+    }
+  }
+  return AlignedTable(table);
+}
+
+/// Means over the seeds, which turn fastest if they are the last axis; empty otherwise.
+std::string SeedsText(const Json& rows, const Plan& plan) {
+  const Axis& seeds = plan.axes.back();
+  const std::size_t count = seeds.values.size();
+  if (seeds.key != "seed" || count < 2) return "";
+  std::vector<std::vector<std::string>> table = {{"Runs"}};
+  for (const Axis& axis : plan.axes) {
+    if (&axis != &seeds) table[0].push_back(axis.key);
+  }
+  for (const FigureColumn& column : FigureColumns()) table[0].emplace_back(column.heading);
+  for (std::size_t first = 0; first < rows.size(); first += count) {
+    auto& line = table.emplace_back(std::vector{fmt::format("{}-{}", first + 1, first + count)});
+    const std::vector<std::string>& values = plan.runs[first].values;
+    line.insert(line.end(), values.begin(), values.end() - 1);
+    for (const FigureColumn& column : FigureColumns()) {
+      double n = 0.0, sum = 0.0, squares = 0.0;
+      for (std::size_t i = first; i < first + count; ++i) {
+        const Json& value = rows[i][column.key];
+        if (!value.is_number()) continue;
+        // Welford's recurrence.
+        const double step = value.get<double>() - (n > 0.0 ? sum / n : 0.0);
+        sum += value.get<double>();
+        n += 1.0;
+        squares += step * (value.get<double>() - sum / n);
+      }
+      line.push_back(n == 0.0   ? "-"
+                     : n == 1.0 ? column.text(sum)
+                                : column.text(sum / n) + " ± " +
+                                      column.text(std::sqrt(squares / (n - 1.0))));
+    }
+  }
+  return "\nMeans over seeds, with standard deviations:\n" + AlignedTable(table);
+}
+
+constexpr ResultKey kResult[] = {
+    {"folder", "text", "Of all runs"},
+    {"list", "list", "With --list: a command for each run; else empty"},
+    {"runs",
+     "list",
+     "Maps of run, status, the settings that vary and the figures of compare; null where a run has "
+     "none"},
+    {"files", "list", "Tables that were written"}};
+
+void PrintList(const CommandContext& context, const fs::path& folder, const Plan& plan) {
+  const std::vector<std::string> list = ListOf(context.line, plan);
+  if (context.line.json) {
+    PrintResult(context,
+                {{"folder", folder.string()},
+                 {"list", list},
+                 {"runs", Json::array()},
+                 {"files", Json::array()}});
+    return;
+  }
+  for (const std::string& command : list) fmt::print("{}\n", command);
+  context.log.Info(
+      "one run of a job array: sh -c \"$(sed -n \"${SLURM_ARRAY_TASK_ID}p\" LIST)\"; the table: "
+      "the "
+      "same command without --list once all are done");
+}
+
+void WriteTable(const CommandContext& context, const fs::path& folder, const Plan& plan) {
+  const Json rows = TableOf(plan, folder);
+  const fs::path csv = folder / "table.csv";
+  const fs::path json = folder / "table.json";
+  renderer::WriteFileAtomically(csv, CsvOf(rows));
+  renderer::WriteFileAtomically(json, JsonText(rows) + "\n");
+  if (context.line.json) {
+    PrintResult(context,
+                {{"folder", folder.string()},
+                 {"list", Json::array()},
+                 {"runs", rows},
+                 {"files", Json::array({csv.string(), json.string()})}});
+  } else {
+    fmt::print("{}{}", TextOf(rows, plan), SeedsText(rows, plan));
+  }
+  context.log.Info("tables: " + csv.string() + ", " + json.string());
+}
+
+ExitStatus RunSweep(CommandContext& context) {
+  const CommandLine& line = context.line;
+  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  RequireFittable(config, "");
+  std::vector<Axis> axes;
+  for (const std::string& word : line.vary) axes.push_back(ParseAxis(word));
+  if (line.seeds > 1) {
+    Axis& seeds = axes.emplace_back(Axis{"seed", {}});
+    for (int i = 0; i < line.seeds; ++i) {
+      seeds.values.push_back(std::to_string(config.render.seed + static_cast<std::uint64_t>(i)));
+    }
+  }
+  const Plan plan = MakePlan(std::move(axes));
+  for (const Run& run : plan.runs) {  // nothing runs unless all can
+    RequireFittable(LoadExperimentConfig(line.target, OverridesOf(line, plan, run)), "");
+  }
+  const fs::path folder =
+      fs::absolute(line.output.empty() ? fs::path("sweeps") / config.name : line.output)
+          .lexically_normal();
+  if (line.list) {
+    PrintList(context, folder, plan);
+    return ExitStatus::kFinished;
+  }
+  if (line.only > static_cast<int>(plan.runs.size())) {
+    throw UsageError("sweep", fmt::format("--only: there are {} runs", plan.runs.size()));
+  }
+  OpenFolder(folder, PlanJson(config, line, plan));
+
+  const StopSignals signals;
+  ExitStatus worst = ExitStatus::kFinished;
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+    if (line.only > 0 && line.only != static_cast<int>(i) + 1) continue;
+    const Run& run = plan.runs[i];
+    const bool was_done = StatusIn(folder, run) == "finished";
+    context.log.Info(fmt::format(
+        "run {} of {}: {}{}", i + 1, plan.runs.size(), run.name, was_done ? ", done before" : ""));
+    const ExitStatus status = DoRun(context, config, plan, run, folder, signals);
+    if (signals.Received() || status == ExitStatus::kStopped ||
+        status == ExitStatus::kInterrupted) {
+      context.log.Warn("stopped; the same command goes on where it was");
+      return signals.Received().value_or(status);
+    }
+    if (status != ExitStatus::kFinished) {
+      context.log.Warn(fmt::format("{} ended with status {}", run.name, static_cast<int>(status)));
+      if (worst == ExitStatus::kFinished) worst = status;
+    }
+  }
+  if (line.only > 0) {
+    const Run& run = plan.runs[static_cast<std::size_t>(line.only) - 1];
+    if (line.json) {
+      PrintResult(context,
+                  {{"folder", folder.string()},
+                   {"list", Json::array()},
+                   {"runs", Json::array({TableOf({plan.axes, {run}}, folder)[0]})},
+                   {"files", Json::array()}});
+    } else {
+      fmt::print("{}\n", (folder / run.name).string());
+    }
+  } else {
+    WriteTable(context, folder, plan);
+  }
+  return worst;
+}
+
+}  // namespace
+
+extern const Command kSweepCommand = {
+    "sweep",
+    "Fits over values of settings and seeds, one after the other, and makes one table",
+    "CONFIG",
+    Declare,
+    RunSweep,
+    kResult};
+
+}  // namespace pathfit::app

@@ -1,0 +1,211 @@
+"""The smaller commands on a small set of photos: answers as JSON, reports of killed runs, converted cameras, sweeps.
+
+Usage: command_test.py PATHFIT SOURCE_DIR. Unittest output; exits 1 if anything fails.
+"""
+import csv
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from truth_test import PATHFIT, SCENE, SOURCE, run
+
+
+class Commands(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="pathfit_command_"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        (cls.folder / "lamps.yaml").write_text(SCENE)
+        cls.done("synth", cls.folder / "lamps.yaml", "-o", cls.folder / "set", "--spp", "32")
+        cls.config = cls.folder / "set" / "fit.yaml"
+        cls.config.write_text(cls.config.read_text().replace("intensity: [6, 6, 6]", "intensity: [3, 3, 3]"))
+        cls.done("fit", cls.config, "-o", cls.folder / "run", "-q", "--set", "stages.all.max_rounds=2")
+
+    @classmethod
+    def done(cls, *arguments, status=0, **options):
+        result = subprocess.run([PATHFIT, *map(str, arguments)], capture_output=True, text=True, timeout=600, **options)
+        assert result.returncode == status, f"{arguments}: {result.returncode} {result.stderr}"
+        return result
+
+    def setUp(self):
+        self.own = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
+
+    def test_every_answer_is_one_object_that_says_its_schema(self):
+        quick = ["--set", "gradcheck.spp=2", "--set", "gradcheck.replicates=2"]
+        commands = [
+            ["init", self.folder / "set", "-o", self.own / "a.yaml"], ["check", self.config],
+            ["fit", self.config, "-o", self.own / "b", "--set", "stages.all.max_rounds=1"], ["resume", self.own / "b"],
+            ["render", self.folder / "run", "--views", "0", "--spp", "1", "-o", self.own / "c"],
+            ["export", self.folder / "run", "--to", "glb,transforms", "-o", self.own / "d"],
+            ["report", self.folder / "run", "-o", self.own / "e.html"],
+            ["compare", self.folder / "run", self.own / "b", "-o", self.own / "f.html"],
+            ["eval", self.folder / "run", "--truth", self.folder / "set", "--spp", "2", "--points", "500"],
+            ["sweep", self.config, "--seeds", "2", "--list"],
+            ["synth", self.folder / "lamps.yaml", "-o", self.own / "g", "--spp", "1"],
+            ["convert", "cameras", self.folder / "set" / "transforms.json", self.own / "h"],
+            ["gradcheck", self.config, "--params", "paint.base_color.r", *quick],
+            ["config", "show", self.config], ["config", "schema"], ["info"], ["version"]]
+        for words in commands:
+            out = run(*words, "--json", "-q")
+            self.assertIn(out.returncode, (0, 7) if words[0] == "gradcheck" else (0,), f"{words}: {out.stderr}")
+            self.assertEqual(json.loads(out.stdout)["schema"], f"pathfit-{words[0]}-1", words)
+            self.assertEqual(out.stderr, "", f"{words}: -q is quiet")
+        # All commands but those that print text.
+        listed = re.findall(r"^  (\w+) ", self.done("--help").stdout.split("Subcommands:")[1], re.M)
+        self.assertEqual(set(listed), {words[0] for words in commands} | {"completion", "help"})
+
+    def test_config_show_says_where_each_value_comes_from(self):
+        out = self.done("config", "show", self.config, "--set", "render.spp=9", "--seed", "4").stdout
+        self.assertIn("spp: 9  # --set #1\n", out)
+        self.assertIn("seed: 4  # --seed\n", out)
+        self.assertRegex(out, r"name: lamps  # fit.yaml:\d+\n")
+        self.assertIn("rr_depth: 5  # default\n", out)
+        (self.own / "again.yaml").write_text(out)
+        again = json.loads(self.done("config", "show", self.own / "again.yaml", "--json").stdout)
+        self.assertEqual(again["values"]["render"]["spp"], 9)
+        wrong = self.done("config", "show", self.config, "--set", "rendr.spp=9", status=3)
+        self.assertIn("did you mean 'render'", wrong.stderr)
+
+    def test_a_killed_run_has_a_report(self):
+        folder = self.own / "killed"
+        process = subprocess.Popen([PATHFIT, "fit", self.config, "-o", folder, "--progress", "none", "--set",
+                                    "stages.all.max_rounds=200", "--set", "stages.all.spp=64"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + 120
+        while not list(folder.glob("checkpoints/state_*")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        running = json.loads(self.done("report", folder, "--json", "-o", self.own / "running.html").stdout)
+        self.assertEqual(running["status"], "running")
+        process.kill()
+        process.wait()
+        (folder / "report.html").unlink(missing_ok=True)
+        result = json.loads(self.done("report", folder, "--json").stdout)
+        self.assertEqual((result["status"], result["page"]), ("killed", str(folder / "report.html")))
+        page = (folder / "report.html").read_text()
+        self.assertIn("The process ended without a word", page)
+        nothing = self.done("report", self.folder / "set", status=4)
+        self.assertIn("is not a run directory", nothing.stderr)
+
+    def test_a_rebuilt_report_is_the_one_of_the_fit(self):
+        before = (self.folder / "run" / "report.html").read_bytes()
+        self.assertEqual(self.done("report", self.folder / "run").stdout.strip(), str(self.folder / "run" / "report.html"))
+        self.assertTrue(before == (self.folder / "run" / "report.html").read_bytes())
+
+    def test_cameras_are_converted_there_and_back(self):
+        source = self.folder / "run" / "result" / "cameras" / "transforms.json"
+        self.done("convert", "cameras", source, self.own / "a.json")
+        self.done("convert", "cameras", self.own / "a.json", self.own / "b.json")
+        self.assertEqual((self.own / "a.json").read_bytes(), (self.own / "b.json").read_bytes())
+        frames = [json.loads(path.read_text())["frames"] for path in (source, self.own / "a.json")]
+        for before, after in zip(*frames):
+            photo = self.own / after.pop("file_path")
+            self.assertTrue(photo.is_file(), "the photo is found from the new place")
+            self.assertEqual(photo.name, pathlib.Path(before.pop("file_path")).name)
+            self.assertEqual(before, after)
+        self.done("convert", "cameras", self.own / "a.json", self.own / "model")
+        self.assertEqual(sorted(os.listdir(self.own / "model")), ["cameras.txt", "images.txt", "points3D.txt"])
+        self.assertRegex((self.own / "model" / "images.txt").read_text(), r" 1 a\.exr\n")
+        self.done("convert", "cameras", self.own / "model", self.own / "c.json")
+        back = json.loads((self.own / "c.json").read_text())["frames"]
+        for before, after in zip(frames[1], back):
+            self.assertEqual((before["fl_x"], before["cy"]), (after["fl_x"], after["cy"]))
+            for i in range(4):
+                for j in range(4):
+                    self.assertAlmostEqual(before["transform_matrix"][i][j], after["transform_matrix"][i][j], delta=1e-13)
+        exists = self.done("convert", "cameras", source, self.own / "a.json", status=2)
+        self.assertIn("--force overwrites", exists.stderr)
+        self.assertIn("no such camera file", self.done("convert", "cameras", "gone", self.own / "d.json", status=4).stderr)
+        (self.own / "open.json").write_text('{"camera_angle_x": 1, "frames": [{"file_path": "gone", "transform_matrix": '
+                                            '[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}')
+        sizeless = self.done("convert", "cameras", self.own / "open.json", self.own / "e", status=4)
+        self.assertRegex(sizeless.stderr, r"frames\[0\]: says no size .* --images DIR")
+        self.assertFalse((self.own / "e").exists())
+
+    def sweep(self, folder, *more, **options):
+        return self.done("sweep", self.config, "-o", folder, "--vary", "stages.all.max_rounds=1,3", "--vary",
+                         "scene.lights.left.intensity=[3, 3, 3],[5, 5, 5]", "--progress", "none", *more, **options)
+
+    def table(self, folder):
+        rows = list(csv.DictReader((folder / "table.csv").read_text().splitlines()))
+        for row in rows:
+            del row["wall_s"], row["peak_rss_mb"]
+        return rows
+
+    def test_a_sweep_that_was_killed_goes_on_and_ends_with_the_same_table(self):
+        out = self.sweep(self.own / "straight")
+        rows = self.table(self.own / "straight")
+        self.assertEqual([row["stages.all.max_rounds"] for row in rows], ["1", "1", "3", "3"])
+        self.assertEqual([row["scene.lights.left.intensity"] for row in rows[:2]], ["[3, 3, 3]", "[5, 5, 5]"])
+        self.assertEqual({row["status"] for row in rows}, {"finished"})
+        self.assertEqual([row["rounds"] for row in rows], ["1", "1", "3", "3"])
+        self.assertEqual(len(out.stdout.splitlines()), 5)
+        command = [PATHFIT, "sweep", self.config, "-o", self.own / "killed", "--vary", "stages.all.max_rounds=1,3",
+                   "--vary", "scene.lights.left.intensity=[3, 3, 3],[5, 5, 5]", "--progress", "none"]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + 120
+        while len(list((self.own / "killed").glob("0*"))) < 3 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.kill()
+        process.wait()
+        first = next((self.own / "killed").glob("001*")) / "run.json"
+        before = first.read_bytes()
+        for _ in range(100):  # the run that was under way ends a moment later
+            again = run(*command[1:])
+            if again.returncode == 0:
+                break
+            self.assertIn("another process", again.stderr)
+            time.sleep(0.1)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual(first.read_bytes(), before, "what was done is not done again")
+        self.assertEqual(self.table(self.own / "killed"), rows)
+
+    def test_a_stopped_sweep_says_how_to_go_on(self):
+        process = subprocess.Popen([PATHFIT, "sweep", self.config, "-o", self.own / "stopped", "--seeds", "3", "--set",
+                                    "stages.all.max_rounds=200", "--set", "stages.all.spp=64", "--progress", "none"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 120
+        while not list((self.own / "stopped").glob("0*/checkpoints/state_*")) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGTERM)
+        _, text = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 75, text)
+        self.assertIn("the same command goes on", text)
+        self.assertEqual(len(list((self.own / "stopped").glob("0*"))), 1)
+
+    def test_the_list_of_a_sweep_makes_the_same_runs(self):
+        listed = self.sweep(self.own / "list", "--list").stdout.splitlines()
+        self.assertEqual(len(listed), 4)
+        self.assertFalse((self.own / "list").exists())
+        for line in reversed(listed):
+            subprocess.run(["sh", "-c", line], check=True, capture_output=True, timeout=600)
+        self.sweep(self.own / "list")
+        self.sweep(self.own / "straight")
+        self.assertEqual(self.table(self.own / "list"), self.table(self.own / "straight"))
+
+    def test_a_wrong_sweep_runs_nothing(self):
+        for word, pattern in (("stages.all.max_round=1,2", "did you mean 'max_rounds'"),
+                              ("stages.all.max_rounds=1,many", "'many' is not a whole number"),
+                              ("render.spp=1,0", "out of range")):
+            out = self.done("sweep", self.config, "--vary", word, "-o", self.own / "wrong", status=3)
+            self.assertRegex(out.stderr, pattern)
+            self.assertFalse((self.own / "wrong").exists())
+        (self.own / "mine").mkdir()
+        (self.own / "mine" / "a").write_text("mine")
+        self.assertIn("is not empty", self.done("sweep", self.config, "--seeds", "2", "-o", self.own / "mine", status=2).stderr)
+
+    def test_a_run_of_a_sweep_that_fails_does_not_end_it(self):
+        out = self.done("sweep", self.config, "--vary", "solver.max_memory=1 KiB,8 GiB", "-o", self.own / "s", "--set",
+                        "stages.all.max_rounds=1", "--json", status=8)
+        self.assertEqual([row["status"] for row in json.loads(out.stdout)["runs"]], ["failed", "finished"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
