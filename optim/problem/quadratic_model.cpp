@@ -22,13 +22,17 @@ using ConstVector = Eigen::Map<const Eigen::VectorXd>;
 constexpr int kNumParts = 8;
 // Of the mean diagonal: makes roots of matrices exist.
 constexpr double kRelativeShift = 1e-10;
+// In units of the scalars' own curvatures: a direction has none below it, and what of a direction
+// is rounding.
+constexpr double kNoCurvature = 1e-8;
+constexpr double kPartOfDirection = 1e-3;
 // A quadratic model is wrong by this share of a step that is taken from its point.
 constexpr double kErrorOfStep = 0.25;
 constexpr double kSigmas = 2.0;        // that chance is given
 constexpr double kUnknownNoise = 4.0;  // variance over what the covariance knows
 
 struct Sums {
-  std::vector<double> product, square, covariance, scatter;
+  std::vector<double> product, square, covariance, scatter, variance;
 };
 
 /// Adds one unit's products to the upper triangles (in block order).
@@ -47,6 +51,7 @@ void AddUnit(const PixelRows& rows, const RowUnit& unit, const ParameterSet& set
         for (std::size_t q = 0; q < size_b; ++q) {
           double mean = 0.0;
           double difference = 0.0;
+          double mixed = 0.0;
           for (std::size_t row = 0; row < num_rows; ++row) {
             const std::size_t i = row * size_a + p;
             const std::size_t k = row * size_b + q;
@@ -54,10 +59,16 @@ void AddUnit(const PixelRows& rows, const RowUnit& unit, const ParameterSet& set
                     static_cast<double>(entries[b].jacobian[k]);
             difference += static_cast<double>(spreads[a].jacobian[i]) *
                           static_cast<double>(spreads[b].jacobian[k]);
+            mixed += static_cast<double>(entries[a].jacobian[i]) *
+                     static_cast<double>(spreads[b].jacobian[k]);
           }
           const std::size_t cell = (offset_a + p) * n + offset_b + q;
           sums.product[cell] += mean - difference;
           sums.square[cell] += mean;
+          if (a == b && p == q) {
+            // (m + d)(m - d) has the variance of 2 m d, whatever m is.
+            sums.variance[offset_a + p] += 4.0 * mixed * mixed;
+          }
           const double noise = static_cast<double>(spreads[a].gradient[p]) *
                                static_cast<double>(spreads[b].gradient[q]);
           sums.covariance[cell] += noise;
@@ -121,14 +132,30 @@ double LargestByChance(std::size_t n) {
   return 1.0 + kSigmas * std::sqrt(2.0 / static_cast<double>(n));
 }
 
+/// By scalar: variance of the product over square and noise (square - product), whose factors are
+/// 4 / the number of rows that count. Zero without noise.
+Eigen::VectorXd ScatterOfShares(const QuadraticModel& model) {
+  const std::size_t n = model.NumScalars();
+  Eigen::VectorXd scatter = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  for (std::size_t i = 0; i < n; ++i) {
+    const double square = model.square[i * (n + 1)];
+    const double noise = square - model.product[i * (n + 1)];
+    if (noise > kRelativeShift * square) {
+      scatter(static_cast<Eigen::Index>(i)) = model.variance[i] / (square * noise);
+    }
+  }
+  return scatter;
+}
+
 /// All earlier rounds as if they had had that share of their samples.
 void Fade(double kept, QuadraticModel& model) {
   for (std::vector<double>* values :
        {&model.product, &model.square, &model.scatter, &model.linear}) {
     Scale(kept, *values);
   }
-  // Of the mean gradient, covariance / weight^2, that is 1 / kept times as much.
+  // Of means, covariance / weight^2, that is 1 / kept times as much.
   Scale(kept, model.covariance);
+  Scale(kept, model.variance);
   model.weight *= kept;
 }
 
@@ -139,7 +166,8 @@ QuadraticModel::QuadraticModel(std::size_t num_scalars)
       square(num_scalars * num_scalars),
       covariance(num_scalars * num_scalars),
       scatter(num_scalars * num_scalars),
-      linear(num_scalars) {}
+      linear(num_scalars),
+      variance(num_scalars) {}
 
 void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
   std::array<Sums, kNumParts> parts;
@@ -149,6 +177,7 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
     sums.square.assign(product.size(), 0.0);
     sums.covariance.assign(product.size(), 0.0);
     sums.scatter.assign(product.size(), 0.0);
+    sums.variance.assign(variance.size(), 0.0);
     const std::size_t count = rows.units.size();
     const std::size_t first = count * static_cast<std::size_t>(part) / kNumParts;
     const std::size_t end = count * static_cast<std::size_t>(part + 1) / kNumParts;
@@ -161,6 +190,7 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
     AddScaled(part.square, 1.0, square);
     AddScaled(part.covariance, 1.0, covariance);
     AddScaled(part.scatter, 1.0, scatter);
+    AddScaled(part.variance, 1.0, variance);
   }
 }
 
@@ -205,6 +235,7 @@ void Accumulate(const QuadraticModel& round,
   AddScaled(round.scatter, weight, model.scatter);
   AddScaled(round.linear, weight, model.linear);
   AddScaled(round.covariance, weight * weight, model.covariance);
+  AddScaled(round.variance, weight * weight, model.variance);
   model.weight += weight;
 }
 
@@ -242,34 +273,100 @@ void Forget(const std::vector<double>& step, QuadraticModel& model) {
 }
 
 StandardErrors EstimateErrors(const QuadraticModel& model,
-                              const std::vector<double>& theta,
                               const std::vector<double>& prior_hessian,
-                              const std::vector<double>& belief_covariance) {
+                              const std::vector<double>& belief_covariance,
+                              const std::vector<double>& ranges) {
   const std::size_t n = model.NumScalars();
-  const ModelAtPoint at = MakeModelAtPoint(model, theta);
-  RowMajorMatrix hessian = AsMatrix(at.hessian, n) + AsMatrix(prior_hessian, n);
-  // Scalars of very different sizes: in units of their own curvature.
-  const Eigen::VectorXd unit = hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  hessian = unit.asDiagonal() * hessian * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian);
-  const auto deviations = [&](const RowMajorMatrix& covariance) {
-    std::vector<double> result(n, std::numeric_limits<double>::infinity());
-    if (eigen.info() != Eigen::Success) {
-      return result;
+  const double scale = 1.0 / model.weight;
+  StandardErrors errors{std::vector<double>(n),
+                        std::vector<double>(n),
+                        std::vector<double>(n),
+                        std::vector<double>(n),
+                        false};
+  // Scalars of very different sizes: in units of their own curvature. Those without any are apart.
+  std::vector<Eigen::Index> used;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (model.square[i * n + i] > 0.0 || prior_hessian[i * n + i] > 0.0) {
+      used.push_back(static_cast<Eigen::Index>(i));
+    } else {
+      errors.of_ranges[i] = ranges[i] / std::sqrt(12.0);
     }
-    const Eigen::MatrixXd inverse =
-        unit.asDiagonal() * eigen.eigenvectors() *
-        eigen.eigenvalues().cwiseMax(kRelativeShift).cwiseInverse().asDiagonal() *
-        eigen.eigenvectors().transpose() * unit.asDiagonal();
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto row = inverse.row(static_cast<Eigen::Index>(i));
-      result[i] = std::sqrt(std::max(0.0, row.dot(covariance * row.transpose())));
-    }
-    return result;
+  }
+  const auto size = static_cast<Eigen::Index>(used.size());
+  if (size == 0) {
+    return errors;
+  }
+  Eigen::VectorXd unit(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const auto cell = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]) * (n + 1);
+    unit(i) = 1.0 / std::sqrt(model.square[cell] * scale + prior_hessian[cell]);
+  }
+  const auto in_units = [&](const std::vector<double>& matrix) -> Eigen::MatrixXd {
+    return unit.asDiagonal() * AsMatrix(matrix, n)(used, used) * unit.asDiagonal();
   };
-  return {deviations(AsMatrix(model.covariance, n) / (model.weight * model.weight)),
-          deviations(AsMatrix(model.scatter, n) / model.weight),
-          deviations(AsMatrix(belief_covariance, n))};
+  Eigen::MatrixXd square = in_units(model.square) * scale;
+  square.diagonal().array() += kRelativeShift;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(
+      in_units(model.product) * scale, square);
+  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
+    for (std::size_t i = 0; i < n; ++i) {
+      errors.of_ranges[i] = ranges[i] / std::sqrt(12.0);
+    }
+    return errors;
+  }
+  // What of a direction's square is not noise is itself known as well as the product is. A floor
+  // for it, as steps have, would claim to know what nothing tells.
+  const Eigen::VectorXd scatter_of_scalars = ScatterOfShares(model)(used);
+  Eigen::VectorXd share = shares.eigenvalues();
+  for (Eigen::Index k = 0; k < size; ++k) {
+    const Eigen::VectorXd weights =
+        shares.eigenvectors().col(k).cwiseAbs2().cwiseProduct(square.diagonal());
+    const double scatter = weights.dot(scatter_of_scalars) / weights.sum();
+    if (share(k) <= kSigmas * std::sqrt(std::max(0.0, 1.0 - share(k)) * scatter)) {
+      share(k) = 0.0;
+    }
+  }
+  const Eigen::MatrixXd dual = square * shares.eigenvectors();
+  const Eigen::MatrixXd hessian =
+      dual * share.cwiseMax(0.0).cwiseMin(1.0).asDiagonal() * dual.transpose() +
+      in_units(prior_hessian);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian);
+  const Eigen::VectorXd& curvature = eigen.eigenvalues();
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(size);
+  for (Eigen::Index k = 0; k < size; ++k) {
+    if (curvature(k) > kNoCurvature) {
+      inverse(k) = 1.0 / curvature(k);
+      continue;
+    }
+    const Eigen::VectorXd direction = eigen.eigenvectors().col(k);
+    errors.is_hidden |= direction.dot(square * direction) > kNoCurvature;
+    // Anywhere between the bounds that are met first.
+    double reach = std::numeric_limits<double>::infinity();
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const auto scalar = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
+      reach = std::min(reach, ranges[scalar] / std::abs(direction(i) * unit(i)));
+    }
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const auto scalar = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
+      if (std::isfinite(reach) || std::abs(direction(i)) > kPartOfDirection) {
+        errors.of_ranges[scalar] =
+            std::hypot(errors.of_ranges[scalar], reach * direction(i) * unit(i) / std::sqrt(12.0));
+      }
+    }
+  }
+  const Eigen::MatrixXd solve =
+      eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  const auto deviations = [&](const Eigen::MatrixXd& covariance, std::vector<double>& result) {
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const auto row = solve.row(i);
+      result[static_cast<std::size_t>(used[static_cast<std::size_t>(i)])] =
+          unit(i) * std::sqrt(std::max(0.0, row.dot(covariance * row.transpose())));
+    }
+  };
+  deviations(in_units(model.covariance) * (scale * scale), errors.of_rendering);
+  deviations(in_units(model.scatter) * scale, errors.of_photos);
+  deviations(in_units(belief_covariance), errors.of_beliefs);
+  return errors;
 }
 
 ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta) {

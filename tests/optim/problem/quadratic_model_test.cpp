@@ -1,6 +1,9 @@
 #include "optim/problem/quadratic_model.h"
 
+#include <array>
 #include <cmath>
+#include <limits>
+#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -18,6 +21,7 @@ using tests::LinearFit;
 using tests::LinearImageSource;
 
 constexpr int kNumBlocks = 42;
+constexpr double kOpen = std::numeric_limits<double>::infinity();
 
 class QuadraticModelTest : public testing::Test {
  protected:
@@ -113,11 +117,12 @@ TEST_F(QuadraticModelTest, ErrorsOfTheMinimumAreThoseOfItsScatter) {
   std::vector<double> mean(n), square(n), predicted(n), of_photos(n);
   constexpr int kRounds = 200;
   const std::vector<double> truth = set_.ThetaFromValues(fit_.truth);
+  const std::vector<double> open(n, kOpen);
   for (std::uint64_t r = 0; r < kRounds; ++r) {
     ImageProblem problem = Linearized(source, truth, r);
     const QuadraticModel& model = problem.model();
     const optim::StandardErrors errors =
-        optim::EstimateErrors(model, truth, std::vector<double>(n * n), std::vector<double>(n * n));
+        optim::EstimateErrors(model, std::vector<double>(n * n), std::vector<double>(n * n), open);
     // The minimum without damping: product x = linear, seen from the truth by the errors' matrix.
     const std::vector<double> theta = Solve(problem, truth).theta;
     for (std::size_t i = 0; i < n; ++i) {
@@ -166,15 +171,86 @@ TEST_F(QuadraticModelTest, PriorsMakeErrorsSmaller) {
   const std::size_t n = set_.NumScalars();
   const QuadraticModel model = Linearized(source, start_, 0).model();
   std::vector<double> prior(n * n), belief(n * n);
-  const optim::StandardErrors free = optim::EstimateErrors(model, start_, prior, belief);
+  const std::vector<double> open(n, kOpen);
+  const optim::StandardErrors free = optim::EstimateErrors(model, prior, belief, open);
   EXPECT_EQ(free.of_beliefs[0], 0.0);
   // A belief of standard deviation 0.01 that decides alone is as wrong as it says.
   prior[0] = 1e9;
   belief[0] = 1e9 * 1e9 * 0.01 * 0.01;
-  const optim::StandardErrors held = optim::EstimateErrors(model, start_, prior, belief);
+  const optim::StandardErrors held = optim::EstimateErrors(model, prior, belief, open);
   EXPECT_LT(held.of_rendering[0], 1e-3 * free.of_rendering[0]);
   EXPECT_LT(held.of_photos[0], 1e-3 * free.of_photos[0]);
   EXPECT_NEAR(held.of_beliefs[0], 0.01, 1e-4);
+}
+
+/// Model of scalars 0 and 1 by rows `a` and `b` of the halves' Jacobians.
+QuadraticModel ModelOfRows(const std::vector<std::array<double, 2>>& a,
+                           const std::vector<std::array<double, 2>>& b) {
+  QuadraticModel model(2);
+  for (std::size_t row = 0; row < a.size(); ++row) {
+    for (std::size_t p = 0; p < 2; ++p) {
+      for (std::size_t q = 0; q < 2; ++q) {
+        const double mean = 0.25 * (a[row][p] + b[row][p]) * (a[row][q] + b[row][q]);
+        const double difference = 0.25 * (a[row][p] - b[row][p]) * (a[row][q] - b[row][q]);
+        model.product[2 * p + q] += mean - difference;
+        model.square[2 * p + q] += mean;
+        model.scatter[2 * p + q] += 0.01 * mean;  // residuals of 0.1
+      }
+      const double mixed = 0.25 * (a[row][p] + b[row][p]) * (a[row][p] - b[row][p]);
+      model.variance[p] += 4.0 * mixed * mixed;
+    }
+  }
+  model.weight = 1.0;
+  return model;
+}
+
+TEST_F(QuadraticModelTest, ErrorsOfWhatNoRowTellsAreThoseOfTheBounds) {
+  const std::vector<double> none(4, 0.0);
+  const double uniform = 1.0 / std::sqrt(12.0);
+  // Nothing depends on the second scalar.
+  std::vector<std::array<double, 2>> rows(100, {1.0, 0.0});
+  optim::StandardErrors errors =
+      optim::EstimateErrors(ModelOfRows(rows, rows), none, none, {kOpen, 3.0});
+  EXPECT_NEAR(errors.of_photos[0], 0.01, 1e-9);
+  EXPECT_EQ(errors.of_ranges[0], 0.0);
+  EXPECT_NEAR(errors.of_ranges[1], 3.0 * uniform, 1e-12);
+  EXPECT_FALSE(errors.is_hidden);
+  // Only their sum is told: both lie anywhere between the bounds of the second one.
+  rows.assign(100, {1.0, 1.0});
+  errors = optim::EstimateErrors(ModelOfRows(rows, rows), none, none, {kOpen, 3.0});
+  EXPECT_NEAR(errors.of_ranges[0], 3.0 * uniform, 1e-6);
+  EXPECT_NEAR(errors.of_ranges[1], 3.0 * uniform, 1e-6);
+  EXPECT_EQ(optim::EstimateErrors(ModelOfRows(rows, rows), none, none, {kOpen, kOpen}).of_ranges[0],
+            kOpen);
+  // A prior of the second one is enough for both.
+  errors = optim::EstimateErrors(
+      ModelOfRows(rows, rows), {0.0, 0.0, 0.0, 100.0}, {0.0, 0.0, 0.0, 1.0}, {kOpen, 3.0});
+  EXPECT_EQ(errors.of_ranges[0], 0.0);
+  EXPECT_NEAR(errors.of_beliefs[0], 0.01, 1e-6);
+}
+
+TEST_F(QuadraticModelTest, ErrorsClaimNothingThatNoiseOfTheJacobianHides) {
+  std::mt19937_64 rng(7);
+  std::normal_distribution<double> normal;
+  const std::vector<double> none(4, 0.0);
+  int hidden = 0, seen = 0;
+  constexpr int kRepeats = 200;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    for (const double slope : {0.0, 0.5}) {
+      std::vector<std::array<double, 2>> a, b;
+      for (int row = 0; row < 400; ++row) {
+        const double mean = row % 2 == 0 ? slope : -slope;
+        a.push_back({1.0, mean + normal(rng)});
+        b.push_back({1.0, mean + normal(rng)});
+      }
+      const optim::StandardErrors errors =
+          optim::EstimateErrors(ModelOfRows(a, b), none, none, {kOpen, 3.0});
+      (slope > 0.0 ? seen : hidden) += errors.of_ranges[1] == 0.0 ? 1 : 0;
+      EXPECT_EQ(errors.is_hidden, errors.of_ranges[1] > 0.0);
+    }
+  }
+  EXPECT_LT(hidden, 0.1 * kRepeats) << "chance of two standard deviations";
+  EXPECT_GT(seen, 0.9 * kRepeats);
 }
 
 TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
