@@ -147,6 +147,87 @@ Eigen::VectorXd ScatterOfShares(const QuadraticModel& model) {
   return scatter;
 }
 
+/// Directions of scalars that photos or priors tell from standing still, in units of each scalar's
+/// own curvature. Scalars without any are left out.
+struct ToldPart {
+  std::vector<Eigen::Index> scalars;
+  Eigen::VectorXd unit;
+  Eigen::MatrixXd square;      ///< of the photos' Jacobian
+  Eigen::MatrixXd directions;  ///< orthonormal columns
+  Eigen::VectorXd inverse;     ///< of their curvatures, 0: nothing tells the direction
+  bool is_hidden = false;      ///< StandardErrors::is_hidden
+
+  [[nodiscard]] std::size_t Scalar(Eigen::Index i) const {
+    return static_cast<std::size_t>(scalars[static_cast<std::size_t>(i)]);
+  }
+  [[nodiscard]] Eigen::MatrixXd InUnits(const std::vector<double>& matrix, std::size_t n) const {
+    return unit.asDiagonal() * AsMatrix(matrix, n)(scalars, scalars) * unit.asDiagonal();
+  }
+  [[nodiscard]] Eigen::MatrixXd Solve() const {
+    return directions * inverse.asDiagonal() * directions.transpose();
+  }
+};
+
+ToldPart FindToldPart(const QuadraticModel& model,
+                      const std::vector<double>& prior_hessian,
+                      const std::vector<bool>& free) {
+  const std::size_t n = model.NumScalars();
+  const double scale = 1.0 / model.weight;
+  ToldPart told;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (free[i] && (model.square[i * (n + 1)] > 0.0 || prior_hessian[i * (n + 1)] > 0.0)) {
+      told.scalars.push_back(static_cast<Eigen::Index>(i));
+    }
+  }
+  const auto size = static_cast<Eigen::Index>(told.scalars.size());
+  told.unit.resize(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const std::size_t cell = told.Scalar(i) * (n + 1);
+    told.unit(i) = 1.0 / std::sqrt(model.square[cell] * scale + prior_hessian[cell]);
+  }
+  told.square = told.InUnits(model.square, n) * scale;
+  told.square.diagonal().array() += kRelativeShift;
+  told.directions = Eigen::MatrixXd::Identity(size, size);
+  told.inverse = Eigen::VectorXd::Zero(size);
+  if (size == 0) {
+    return told;
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(
+      told.InUnits(model.product, n) * scale, told.square);
+  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
+    return told;
+  }
+  // What of a direction's square is not noise is itself known as well as the product is. A floor
+  // for it, as steps have, would claim to know what nothing tells.
+  const Eigen::MatrixXd of_priors = told.InUnits(prior_hessian, n);
+  const Eigen::VectorXd scatter_of_scalars = ScatterOfShares(model)(told.scalars);
+  Eigen::VectorXd share = shares.eigenvalues();
+  for (Eigen::Index k = 0; k < size; ++k) {
+    const Eigen::VectorXd weights =
+        shares.eigenvectors().col(k).cwiseAbs2().cwiseProduct(told.square.diagonal());
+    const double scatter = weights.dot(scatter_of_scalars) / weights.sum();
+    const double least = kSigmas * std::sqrt(std::max(0.0, 1.0 - share(k)) * scatter);
+    if (share(k) <= least) {
+      const Eigen::VectorXd direction = shares.eigenvectors().col(k);
+      told.is_hidden |= direction.dot(of_priors * direction) < least;
+      share(k) = 0.0;
+    }
+  }
+  const Eigen::MatrixXd dual = told.square * shares.eigenvectors();
+  const Eigen::MatrixXd hessian =
+      dual * share.cwiseMin(1.0).asDiagonal() * dual.transpose() + of_priors;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian);
+  if (eigen.info() != Eigen::Success) {
+    return told;
+  }
+  told.directions = eigen.eigenvectors();
+  for (Eigen::Index k = 0; k < size; ++k) {
+    const double curvature = eigen.eigenvalues()(k);
+    told.inverse(k) = curvature > kNoCurvature ? 1.0 / curvature : 0.0;
+  }
+  return told;
+}
+
 /// All earlier rounds as if they had had that share of their samples.
 void Fade(double kept, QuadraticModel& model) {
   for (std::vector<double>* values :
@@ -278,95 +359,71 @@ StandardErrors EstimateErrors(const QuadraticModel& model,
                               const std::vector<double>& ranges) {
   const std::size_t n = model.NumScalars();
   const double scale = 1.0 / model.weight;
+  const double deviation = 1.0 / std::sqrt(12.0);  // of a uniform distribution
   StandardErrors errors{std::vector<double>(n),
                         std::vector<double>(n),
                         std::vector<double>(n),
-                        std::vector<double>(n),
-                        false};
-  // Scalars of very different sizes: in units of their own curvature. Those without any are apart.
-  std::vector<Eigen::Index> used;
+                        std::vector<double>(n)};
+  const ToldPart told = FindToldPart(model, prior_hessian, std::vector<bool>(n, true));
+  errors.is_hidden = told.is_hidden;
+  const auto size = static_cast<Eigen::Index>(told.scalars.size());
+  std::vector<bool> is_told(n, false);
+  for (const Eigen::Index scalar : told.scalars) {
+    is_told[static_cast<std::size_t>(scalar)] = true;
+  }
   for (std::size_t i = 0; i < n; ++i) {
-    if (model.square[i * n + i] > 0.0 || prior_hessian[i * n + i] > 0.0) {
-      used.push_back(static_cast<Eigen::Index>(i));
-    } else {
-      errors.of_ranges[i] = ranges[i] / std::sqrt(12.0);
-    }
+    errors.of_ranges[i] = is_told[i] ? 0.0 : deviation * ranges[i];
   }
-  const auto size = static_cast<Eigen::Index>(used.size());
-  if (size == 0) {
-    return errors;
-  }
-  Eigen::VectorXd unit(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const auto cell = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]) * (n + 1);
-    unit(i) = 1.0 / std::sqrt(model.square[cell] * scale + prior_hessian[cell]);
-  }
-  const auto in_units = [&](const std::vector<double>& matrix) -> Eigen::MatrixXd {
-    return unit.asDiagonal() * AsMatrix(matrix, n)(used, used) * unit.asDiagonal();
-  };
-  Eigen::MatrixXd square = in_units(model.square) * scale;
-  square.diagonal().array() += kRelativeShift;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(
-      in_units(model.product) * scale, square);
-  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
-    for (std::size_t i = 0; i < n; ++i) {
-      errors.of_ranges[i] = ranges[i] / std::sqrt(12.0);
-    }
-    return errors;
-  }
-  // What of a direction's square is not noise is itself known as well as the product is. A floor
-  // for it, as steps have, would claim to know what nothing tells.
-  const Eigen::VectorXd scatter_of_scalars = ScatterOfShares(model)(used);
-  Eigen::VectorXd share = shares.eigenvalues();
   for (Eigen::Index k = 0; k < size; ++k) {
-    const Eigen::VectorXd weights =
-        shares.eigenvectors().col(k).cwiseAbs2().cwiseProduct(square.diagonal());
-    const double scatter = weights.dot(scatter_of_scalars) / weights.sum();
-    if (share(k) <= kSigmas * std::sqrt(std::max(0.0, 1.0 - share(k)) * scatter)) {
-      share(k) = 0.0;
-    }
-  }
-  const Eigen::MatrixXd dual = square * shares.eigenvectors();
-  const Eigen::MatrixXd hessian =
-      dual * share.cwiseMax(0.0).cwiseMin(1.0).asDiagonal() * dual.transpose() +
-      in_units(prior_hessian);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian);
-  const Eigen::VectorXd& curvature = eigen.eigenvalues();
-  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(size);
-  for (Eigen::Index k = 0; k < size; ++k) {
-    if (curvature(k) > kNoCurvature) {
-      inverse(k) = 1.0 / curvature(k);
+    if (told.inverse(k) > 0.0) {
       continue;
     }
-    const Eigen::VectorXd direction = eigen.eigenvectors().col(k);
-    errors.is_hidden |= direction.dot(square * direction) > kNoCurvature;
+    const Eigen::VectorXd direction = told.directions.col(k);
     // Anywhere between the bounds that are met first.
     double reach = std::numeric_limits<double>::infinity();
     for (Eigen::Index i = 0; i < size; ++i) {
-      const auto scalar = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
-      reach = std::min(reach, ranges[scalar] / std::abs(direction(i) * unit(i)));
+      reach = std::min(reach, ranges[told.Scalar(i)] / std::abs(direction(i) * told.unit(i)));
     }
     for (Eigen::Index i = 0; i < size; ++i) {
-      const auto scalar = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
       if (std::isfinite(reach) || std::abs(direction(i)) > kPartOfDirection) {
-        errors.of_ranges[scalar] =
-            std::hypot(errors.of_ranges[scalar], reach * direction(i) * unit(i) / std::sqrt(12.0));
+        double& error = errors.of_ranges[told.Scalar(i)];
+        error = std::hypot(error, deviation * reach * direction(i) * told.unit(i));
       }
     }
   }
-  const Eigen::MatrixXd solve =
-      eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-  const auto deviations = [&](const Eigen::MatrixXd& covariance, std::vector<double>& result) {
-    for (Eigen::Index i = 0; i < size; ++i) {
-      const auto row = solve.row(i);
-      result[static_cast<std::size_t>(used[static_cast<std::size_t>(i)])] =
-          unit(i) * std::sqrt(std::max(0.0, row.dot(covariance * row.transpose())));
-    }
-  };
-  deviations(in_units(model.covariance) * (scale * scale), errors.of_rendering);
-  deviations(in_units(model.scatter) * scale, errors.of_photos);
-  deviations(in_units(belief_covariance), errors.of_beliefs);
+  const Eigen::MatrixXd solve = told.Solve();
+  const auto deviations =
+      [&](const std::vector<double>& matrix, double factor, std::vector<double>& result) {
+        const Eigen::MatrixXd covariance = told.InUnits(matrix, n) * factor;
+        for (Eigen::Index i = 0; i < size; ++i) {
+          const auto row = solve.row(i);
+          result[told.Scalar(i)] =
+              told.unit(i) * std::sqrt(std::max(0.0, row.dot(covariance * row.transpose())));
+        }
+      };
+  deviations(model.covariance, scale * scale, errors.of_rendering);
+  deviations(model.scatter, scale, errors.of_photos);
+  deviations(belief_covariance, 1.0, errors.of_beliefs);
   return errors;
+}
+
+std::vector<double> StepToMinimum(const QuadraticModel& model,
+                                  const std::vector<double>& theta,
+                                  const std::vector<double>& prior_hessian,
+                                  const std::vector<double>& prior_gradient,
+                                  const std::vector<bool>& free) {
+  const std::size_t n = model.NumScalars();
+  std::vector<double> step(n);
+  const ToldPart told = FindToldPart(model, prior_hessian, free);
+  const Eigen::VectorXd gradient =
+      (AsMatrix(model.product, n) * AsVector(theta) - AsVector(model.linear)) / model.weight +
+      AsVector(prior_gradient);
+  const Eigen::VectorXd in_units = gradient(told.scalars).cwiseProduct(told.unit);
+  const Eigen::VectorXd taken = -told.Solve() * in_units;
+  for (Eigen::Index i = 0; i < taken.size(); ++i) {
+    step[told.Scalar(i)] = told.unit(i) * taken(i);
+  }
+  return step;
 }
 
 ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta) {

@@ -70,6 +70,16 @@ StandardErrors EstimateErrors(const QuadraticModel& model,
                               const std::vector<double>& belief_covariance,
                               const std::vector<double>& ranges);
 
+/// The step from `theta` to the minimum of the model and of what is added to it, whole:
+/// MakeModelAtPoint damps what drowns in its error, so that rounds end on the side that they come
+/// from. Scalars that are not `free` stay, and so do directions that neither photos nor priors tell
+/// (EstimateErrors).
+std::vector<double> StepToMinimum(const QuadraticModel& model,
+                                  const std::vector<double>& theta,
+                                  const std::vector<double>& prior_hessian,
+                                  const std::vector<double>& prior_gradient,
+                                  const std::vector<bool>& free);
+
 /// The model about a point, per round, made fit for a step.
 struct ModelAtPoint {
   std::vector<double> hessian;   ///< row-major, positive semidefinite
