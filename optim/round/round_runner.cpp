@@ -176,11 +176,13 @@ void RecordErrors(const ParameterSet& set,
     const std::size_t size =
         static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
     for (std::size_t i = first; i < first + size; ++i) {
-      const double of_theta =
-          std::hypot(std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]),
-                     errors.of_ranges[i]);
+      const double told =
+          std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
+      const double of_theta = std::hypot(told, errors.of_ranges[i]);
       const double between_bounds = (set.upper()[i] - set.lower()[i]) / std::sqrt(12.0);
-      if (of_theta >= kAnywhere * between_bounds) {
+      // Without bounds of its own it lies as far away as those of others let it.
+      const bool is_led = std::isinf(between_bounds) && errors.of_ranges[i] > told;
+      if (is_led || of_theta >= kAnywhere * between_bounds) {
         of_group.push_back(std::numeric_limits<double>::infinity());
         continue;
       }
