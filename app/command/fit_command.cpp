@@ -115,10 +115,11 @@ ExitStatus RunInDirectory(CommandContext& context,
         experiment.scene, experiment.observations, experiment.fit, observer, controls);
     progress.Finish();
     recorder.RecordScenes(experiment.fit, experiment.scene, result.scene, result.standard_errors);
-    ExportResult(run.Result(),
-                 result.scene,
-                 ExportedViews(experiment, config),
-                 recorder.history().parameters);
+    std::vector<ExportedView> views = ExportedViews(experiment, config);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      views[i].gain_error = recorder.history().gain_errors[i];
+    }
+    ExportResult(run.Result(), result.scene, views, recorder.history().parameters);
     WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
     const Ending ending = EndingOf(result.status, signals, observer.reached());
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct ExportedView {
   std::string name;        ///< file name of the photo
   std::string image_path;  ///< where it is; transforms.json names it as seen from there (NearPath)
   bool validation = false;
+  double gain_error = std::numeric_limits<double>::quiet_NaN();  ///< standard error of its gain
 };
 
 enum class MeshFormat { kGlb, kPly, kObj };

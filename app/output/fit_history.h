@@ -17,7 +17,7 @@ struct ParameterSummary {
   double initial = 0.0;  ///< value, or mean of the group (NaN for positions)
   double value = 0.0;    ///< the same at the end
   /// Of the value, by what is left unexplained in the photos and by the renderings' noise; NaN
-  /// where it is not known.
+  /// where it is not known, infinite where no photo tells it.
   double standard_error = 0.0;
   double minimum = 0.0;  ///< of the final values
   double maximum = 0.0;
@@ -25,6 +25,7 @@ struct ParameterSummary {
   double lower_bound = 0.0;  ///< infinite when there is none
   double upper_bound = 0.0;
   std::int64_t num_at_bound = 0;
+  std::int64_t num_undetermined = 0;  ///< scalars that no photo tells
   bool held = false;
 };
 
@@ -43,6 +44,7 @@ struct Fields<ParameterSummary> {
     visit("lower_bound", p.lower_bound);
     visit("upper_bound", p.upper_bound);
     visit("num_at_bound", p.num_at_bound);
+    visit(Figure{.key = "num_undetermined"}, p.num_undetermined);
     visit("held", p.held);
   }
 };
@@ -68,6 +70,7 @@ struct FitHistory {
   std::vector<optim::RoundReport> rounds;  ///< ascending steps
   std::vector<StageEntry> stages;
   std::vector<ParameterSummary> parameters;
+  std::vector<double> gain_errors;    ///< standard errors by photo, NaN where they are not known
   double environment_exposure = 0.0;  ///< factor of the environment pictures, 0 = there are none
 };
 
@@ -78,6 +81,7 @@ struct Fields<FitHistory> {
     visit("rounds", history.rounds);
     visit("stages", history.stages);
     visit("parameters", history.parameters);
+    visit(Figure{.key = "gain_errors"}, history.gain_errors);
   }
 };
 

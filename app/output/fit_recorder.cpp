@@ -136,6 +136,7 @@ void FitRecorder::RecordScenes(const optim::FitSpec& spec,
                                const renderer::Scene& result,
                                const StandardErrorsByName& errors) {
   history_.parameters = SummarizeParameters(spec, start, result, errors);
+  history_.gain_errors = GainErrors(result, errors);
   const renderer::EnvironmentEmitter* initial = FindEnvironment(start);
   const renderer::EnvironmentEmitter* final = FindEnvironment(result);
   if (initial != nullptr && final != nullptr) {

@@ -47,6 +47,25 @@ bool AtBound(double value, double bound) {
          std::abs(value - bound) <= kAtBoundRelative * std::max(std::abs(bound), 1e-3);
 }
 
+/// One per scalar of the unknown, NaN where it is not known.
+std::vector<double> ErrorsOf(const optim::UnknownSpec& unknown,
+                             const Scene& scene,
+                             const StandardErrorsByName& errors) {
+  std::vector<double> all;
+  const renderer::ParameterLayout layout = LayoutOf(unknown, scene);
+  for (const renderer::ParameterGroup& group : layout.groups()) {
+    const std::size_t size =
+        static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
+    const auto known = errors.find(group.name);
+    if (known != errors.end() && known->second.size() == size) {
+      all.insert(all.end(), known->second.begin(), known->second.end());
+    } else {
+      all.resize(all.size() + size, std::nan(""));
+    }
+  }
+  return all;
+}
+
 double Mean(std::span<const double> values) {
   double sum = 0.0;
   for (const double value : values) sum += value;
@@ -91,6 +110,7 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
     if (optim::IsReplaced(result, unknown, spec.unknowns)) continue;
     const std::vector<double> initial = ValuesOf(spec, unknown, start);
     const std::vector<double> final = ValuesOf(spec, unknown, result);
+    const std::vector<double> known = ErrorsOf(unknown, result, errors);
     double lower = unknown.lower, upper = unknown.upper;
     const bool exposure = unknown.kind == ParameterKind::kExposure;
     if (exposure) {
@@ -114,10 +134,12 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
           renderer::TraitsOf(unknown.kind, result, std::max(0, unknown.object));
       summary.unit = traits.unit;
       summary.held = unknown.hold;
-      const auto known = errors.find(unknown.name);
-      const bool has_error = known != errors.end() && known->second.size() == final.size() &&
-                             (!whole || final.size() == 1);
-      summary.standard_error = has_error ? known->second[i] : std::nan("");
+      const bool is_single = !whole || final.size() == 1;
+      summary.standard_error = is_single && i < known.size() ? known[i] : std::nan("");
+      const std::size_t end = std::min(i + step, known.size());
+      for (std::size_t k = i; k < end; ++k) {
+        summary.num_undetermined += std::isinf(known[k]) ? 1 : 0;
+      }
       if (whole && final.size() > 1 && traits.IsPlace()) {
         summary.initial = summary.value = std::nan("");
       }
@@ -125,6 +147,13 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
     }
   }
   return summaries;
+}
+
+std::vector<double> GainErrors(const Scene& scene, const StandardErrorsByName& errors) {
+  optim::UnknownSpec gains;
+  gains.kind = ParameterKind::kExposure;
+  gains.object = -1;
+  return ErrorsOf(gains, scene, errors);
 }
 
 }  // namespace pathfit::app

@@ -10,7 +10,8 @@
 
 namespace pathfit::app {
 
-/// One per scalar of a group of unknowns.
+/// One per scalar of a group of unknowns: infinite where the photos do not determine it, NaN where
+/// only that is not so.
 using StandardErrorsByName = std::map<std::string, std::vector<double>>;
 
 /// One row per scalar of small unknowns (three components at most) and one per large group, in the
@@ -20,5 +21,8 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
                                                   const renderer::Scene& start,
                                                   const renderer::Scene& result,
                                                   const StandardErrorsByName& errors = {});
+
+/// Standard errors of the sensors' gains, NaN where they are not known.
+std::vector<double> GainErrors(const renderer::Scene& scene, const StandardErrorsByName& errors);
 
 }  // namespace pathfit::app

@@ -194,6 +194,9 @@ std::vector<std::string> DerivedWarnings(const FitHistory& history) {
     if (parameter.num_at_bound > 0 && parameter.num_scalars == 1 && !parameter.held) {
       warnings.push_back(parameter.name + " ended at its bound.");
     }
+    if (parameter.num_undetermined > 0 && parameter.num_scalars == 1 && !parameter.held) {
+      warnings.push_back("The photos do not determine " + parameter.name + ".");
+    }
   }
   if (!history.rounds.empty() && history.rounds.back().noise_relative > kNoiseShare) {
     warnings.push_back(fmt::format("In the last round {:.0f} % of the residual was sampling noise.",

@@ -274,7 +274,8 @@ class Codec {
                    {"square", arrays.Add(state.model.square)},
                    {"covariance", arrays.Add(state.model.covariance)},
                    {"scatter", arrays.Add(state.model.scatter)},
-                   {"linear", arrays.Add(state.model.linear)}}},
+                   {"linear", arrays.Add(state.model.linear)},
+                   {"variance", arrays.Add(state.model.variance)}}},
                  {"unknowns", names_},
                  {"start", start_checksum_},
                  {"scene", ToJson(state.scene, arrays)},
@@ -333,6 +334,7 @@ class Codec {
     ReadArray(arrays, model.at("covariance"), state.model.covariance);
     ReadArray(arrays, model.at("scatter"), state.model.scatter);
     ReadArray(arrays, model.at("linear"), state.model.linear);
+    ReadArray(arrays, model.at("variance"), state.model.variance);
     state.scene = SceneFromJson(json.at("scene"), arrays);
     state.stage_start = SceneFromJson(json.at("stage_start"), arrays);
     state.level_scene = SceneFromJson(json.at("level_scene"), arrays);

@@ -63,8 +63,8 @@ struct FitState {
   int still = 0;         ///< rounds in a row whose step moved nothing by more than kStillPixels
   int flat = 0;  ///< rounds in a row whose step lowered a cost that is not noise hardly at all
   bool precise = false;  ///< whether more samples would hardly improve the result, by the model
-  /// By group of unknowns (name), one per scalar in its unit; of the last stage that fitted it with
-  /// a model.
+  /// By group of unknowns (name), one per scalar in its unit; of the last stage that fitted it.
+  /// Infinite where no photo tells it, NaN where only that is not so (without a model).
   std::map<std::string, std::vector<double>> standard_errors;
 
   renderer::Scene scene;  ///< after the last finished round

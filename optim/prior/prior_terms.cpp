@@ -564,51 +564,86 @@ std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term
   return term.edge > 0.0 ? std::make_unique<EdgeLoss>(term.edge) : nullptr;
 }
 
+namespace {
+
+/// A term about theta: residual, Jacobian of each block (rows x components) and rho'.
+struct LinearTerm {
+  std::array<double, kMaxPriorRows> residual{};
+  std::vector<std::vector<double>> jacobians;
+  double slope = 1.0;
+  std::size_t rows = 0;
+};
+
+LinearTerm Linearized(const PriorTerm& term,
+                      const ParameterSet& set,
+                      const std::vector<double>& theta) {
+  LinearTerm linear;
+  std::vector<const double*> blocks;
+  std::vector<double*> targets;
+  for (const std::int32_t block : term.blocks) {
+    blocks.push_back(theta.data() + set.BlockOffset(block));
+    linear.jacobians.emplace_back(kMaxPriorRows * static_cast<std::size_t>(set.BlockSize(block)));
+  }
+  for (std::vector<double>& jacobian : linear.jacobians) {
+    targets.push_back(jacobian.data());
+  }
+  EvalPrior(term, set, blocks.data(), linear.residual.data(), targets.data());
+  if (term.edge > 0.0) {
+    double rho[3];
+    EdgeLoss(term.edge).Evaluate(
+        std::inner_product(
+            linear.residual.begin(), linear.residual.end(), linear.residual.begin(), 0.0),
+        rho);
+    linear.slope = rho[1];
+  }
+  linear.rows = term.NumGroups() * static_cast<std::size_t>(set.BlockSize(term.blocks.front()));
+  return linear;
+}
+
+}  // namespace
+
 std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
                                  const ParameterSet& set,
                                  const std::vector<double>& theta) {
   const std::size_t n = set.NumScalars();
   std::vector<double> hessian(n * n);
   for (const PriorTerm& term : terms) {
-    std::vector<const double*> blocks;
-    std::vector<std::vector<double>> jacobians;
-    std::vector<double*> targets;
-    for (const std::int32_t block : term.blocks) {
-      blocks.push_back(theta.data() + set.BlockOffset(block));
-      jacobians.emplace_back(kMaxPriorRows * static_cast<std::size_t>(set.BlockSize(block)));
-    }
-    for (std::vector<double>& jacobian : jacobians) {
-      targets.push_back(jacobian.data());
-    }
-    std::array<double, kMaxPriorRows> residual{};
-    EvalPrior(term, set, blocks.data(), residual.data(), targets.data());
-    double slope = 1.0;
-    if (term.edge > 0.0) {
-      double rho[3];
-      EdgeLoss(term.edge).Evaluate(
-          std::inner_product(residual.begin(), residual.end(), residual.begin(), 0.0), rho);
-      slope = rho[1];
-    }
-    const std::size_t rows =
-        term.NumGroups() * static_cast<std::size_t>(set.BlockSize(term.blocks.front()));
-    for (std::size_t a = 0; a < blocks.size(); ++a) {
-      for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const LinearTerm linear = Linearized(term, set, theta);
+    for (std::size_t a = 0; a < term.blocks.size(); ++a) {
+      for (std::size_t b = 0; b < term.blocks.size(); ++b) {
         const auto size_a = static_cast<std::size_t>(set.BlockSize(term.blocks[a]));
         const auto size_b = static_cast<std::size_t>(set.BlockSize(term.blocks[b]));
         for (std::size_t i = 0; i < size_a * size_b; ++i) {
           const std::size_t p = i / size_b;
           const std::size_t q = i % size_b;
           double sum = 0.0;
-          for (std::size_t row = 0; row < rows; ++row) {
-            sum += jacobians[a][row * size_a + p] * jacobians[b][row * size_b + q];
+          for (std::size_t row = 0; row < linear.rows; ++row) {
+            sum += linear.jacobians[a][row * size_a + p] * linear.jacobians[b][row * size_b + q];
           }
           hessian[(set.BlockOffset(term.blocks[a]) + p) * n + set.BlockOffset(term.blocks[b]) +
-                  q] += slope * sum;
+                  q] += linear.slope * sum;
         }
       }
     }
   }
   return hessian;
+}
+
+std::vector<double> PriorGradient(const std::vector<PriorTerm>& terms,
+                                  const ParameterSet& set,
+                                  const std::vector<double>& theta) {
+  std::vector<double> gradient(set.NumScalars());
+  for (const PriorTerm& term : terms) {
+    const LinearTerm linear = Linearized(term, set, theta);
+    for (std::size_t k = 0; k < term.blocks.size(); ++k) {
+      const auto size = static_cast<std::size_t>(set.BlockSize(term.blocks[k]));
+      for (std::size_t i = 0; i < linear.rows * size; ++i) {
+        gradient[set.BlockOffset(term.blocks[k]) + i % size] +=
+            linear.slope * linear.jacobians[k][i] * linear.residual[i / size];
+      }
+    }
+  }
+  return gradient;
 }
 
 std::vector<double> BeliefCovariance(const std::vector<PriorTerm>& terms,

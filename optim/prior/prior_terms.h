@@ -106,6 +106,11 @@ std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
                                  const ParameterSet& set,
                                  const std::vector<double>& theta);
 
+/// First derivatives of the terms' costs by theta.
+std::vector<double> PriorGradient(const std::vector<PriorTerm>& terms,
+                                  const ParameterSet& set,
+                                  const std::vector<double>& theta);
+
 /// Covariance of the gradient by theta that beliefs bring if they are as wrong as they say.
 std::vector<double> BeliefCovariance(const std::vector<PriorTerm>& terms,
                                      const ParameterSet& set,

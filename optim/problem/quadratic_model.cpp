@@ -22,13 +22,17 @@ using ConstVector = Eigen::Map<const Eigen::VectorXd>;
 constexpr int kNumParts = 8;
 // Of the mean diagonal: makes roots of matrices exist.
 constexpr double kRelativeShift = 1e-10;
+// In units of the scalars' own curvatures: a direction has none below it, and what of a direction
+// is rounding.
+constexpr double kNoCurvature = 1e-8;
+constexpr double kPartOfDirection = 1e-3;
 // A quadratic model is wrong by this share of a step that is taken from its point.
 constexpr double kErrorOfStep = 0.25;
 constexpr double kSigmas = 2.0;        // that chance is given
 constexpr double kUnknownNoise = 4.0;  // variance over what the covariance knows
 
 struct Sums {
-  std::vector<double> product, square, covariance, scatter;
+  std::vector<double> product, square, covariance, scatter, variance;
 };
 
 /// Adds one unit's products to the upper triangles (in block order).
@@ -47,6 +51,7 @@ void AddUnit(const PixelRows& rows, const RowUnit& unit, const ParameterSet& set
         for (std::size_t q = 0; q < size_b; ++q) {
           double mean = 0.0;
           double difference = 0.0;
+          double mixed = 0.0;
           for (std::size_t row = 0; row < num_rows; ++row) {
             const std::size_t i = row * size_a + p;
             const std::size_t k = row * size_b + q;
@@ -54,10 +59,16 @@ void AddUnit(const PixelRows& rows, const RowUnit& unit, const ParameterSet& set
                     static_cast<double>(entries[b].jacobian[k]);
             difference += static_cast<double>(spreads[a].jacobian[i]) *
                           static_cast<double>(spreads[b].jacobian[k]);
+            mixed += static_cast<double>(entries[a].jacobian[i]) *
+                     static_cast<double>(spreads[b].jacobian[k]);
           }
           const std::size_t cell = (offset_a + p) * n + offset_b + q;
           sums.product[cell] += mean - difference;
           sums.square[cell] += mean;
+          if (a == b && p == q) {
+            // (m + d)(m - d) has the variance of 2 m d, whatever m is.
+            sums.variance[offset_a + p] += 4.0 * mixed * mixed;
+          }
           const double noise = static_cast<double>(spreads[a].gradient[p]) *
                                static_cast<double>(spreads[b].gradient[q]);
           sums.covariance[cell] += noise;
@@ -121,14 +132,111 @@ double LargestByChance(std::size_t n) {
   return 1.0 + kSigmas * std::sqrt(2.0 / static_cast<double>(n));
 }
 
+/// By scalar: variance of the product over square and noise (square - product), whose factors are
+/// 4 / the number of rows that count. Zero without noise.
+Eigen::VectorXd ScatterOfShares(const QuadraticModel& model) {
+  const std::size_t n = model.NumScalars();
+  Eigen::VectorXd scatter = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  for (std::size_t i = 0; i < n; ++i) {
+    const double square = model.square[i * (n + 1)];
+    const double noise = square - model.product[i * (n + 1)];
+    if (noise > kRelativeShift * square) {
+      scatter(static_cast<Eigen::Index>(i)) = model.variance[i] / (square * noise);
+    }
+  }
+  return scatter;
+}
+
+/// Directions of scalars that photos or priors tell from standing still, in units of each scalar's
+/// own curvature. Scalars without any are left out.
+struct ToldPart {
+  std::vector<Eigen::Index> scalars;
+  Eigen::VectorXd unit;
+  Eigen::MatrixXd square;      ///< of the photos' Jacobian
+  Eigen::MatrixXd directions;  ///< orthonormal columns
+  Eigen::VectorXd inverse;     ///< of their curvatures, 0: nothing tells the direction
+  bool is_hidden = false;      ///< StandardErrors::is_hidden
+
+  [[nodiscard]] std::size_t Scalar(Eigen::Index i) const {
+    return static_cast<std::size_t>(scalars[static_cast<std::size_t>(i)]);
+  }
+  [[nodiscard]] Eigen::MatrixXd InUnits(const std::vector<double>& matrix, std::size_t n) const {
+    return unit.asDiagonal() * AsMatrix(matrix, n)(scalars, scalars) * unit.asDiagonal();
+  }
+  [[nodiscard]] Eigen::MatrixXd Solve() const {
+    return directions * inverse.asDiagonal() * directions.transpose();
+  }
+};
+
+ToldPart FindToldPart(const QuadraticModel& model,
+                      const std::vector<double>& prior_hessian,
+                      const std::vector<bool>& free) {
+  const std::size_t n = model.NumScalars();
+  const double scale = 1.0 / model.weight;
+  ToldPart told;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (free[i] && (model.square[i * (n + 1)] > 0.0 || prior_hessian[i * (n + 1)] > 0.0)) {
+      told.scalars.push_back(static_cast<Eigen::Index>(i));
+    }
+  }
+  const auto size = static_cast<Eigen::Index>(told.scalars.size());
+  told.unit.resize(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const std::size_t cell = told.Scalar(i) * (n + 1);
+    told.unit(i) = 1.0 / std::sqrt(model.square[cell] * scale + prior_hessian[cell]);
+  }
+  told.square = told.InUnits(model.square, n) * scale;
+  told.square.diagonal().array() += kRelativeShift;
+  told.directions = Eigen::MatrixXd::Identity(size, size);
+  told.inverse = Eigen::VectorXd::Zero(size);
+  if (size == 0) {
+    return told;
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(
+      told.InUnits(model.product, n) * scale, told.square);
+  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
+    return told;
+  }
+  // What of a direction's square is not noise is itself known as well as the product is. A floor
+  // for it, as steps have, would claim to know what nothing tells.
+  const Eigen::MatrixXd of_priors = told.InUnits(prior_hessian, n);
+  const Eigen::VectorXd scatter_of_scalars = ScatterOfShares(model)(told.scalars);
+  Eigen::VectorXd share = shares.eigenvalues();
+  for (Eigen::Index k = 0; k < size; ++k) {
+    const Eigen::VectorXd weights =
+        shares.eigenvectors().col(k).cwiseAbs2().cwiseProduct(told.square.diagonal());
+    const double scatter = weights.dot(scatter_of_scalars) / weights.sum();
+    const double least = kSigmas * std::sqrt(std::max(0.0, 1.0 - share(k)) * scatter);
+    if (share(k) <= least) {
+      const Eigen::VectorXd direction = shares.eigenvectors().col(k);
+      told.is_hidden |= direction.dot(of_priors * direction) < least;
+      share(k) = 0.0;
+    }
+  }
+  const Eigen::MatrixXd dual = told.square * shares.eigenvectors();
+  const Eigen::MatrixXd hessian =
+      dual * share.cwiseMin(1.0).asDiagonal() * dual.transpose() + of_priors;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian);
+  if (eigen.info() != Eigen::Success) {
+    return told;
+  }
+  told.directions = eigen.eigenvectors();
+  for (Eigen::Index k = 0; k < size; ++k) {
+    const double curvature = eigen.eigenvalues()(k);
+    told.inverse(k) = curvature > kNoCurvature ? 1.0 / curvature : 0.0;
+  }
+  return told;
+}
+
 /// All earlier rounds as if they had had that share of their samples.
 void Fade(double kept, QuadraticModel& model) {
   for (std::vector<double>* values :
        {&model.product, &model.square, &model.scatter, &model.linear}) {
     Scale(kept, *values);
   }
-  // Of the mean gradient, covariance / weight^2, that is 1 / kept times as much.
+  // Of means, covariance / weight^2, that is 1 / kept times as much.
   Scale(kept, model.covariance);
+  Scale(kept, model.variance);
   model.weight *= kept;
 }
 
@@ -139,7 +247,8 @@ QuadraticModel::QuadraticModel(std::size_t num_scalars)
       square(num_scalars * num_scalars),
       covariance(num_scalars * num_scalars),
       scatter(num_scalars * num_scalars),
-      linear(num_scalars) {}
+      linear(num_scalars),
+      variance(num_scalars) {}
 
 void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
   std::array<Sums, kNumParts> parts;
@@ -149,6 +258,7 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
     sums.square.assign(product.size(), 0.0);
     sums.covariance.assign(product.size(), 0.0);
     sums.scatter.assign(product.size(), 0.0);
+    sums.variance.assign(variance.size(), 0.0);
     const std::size_t count = rows.units.size();
     const std::size_t first = count * static_cast<std::size_t>(part) / kNumParts;
     const std::size_t end = count * static_cast<std::size_t>(part + 1) / kNumParts;
@@ -161,6 +271,7 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
     AddScaled(part.square, 1.0, square);
     AddScaled(part.covariance, 1.0, covariance);
     AddScaled(part.scatter, 1.0, scatter);
+    AddScaled(part.variance, 1.0, variance);
   }
 }
 
@@ -205,6 +316,7 @@ void Accumulate(const QuadraticModel& round,
   AddScaled(round.scatter, weight, model.scatter);
   AddScaled(round.linear, weight, model.linear);
   AddScaled(round.covariance, weight * weight, model.covariance);
+  AddScaled(round.variance, weight * weight, model.variance);
   model.weight += weight;
 }
 
@@ -242,34 +354,76 @@ void Forget(const std::vector<double>& step, QuadraticModel& model) {
 }
 
 StandardErrors EstimateErrors(const QuadraticModel& model,
-                              const std::vector<double>& theta,
                               const std::vector<double>& prior_hessian,
-                              const std::vector<double>& belief_covariance) {
+                              const std::vector<double>& belief_covariance,
+                              const std::vector<double>& ranges) {
   const std::size_t n = model.NumScalars();
-  const ModelAtPoint at = MakeModelAtPoint(model, theta);
-  RowMajorMatrix hessian = AsMatrix(at.hessian, n) + AsMatrix(prior_hessian, n);
-  // Scalars of very different sizes: in units of their own curvature.
-  const Eigen::VectorXd unit = hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  hessian = unit.asDiagonal() * hessian * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian);
-  const auto deviations = [&](const RowMajorMatrix& covariance) {
-    std::vector<double> result(n, std::numeric_limits<double>::infinity());
-    if (eigen.info() != Eigen::Success) {
-      return result;
+  const double scale = 1.0 / model.weight;
+  const double deviation = 1.0 / std::sqrt(12.0);  // of a uniform distribution
+  StandardErrors errors{std::vector<double>(n),
+                        std::vector<double>(n),
+                        std::vector<double>(n),
+                        std::vector<double>(n)};
+  const ToldPart told = FindToldPart(model, prior_hessian, std::vector<bool>(n, true));
+  errors.is_hidden = told.is_hidden;
+  const auto size = static_cast<Eigen::Index>(told.scalars.size());
+  std::vector<bool> is_told(n, false);
+  for (const Eigen::Index scalar : told.scalars) {
+    is_told[static_cast<std::size_t>(scalar)] = true;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    errors.of_ranges[i] = is_told[i] ? 0.0 : deviation * ranges[i];
+  }
+  for (Eigen::Index k = 0; k < size; ++k) {
+    if (told.inverse(k) > 0.0) {
+      continue;
     }
-    const Eigen::MatrixXd inverse =
-        unit.asDiagonal() * eigen.eigenvectors() *
-        eigen.eigenvalues().cwiseMax(kRelativeShift).cwiseInverse().asDiagonal() *
-        eigen.eigenvectors().transpose() * unit.asDiagonal();
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto row = inverse.row(static_cast<Eigen::Index>(i));
-      result[i] = std::sqrt(std::max(0.0, row.dot(covariance * row.transpose())));
+    const Eigen::VectorXd direction = told.directions.col(k);
+    // Anywhere between the bounds that are met first.
+    double reach = std::numeric_limits<double>::infinity();
+    for (Eigen::Index i = 0; i < size; ++i) {
+      reach = std::min(reach, ranges[told.Scalar(i)] / std::abs(direction(i) * told.unit(i)));
     }
-    return result;
-  };
-  return {deviations(AsMatrix(model.covariance, n) / (model.weight * model.weight)),
-          deviations(AsMatrix(model.scatter, n) / model.weight),
-          deviations(AsMatrix(belief_covariance, n))};
+    for (Eigen::Index i = 0; i < size; ++i) {
+      if (std::isfinite(reach) || std::abs(direction(i)) > kPartOfDirection) {
+        double& error = errors.of_ranges[told.Scalar(i)];
+        error = std::hypot(error, deviation * reach * direction(i) * told.unit(i));
+      }
+    }
+  }
+  const Eigen::MatrixXd solve = told.Solve();
+  const auto deviations =
+      [&](const std::vector<double>& matrix, double factor, std::vector<double>& result) {
+        const Eigen::MatrixXd covariance = told.InUnits(matrix, n) * factor;
+        for (Eigen::Index i = 0; i < size; ++i) {
+          const auto row = solve.row(i);
+          result[told.Scalar(i)] =
+              told.unit(i) * std::sqrt(std::max(0.0, row.dot(covariance * row.transpose())));
+        }
+      };
+  deviations(model.covariance, scale * scale, errors.of_rendering);
+  deviations(model.scatter, scale, errors.of_photos);
+  deviations(belief_covariance, 1.0, errors.of_beliefs);
+  return errors;
+}
+
+std::vector<double> StepToMinimum(const QuadraticModel& model,
+                                  const std::vector<double>& theta,
+                                  const std::vector<double>& prior_hessian,
+                                  const std::vector<double>& prior_gradient,
+                                  const std::vector<bool>& free) {
+  const std::size_t n = model.NumScalars();
+  std::vector<double> step(n);
+  const ToldPart told = FindToldPart(model, prior_hessian, free);
+  const Eigen::VectorXd gradient =
+      (AsMatrix(model.product, n) * AsVector(theta) - AsVector(model.linear)) / model.weight +
+      AsVector(prior_gradient);
+  const Eigen::VectorXd in_units = gradient(told.scalars).cwiseProduct(told.unit);
+  const Eigen::VectorXd taken = -told.Solve() * in_units;
+  for (Eigen::Index i = 0; i < taken.size(); ++i) {
+    step[told.Scalar(i)] = told.unit(i) * taken(i);
+  }
+  return step;
 }
 
 ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta) {

@@ -17,10 +17,11 @@ struct PixelRows;
 ///              rounds is where product x = linear;
 ///   covariance of the gradient by the renderings' noise, from the halves pixel by pixel;
 ///   scatter    of the pixels' shares of the gradient: at a minimum, its covariance by what of the
-///              photos no parameters explain (their noise, errors of the scene).
+///              photos no parameters explain (their noise, errors of the scene);
+///   variance   of the product's diagonal by the renderings' noise (num_scalars).
 struct QuadraticModel {
   double weight = 0.0;  ///< of the rounds together
-  std::vector<double> product, square, covariance, scatter, linear;
+  std::vector<double> product, square, covariance, scatter, linear, variance;
 
   explicit QuadraticModel(std::size_t num_scalars = 0);
   [[nodiscard]] std::size_t NumScalars() const { return linear.size(); }
@@ -54,17 +55,30 @@ void Forget(const std::vector<double>& step, QuadraticModel& model);
 double SignificanceOfStep(const std::vector<double>& step, const QuadraticModel& model);
 double LargestStepByChance(std::size_t num_scalars);
 
-/// Standard errors of the minimum by theta, infinite in directions that nothing determines: by the
-/// noise of the renderings, by what of the photos stays unexplained, and by beliefs. Of what is
+/// Standard errors of the minimum by theta: by the noise of the renderings, by what of the photos
+/// stays unexplained, by beliefs, and, in directions that neither photos nor priors tell from
+/// standing still, by what `ranges` (of theta, infinite without bounds) leave open. Of what is
 /// added to the photos' cost, num_scalars^2: `prior_hessian`, its second derivatives, and
 /// `belief_covariance`, the uncertainty of its gradient.
 struct StandardErrors {
-  std::vector<double> of_rendering, of_photos, of_beliefs;
+  std::vector<double> of_rendering, of_photos, of_beliefs, of_ranges;
+  /// The renderings' noise hides whether the photos tell some direction: more samples would say.
+  bool is_hidden = false;
 };
 StandardErrors EstimateErrors(const QuadraticModel& model,
-                              const std::vector<double>& theta,
                               const std::vector<double>& prior_hessian,
-                              const std::vector<double>& belief_covariance);
+                              const std::vector<double>& belief_covariance,
+                              const std::vector<double>& ranges);
+
+/// The step from `theta` to the minimum of the model and of what is added to it, whole:
+/// MakeModelAtPoint damps what drowns in its error, so that rounds end on the side that they come
+/// from. Scalars that are not `free` stay, and so do directions that neither photos nor priors tell
+/// (EstimateErrors).
+std::vector<double> StepToMinimum(const QuadraticModel& model,
+                                  const std::vector<double>& theta,
+                                  const std::vector<double>& prior_hessian,
+                                  const std::vector<double>& prior_gradient,
+                                  const std::vector<bool>& free);
 
 /// The model about a point, per round, made fit for a step.
 struct ModelAtPoint {

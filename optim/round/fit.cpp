@@ -325,6 +325,7 @@ class FitDriver {
                           "what the photos show, or nothing in them depends on what is free");
     }
     const FitViews& views = evaluation_.ViewsAt(stage.image_scale);
+    MoveToMinimum(stage, views);
     KeepBest(stage, views, report);
     for (const std::string& message : FillUnseenTexels(spec_.unknowns, views, state_.scene)) {
       observer_.OnMessage("stage '" + stage.name + "': " + message);
@@ -386,6 +387,38 @@ class FitDriver {
     state_.level_scene = state_.scene;
     state_.model = QuadraticModel();  // of other unknowns
     return true;
+  }
+
+  /// Steps within their error are damped, so that they end on the side of the start: the last one
+  /// goes the rest of the way, to what the rounds together say.
+  void MoveToMinimum(const StageSpec& stage, const FitViews& views) {
+    const Model model = MakeModel(Reference(), stage, views);
+    const std::size_t n = model.set.NumScalars();
+    if (state_.model.Empty() || state_.model.NumScalars() != n ||
+        HasKind(model.set, renderer::ParameterKind::kVertexPositions)) {
+      return;
+    }
+    std::vector<double> theta = model.set.ThetaFromValues(model.set.layout().Gather(state_.scene));
+    std::vector<bool> free(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      free[i] = theta[i] > model.set.lower()[i] && theta[i] < model.set.upper()[i];
+    }
+    const std::vector<double> step = StepToMinimum(state_.model,
+                                                   theta,
+                                                   PriorHessian(model.priors, model.set, theta),
+                                                   PriorGradient(model.priors, model.set, theta),
+                                                   free);
+    if (!(SignificanceOfStep(step, state_.model) <= LargestStepByChance(n))) {
+      return;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      theta[i] += step[i];
+      if (theta[i] < model.set.lower()[i] || theta[i] > model.set.upper()[i]) {
+        return;
+      }
+    }
+    model.set.layout().Scatter(model.set.ValuesFromTheta(theta), state_.scene);
+    FixExposureGauge(model.set, views.fitted, exposure_, state_.scene);
   }
 
   [[nodiscard]] std::vector<Candidate> StageCandidates(const ParameterSet& set) const {

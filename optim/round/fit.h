@@ -29,7 +29,8 @@ struct FitResult {
   FitStatus status = FitStatus::kFinished;
   std::vector<StageReport> stages;  ///< of this session
   /// By group of unknowns ("sky.intensity"), one per scalar in its unit: by the noise of renderings
-  /// and photos alike, from stages of few unknowns (ImageProblem::kMaxGramScalars).
+  /// and photos alike, from stages of few unknowns (ImageProblem::kMaxGramScalars), else NaN;
+  /// infinite where no photo tells it.
   std::map<std::string, std::vector<double>> standard_errors;
   int rounds = 0;       ///< of all sessions
   double wall_s = 0.0;  ///< of all sessions

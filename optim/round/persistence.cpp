@@ -81,10 +81,11 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
   };
   require(model.weight >= 0.0 && std::isfinite(model.weight) && is_square(model.product) &&
               is_square(model.square) && is_square(model.covariance) && is_square(model.scatter) &&
-              all_finite(model.linear),
+              all_finite(model.linear) && model.variance.size() == n && all_finite(model.variance),
           "an accumulated model that is not one");
   for (const auto& [name, values] : state.standard_errors) {
-    require(all_finite(values), "standard errors of '" + name + "' that are no numbers");
+    require(std::none_of(values.begin(), values.end(), [](double x) { return x < 0.0; }),
+            "standard errors of '" + name + "' that are none");
   }
 }
 

@@ -29,6 +29,8 @@ constexpr int kValidationSpp = 8;  // per round: a trend, not a result
 // the error by photos and beliefs, are not worth more samples.
 constexpr double kPrecision = 2e-3;
 constexpr double kShareOfOthers = 0.5;
+// Errors that leave a number anywhere between its bounds, in their standard deviation.
+constexpr double kAnywhere = 0.95;
 // A step pays that lowers the cost by this share, if the cost is not noise itself.
 constexpr double kPayingStep = 0.03;
 constexpr double kHidingNoise = 0.5;
@@ -174,17 +176,39 @@ void RecordErrors(const ParameterSet& set,
     const std::size_t size =
         static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
     for (std::size_t i = first; i < first + size; ++i) {
-      // What nothing else determines lies anywhere between its bounds.
-      const double of_theta =
-          std::min(std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]),
-                   (set.upper()[i] - set.lower()[i]) / std::sqrt(12.0));
+      const double told =
+          std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
+      const double of_theta = std::hypot(told, errors.of_ranges[i]);
+      const double between_bounds = (set.upper()[i] - set.lower()[i]) / std::sqrt(12.0);
+      // Without bounds of its own it lies as far away as those of others let it.
+      const bool is_led = std::isinf(between_bounds) && errors.of_ranges[i] > told;
+      if (is_led || of_theta >= kAnywhere * between_bounds) {
+        of_group.push_back(std::numeric_limits<double>::infinity());
+        continue;
+      }
       // By differences, since what a scalar stands for may depend on another one (cones).
-      const double step = std::min(1e-4 * std::max(1.0, std::abs(theta[i])), of_theta);
+      const double step = 1e-4 * std::max(1.0, std::abs(theta[i]));
       std::vector<double> moved = theta;
       moved[i] += step;
-      const double slope =
-          step > 0.0 ? std::abs(set.ValuesFromTheta(moved)[i] - values[i]) / step : 0.0;
+      const double slope = std::abs(set.ValuesFromTheta(moved)[i] - values[i]) / step;
       of_group.push_back(slope * of_theta);
+    }
+  }
+}
+
+/// Of many unknowns no errors are known, but what no pixel depends on.
+void RecordUnseen(const ParameterSet& set,
+                  const std::vector<double>& diagonal,
+                  std::map<std::string, std::vector<double>>& recorded) {
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    std::vector<double>& of_group = recorded[group.name];
+    of_group.clear();
+    const auto first = static_cast<std::size_t>(group.first_scalar);
+    const std::size_t size =
+        static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
+    for (std::size_t i = first; i < first + size; ++i) {
+      of_group.push_back(diagonal[i] > 0.0 ? std::numeric_limits<double>::quiet_NaN()
+                                           : std::numeric_limits<double>::infinity());
     }
   }
 }
@@ -204,16 +228,20 @@ void Judge(const StageContext& context,
   // The first steps of a noisy round are within their error, however far they lead.
   const bool is_within = outcome.accepted && explained && motion < kStillPixels;
   state.within_error = is_within ? state.within_error + 1 : 0;
+  std::vector<double> ranges = context.set.upper();
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    ranges[i] -= context.set.lower()[i];
+  }
   const StandardErrors errors =
       EstimateErrors(model,
-                     outcome.theta,
                      PriorHessian(context.priors, context.set, outcome.theta),
-                     BeliefCovariance(context.priors, context.set, outcome.theta));
+                     BeliefCovariance(context.priors, context.set, outcome.theta),
+                     ranges);
   std::vector<double> start = before;
   if (SameShapes(state.stage_start, state.scene)) {
     start = context.set.ThetaFromValues(context.set.layout().Gather(state.stage_start));
   }
-  state.precise = ArePrecise(errors, context.set, outcome.theta, start);
+  state.precise = !errors.is_hidden && ArePrecise(errors, context.set, outcome.theta, start);
   RecordErrors(context.set, outcome.theta, errors, state.standard_errors);
 }
 
@@ -308,6 +336,8 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
       step[i] -= theta[i];
     }
     Forget(step, state.model);
+  } else {
+    RecordUnseen(context.set, problem.sums().diagonal, state.standard_errors);
   }
   // Small steps that still pay lead on: weakly determined directions move little that is seen.
   const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;

@@ -5,9 +5,9 @@ error_scatter.py --pathfit BUILD/app/pathfit [--repeats N] [--jobs N] [--only CA
                  [--noise-levels X ...] [--size PIXELS] [--keep DIR] [--out FILE.json]
 
 Photos are one rendering of the truth with other noise each time, and each fit renders with a seed of its own; all else is
-the default. Of each scalar: the scatter of the values found over the rms of the standard errors reported (above 1: they
-claim too much), the rms distance to the truth in standard errors, and the share of fits within 1 and 3 of them. The scatter
-of N fits is itself known to a share 1 / sqrt(2 (N - 1)).
+the default. Of each scalar: the scatter of the values found over the median of the standard errors reported (above 1: they
+claim too much), the rms distance to the truth in standard errors, and the share of fits within 1 and 3 of them; without the
+fits that call it not determined. The scatter of N fits is itself known to a share 1 / sqrt(2 (N - 1)).
 """
 import argparse
 import concurrent.futures
@@ -15,12 +15,13 @@ import json
 import math
 import os
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from fit_runs import look_at, product, read_table, rotation_matrix, synth, write_transforms
+from fit_runs import look_at, product, read_scalars, rotation_matrix, synth, write_transforms
 
 FOV_DEG = 40.0
 PHOTO_SPP = 16384
@@ -36,6 +37,8 @@ CASES = {
                {"key.intensity": [9.0, 8.0, 6.0], "fill.intensity": [0.15, 0.2, 0.25]}),
     "gloss": ({"ball_paint.roughness": [0.5], "ball_paint.metallic": [0.5]}, {"ball_paint.roughness": [0.35], "ball_paint.metallic": [0.8]}),
     "camera": ({"view.exr.position": None, "view.exr.rotation": None}, {"view.exr.position": [0.0, 1.8, 3.2], "view.exr.rotation": [-x for x in POSE[0]]}),
+    "exposure": ({"floor_paint.base_color": [0.5, 0.5, 0.5], "view.exr.exposure": [1.0]},
+                 {"floor_paint.base_color": [0.3, 0.45, 0.6], "view.exr.exposure": [1.3]}),
     "place": ({"block.translation": [0.0] * 3, "block.scale": [1.0]}, {"block.translation": [0.08, 0.05, -0.06], "block.scale": [1.08]}),
 }
 
@@ -81,12 +84,17 @@ def fit_config(folder, name, photos, size, start):
     described = scene(values, name == "gloss")
     if not start:
         rows = [[x[r], y[r], z[r], origin[r]] for r in range(3)] + [[0, 0, 0, 1]]
-        described["sensors"] = {"view": {"size_px": [size, size], "focal_px": focal, "pose": {"world_from_camera": rows}}}
+        gain = values.get("view.exr.exposure", [1.0])[0]
+        described["sensors"] = {"view": {"size_px": [size, size], "focal_px": focal, "pose": {"world_from_camera": rows},
+                                         "exposure_ev": math.log2(gain)}}
         return {"schema": 1, "seed": 1, "scene": described, "render": {"spp": PHOTO_SPP}}
     write_transforms(folder / f"{name}_cameras.json", [{"file": "view.exr", "size": (size, size), "focal": focal, "columns": columns}])
-    return {"schema": 1, "scene": described, "unknowns": {k: {} for k in free}, "stages": [{"name": "all", "free": "all"}],
-            "input": {"images": str(photos), "cameras": {"path": str(folder / f"{name}_cameras.json"), "format": "transforms"},
-                      "split": {"validation": "none"}}}
+    source = {"images": str(photos), "cameras": {"path": str(folder / f"{name}_cameras.json"), "format": "transforms"},
+              "split": {"validation": "none"}}
+    if "view.exr.exposure" in free:
+        source["exposure"] = {"model": "gain"}
+    unknowns = {"exposure" if k == "view.exr.exposure" else k: {} for k in free}
+    return {"schema": 1, "scene": described, "unknowns": unknowns, "stages": [{"name": "all", "free": "all"}], "input": source}
 
 
 def true_values(name):
@@ -110,10 +118,10 @@ def run_one(args, folder, name, level, index):
                           capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{path}: {done.stderr[-1000:]}")
-    rows = {r["name"]: r for r in read_table(photos / "run" / "result" / "parameters.csv")}
+    rows = {r["name"]: r for r in read_scalars(photos / "run" / "result")}
     stage = json.loads((photos / "run" / "run.json").read_text())["stages"][-1]
     result = {"kept": stage["kept"], "stop": stage["stop_reason"], "rounds": stage["rounds"],
-              "values": {k: (float(rows[k]["value"]), float(rows[k]["standard_error"])) for k in true_values(name)}}
+              "values": {k: (float(rows[k]["value"]), float(rows[k]["standard_error"] or "inf")) for k in true_values(name)}}
     if not args.keep:
         shutil.rmtree(photos)
     return result
@@ -126,13 +134,19 @@ def rms(values):
 def compare(name, level, results):
     rows = []
     for key, truth in true_values(name).items():
-        values, errors = zip(*(r["values"][key] for r in results))
+        known = [r["values"][key] for r in results if math.isfinite(r["values"][key][1])]
+        untold = len(results) - len(known)
+        if len(known) < 3:
+            rows.append({"case": name, "noise": level, "name": key, "truth": truth, "not determined": untold})
+            continue
+        values, errors = zip(*known)
         mean = sum(values) / len(values)
         scatter = math.sqrt(sum((v - mean) ** 2 for v in values) / (len(values) - 1))
         z = [(v - truth) / e for v, e in zip(values, errors)]
-        rows.append({"case": name, "noise": level, "name": key, "truth": truth, "scatter": scatter, "error": rms(errors), "ratio": scatter / rms(errors),
+        error = statistics.median(errors)
+        rows.append({"case": name, "noise": level, "name": key, "truth": truth, "scatter": scatter, "error": error, "ratio": scatter / error,
                      "bias": (mean - truth) / scatter * math.sqrt(len(values)), "z": rms(z), "within 1": sum(abs(x) <= 1 for x in z) / len(z),
-                     "within 3": sum(abs(x) <= 3 for x in z) / len(z)})
+                     "within 3": sum(abs(x) <= 3 for x in z) / len(z), "not determined": untold})
     return rows
 
 
@@ -141,8 +155,12 @@ def print_case(rows, results):
     kept = {k: sum(r["kept"] == k for r in results) for k in {r["kept"] for r in results}}
     print(f"{rows[0]['case']}, noise {rows[0]['noise']:g}: {rounds[0]} to {rounds[-1]} rounds, kept {kept}")
     for r in rows:
+        untold = f"  not determined in {r['not determined']} fits" if r["not determined"] else ""
+        if "ratio" not in r:
+            print(f"  {r['name']:26} truth {r['truth']:8.4g}{untold}")
+            continue
         print(f"  {r['name']:26} truth {r['truth']:8.4g}  scatter {r['scatter']:9.3g}  error {r['error']:9.3g}  ratio {r['ratio']:5.2f}  "
-              f"mean off by {r['bias']:+5.1f}  z {r['z']:5.2f}  within 1: {r['within 1']:4.0%}  within 3: {r['within 3']:4.0%}")
+              f"mean off by {r['bias']:+5.1f}  z {r['z']:5.2f}  within 1: {r['within 1']:4.0%}  within 3: {r['within 3']:4.0%}{untold}")
     sys.stdout.flush()
 
 
@@ -179,8 +197,8 @@ def main():
     finally:
         if not args.keep:
             shutil.rmtree(root, ignore_errors=True)
-    ratios = [r["ratio"] for r in table]
-    print(f"\n{len(table)} scalars, median ratio {sorted(ratios)[len(ratios) // 2]:.2f}, within a factor {LIMIT}: "
+    ratios = [r["ratio"] for r in table if "ratio" in r]
+    print(f"\n{len(ratios)} scalars, median ratio {sorted(ratios)[len(ratios) // 2]:.2f}, within a factor {LIMIT}: "
           f"{sum(1 / LIMIT <= r <= LIMIT for r in ratios)}")
 
 

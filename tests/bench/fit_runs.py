@@ -197,6 +197,13 @@ def read_table(path):
         return list(csv.DictReader(file))
 
 
+def read_scalars(result):
+    """Rows of a result's parameters.csv, then its photos' gains as rows of the same columns."""
+    gains = [{"name": f"{r['image']}.exposure", "value": r["gain"], "standard_error": r["gain_standard_error"]}
+             for r in read_table(result / "exposure.csv")]
+    return read_table(result / "parameters.csv") + gains
+
+
 def peer_environment():
     """With the LLVM that does not abort on processors with AVX-512, if it is where Debian puts it."""
     environment = dict(os.environ, PYTHONDONTWRITEBYTECODE="1")

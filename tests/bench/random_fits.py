@@ -8,7 +8,7 @@ Scene I of a seed is the same for every count. Each has a floor, one to three ob
 cameras of 48 x 48 pixels, 1 to 200 unknowns of one to four kinds with a random start, photos with noise from none to 20 %
 of their mean, and up to 10 % of error in what the fit believes to know. Reported of each: the cost at the start, at
 the end and at the truth (whose error of the model stays), the share of the way to the truth that is left per kind,
-and, where parameters.csv has a column standard_error, deviations from the truth in standard errors.
+and, where a run's result has standard errors, deviations from the truth in standard errors.
 """
 import argparse
 import concurrent.futures
@@ -24,7 +24,7 @@ import tempfile
 import zlib
 from pathlib import Path
 
-from fit_runs import look_at, normalised, product, read_table, rotation_matrix, rotation_vector, run_fit, synth, write_transforms
+from fit_runs import look_at, normalised, product, read_scalars, rotation_matrix, rotation_vector, run_fit, synth, write_transforms
 
 SIZE = 48
 FOV_DEG = 45.0
@@ -475,7 +475,7 @@ def compare(unknown, values):
 
 
 def in_standard_errors(problem, table):
-    """(value - truth) / standard error of the scalars of parameters.csv that have both."""
+    """(value - truth) / standard error of the scalars that have both."""
     deviations = {}
     for u in problem.unknowns:
         if "turns" in u or len(u["truth"]) > 3:
@@ -525,7 +525,7 @@ def solve(args, index, root):
                cost_truth=stage_costs(folder / "run_truth")[-1]["cost_after" if has_gains else "cost_before"])
     values = run.rounds[-1].values if run.rounds else {}
     row["errors"] = [c for c in (compare(u, values.get(u["name"], [0.0] * 3 if "turns" in u else u["start"])) for u in problem.unknowns) if c]
-    row["deviations"] = in_standard_errors(problem, read_table(folder / "run" / "result" / "parameters.csv"))
+    row["deviations"] = in_standard_errors(problem, read_scalars(folder / "run" / "result"))
     row["outcome"] = judge(row)
     return row
 

@@ -279,8 +279,12 @@ function bars(chart, groups) {
       label(WIDE.left - 6, y.at(tick) + 4, "tick end", number(tick))]),
     groups.map((group, i) => {
       const at = y.at(finite(group.value));
-      return bar(WIDE.left + (i + 0.1) * pitch, Math.min(y.at(0), at), Math.min(0.8 * pitch, 60),
-        Math.max(Math.abs(at - y.at(0)), 0.5), group.color, group.name);
+      const left = WIDE.left + (i + 0.1) * pitch;
+      const width = Math.min(0.8 * pitch, 60);
+      const whisker = Number.isFinite(group.error) && s("path", { class: "axis",
+        d: `M${px(left + 0.5 * width)} ${px(y.at(group.value - group.error))}V${px(y.at(group.value + group.error))}` });
+      return [bar(left, Math.min(y.at(0), at), width, Math.max(Math.abs(at - y.at(0)), 0.5), group.color, group.name),
+        whisker || []];
     }),
     s("path", { class: "axis", d: `M${WIDE.left} ${px(y.at(0))}H${WIDE.right}` }),
     label(0.5 * (WIDE.left + WIDE.right), 194, "label mid", chart.x), turnedLabel(12, 93, chart.y)));
@@ -472,8 +476,9 @@ function parametersSection(data) {
   };
   const state = (p) => {
     if (p.held) return h("span", { class: "tag" }, "held");
-    if (!(p.num_at_bound > 0)) return "";
-    return h("span", { class: "tag bound" }, many(p) ? `${p.num_at_bound} at bound` : "at bound");
+    const count = (number, words) => (number > 0
+      ? h("span", { class: "tag bound" }, many(p) ? `${number} ${words}` : words) : "");
+    return h("span", {}, count(p.num_at_bound, "at bound"), count(p.num_undetermined, "not determined"));
   };
   const columns = [["Name", (p) => p.name], ["Unit", (p) => p.unit], ["Scalars", (p) => p.num_scalars],
     ["Initial", (p) => number(num(p.initial))], ["Final", (p) => number(num(p.value))],
@@ -481,21 +486,26 @@ function parametersSection(data) {
     ["Range", (p) => (many(p) ? `${number(num(p.minimum))} … ${number(num(p.maximum))}` : "")],
     ["RMS change", (p) => number(num(p.rms_change))], ["Bounds", bounds], ["", state]];
   return section("parameters", "Parameters", h("div", { class: "card scroll" }, table(columns, parameters),
-    note("Groups of many scalars show their mean, range and root mean square change.")));
+    note("Groups of many scalars show their mean, range and root mean square change. No photo tells what is " +
+      "not determined: it may lie anywhere between its bounds.")));
 }
 
 function exposureSection(data) {
   const views = lastStage(data)?.views ?? [];
   if (views.length === 0) return null;
-  const groups = views.map((view) => {
-    const ev = num(view.gain) > 0 ? Math.log2(num(view.gain)) : 0;
-    return { name: `${view.name}: gain ${number(num(view.gain))}, ${fixed(ev, 3)} EV`, value: ev,
+  const errors = data.history.gain_errors ?? [];
+  const groups = views.map((view, i) => {
+    const gain = num(view.gain);
+    const ev = gain > 0 ? Math.log2(gain) : 0;
+    const error = gain > 0 ? num(errors[i]) / (gain * Math.LN2) : NaN;
+    const spread = Number.isFinite(error) ? ` ± ${error.toPrecision(2)}` : "";
+    return { name: `${view.name}: gain ${number(gain)}, ${fixed(ev, 3)}${spread} EV`, value: ev, error,
       color: view.validation ? 1 : 0 };
   });
   return section("exposure", "Exposure",
     bars({ title: "Gain of each photo", x: "photos in order", y: "EV (log2 gain)" }, groups),
     note(h("i", { class: "sw s0" }), "fitted ", h("i", { class: "sw s1" }), "held out. The gain multiplies the " +
-      "rendered radiance; numbers are in result/exposure.csv."));
+      "rendered radiance; upright lines are standard errors; numbers are in result/exposure.csv."));
 }
 
 function environmentSection(data) {

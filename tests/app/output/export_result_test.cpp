@@ -142,7 +142,9 @@ TEST(ExportResult, WritesMeshesLightsAndTables) {
   renderer::Scene scene = MakeScene(set);
   scene.sensors[2].gain = 2.0;
   const fs::path result = folder.path() / "result";
-  ExportResult(result, scene, Views(set), SummarizeParameters(MakeSpec(), scene, scene));
+  std::vector<ExportedView> views = Views(set);
+  views[2].gain_error = 0.125;
+  ExportResult(result, scene, views, SummarizeParameters(MakeSpec(), scene, scene));
 
   const renderer::Mesh mesh = renderer::ReadMesh(result / "axe.ply");
   EXPECT_EQ(mesh.triangles.size(), scene.meshes[0].mesh.triangles.size());
@@ -162,8 +164,8 @@ TEST(ExportResult, WritesMeshesLightsAndTables) {
   EXPECT_EQ(lights.at("lights")[1].at("type"), "point");
 
   const std::string exposure = renderer::ReadWholeFile(result / "exposure.csv");
-  EXPECT_EQ(Count(exposure, "IMG_0002.jpg,0,2,1\n"), 1);
-  EXPECT_EQ(Count(exposure, "IMG_0004.jpg,1,1,0\n"), 1);
+  EXPECT_EQ(Count(exposure, "IMG_0002.jpg,0,2,1,0.125\n"), 1);
+  EXPECT_EQ(Count(exposure, "IMG_0004.jpg,1,1,0,\n"), 1);
   EXPECT_EQ(Count(renderer::ReadWholeFile(result / "parameters.csv"), "\n"), 9);
 }
 
@@ -466,6 +468,36 @@ TEST(ParameterTable, HasScalarsAndGroups) {
   EXPECT_EQ(rows[7].name, "exposure");
   EXPECT_EQ(rows[7].num_scalars, 5);
   EXPECT_EQ(rows[7].upper_bound, 8.0);
+}
+
+TEST(ParameterTable, CountsWhatNoPhotoTellsAndHasErrorsOfGains) {
+  const optim::ObservationSet set = MakeObservations(3, 64, 48);
+  const renderer::Scene scene = MakeScene(set);
+  constexpr double kUntold = std::numeric_limits<double>::infinity();
+  constexpr double kTold = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> texels(16 * 8 * 3, kTold);
+  texels[7] = texels[8] = kUntold;
+  const StandardErrorsByName errors = {{"paint.roughness", {kUntold}},
+                                       {"room.intensity", {0.5, 0.25, kUntold}},
+                                       {"room.texels", texels},
+                                       {"axe.vertices", {kUntold}},  // of another mesh
+                                       {"IMG_0001.jpg.exposure", {0.125}},
+                                       {"IMG_0002.jpg.exposure", {kUntold}}};
+  const std::vector<ParameterSummary> rows = SummarizeParameters(MakeSpec(), scene, scene, errors);
+  ASSERT_EQ(rows.size(), 8U);
+  EXPECT_EQ(rows[0].num_undetermined, 0);
+  EXPECT_EQ(rows[1].num_undetermined, 1);
+  EXPECT_EQ(rows[3].standard_error, 0.5);
+  EXPECT_EQ(rows[3].num_undetermined, 0);
+  EXPECT_EQ(rows[5].num_undetermined, 1);
+  EXPECT_EQ(rows[6].num_undetermined, 2);
+  EXPECT_TRUE(std::isnan(rows[6].standard_error));
+  EXPECT_EQ(rows[7].num_undetermined, 1);
+  const std::vector<double> gains = GainErrors(scene, errors);
+  ASSERT_EQ(gains.size(), 3U);
+  EXPECT_TRUE(std::isnan(gains[0])) << "held out";
+  EXPECT_EQ(gains[1], 0.125);
+  EXPECT_EQ(gains[2], kUntold);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include "app/output/fit_recorder.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -87,8 +89,19 @@ TEST(FitRecorder, WritesTheRunDirectory) {
   fit.Rounds(1, kLastStep);
   fit.log().Warn("one mask is black");
   const renderer::Scene scene = MakeScene(fit.set());
-  fit.recorder().RecordScenes(MakeSpec(), scene, scene);
+  fit.recorder().RecordScenes(MakeSpec(),
+                              scene,
+                              scene,
+                              {{"IMG_0001.jpg.exposure", {0.125}},
+                               {"paint.roughness", {std::numeric_limits<double>::infinity()}}});
   fit.recorder().Finish(RunStatus::kFinished, "all stages done", 0);
+  const FitHistory history = ReadHistory(fit.run().History());
+  ASSERT_EQ(history.gain_errors.size(), 5U);
+  EXPECT_EQ(history.gain_errors[1], 0.125);
+  EXPECT_TRUE(std::isnan(history.gain_errors[2]));
+  EXPECT_EQ(
+      std::ranges::count(DerivedWarnings(history), "The photos do not determine paint.roughness."),
+      1);
 
   const fs::path held_out = fit.run().Images() / "IMG_0000";
   for (const char* file : {"start_fit.png",

@@ -86,9 +86,9 @@ function someData(word = "axe") {
       libraries: { [word]: word }, host: { name: word, cpu: word, logical_cpus: 2 }, config_path: word,
       sessions: [{ argv: [word, "a b"], from_step: 0, started_utc: word, outcome: "" }],
       assumptions: [word], attributions: [word], inputs: [{ path: word, bytes: 3, sha256: word }] },
-    history: { environment_exposure: 0.5, rounds, stages: [stage("start", 17), stage(word, 23)],
+    history: { environment_exposure: 0.5, gain_errors: [null, 0.011], rounds, stages: [stage("start", 17), stage(word, 23)],
       parameters: [{ name: word, unit: word, num_scalars: 1, initial: 0.5, value: 0.1, minimum: 0.1, maximum: 0.1,
-        rms_change: 0.4, standard_error: 0.02, lower_bound: 0.1, upper_bound: "inf", num_at_bound: 1, held: false }] },
+        rms_change: 0.4, standard_error: 0.02, lower_bound: 0.1, upper_bound: "inf", num_at_bound: 1, num_undetermined: 1, held: false }] },
     figures: {
       round: [figure("cost_total", { chart: "Cost" }), figure("spp", { chart: "Samples per pixel", by_stage: "max" }),
         figure("render_s", { unit: "s", label: "Images", by_stage: "sum" }), figure("linear_solver", { by_stage: "last" }),
@@ -110,8 +110,12 @@ function testAllSections(script) {
   assert.strictEqual(main.classed("none").length, 3 + 5, "pictures that are not there");
   assert.strictEqual(main.classed("plot").length, 3 + 2, "three charts, gains and times");
   assert.strictEqual(main.classed("cross").length, 1, "the rejected step");
+  const gains = main.tagged("section").find((one) => one.attributes.id === "exposure");
+  assert.ok(gains.textContent.includes("axe2: gain 1.1, 0.138 ± 0.014 EV"), gains.textContent);
+  assert.ok(gains.textContent.includes("axe1: gain 1.1, 0.138 EV"), gains.textContent);
+  assert.strictEqual(gains.classed("axis").length, 2, "the axis and the error of one gain");
   const words = main.textContent;
-  for (const part of ["from 17.00 +6.00 dB", "20.00 → 20.00 dB", "[0.1, ∞]", "at bound", "18446744073709551615",
+  for (const part of ["from 17.00 +6.00 dB", "20.00 → 20.00 dB", "[0.1, ∞]", "at bound", "not determined", "18446744073709551615",
     "axe 'a b'", "The others are in run.json", "A chart the script does not know"]) {
     assert.ok(words.includes(part), part);
   }

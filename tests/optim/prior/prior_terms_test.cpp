@@ -53,6 +53,16 @@ void CheckJacobians(const std::vector<PriorTerm>& terms,
                     const ParameterSet& set,
                     std::vector<double> theta) {
   ASSERT_FALSE(terms.empty());
+  const std::vector<double> gradient = optim::PriorGradient(terms, set, theta);
+  for (std::size_t i = 0; i < theta.size(); i += 1 + theta.size() / 40) {
+    constexpr double kStep = 1e-5;
+    std::vector<double> above = theta, below = theta;
+    above[i] += kStep;
+    below[i] -= kStep;
+    const double difference =
+        (PriorCost(terms, set, above) - PriorCost(terms, set, below)) / (2.0 * kStep);
+    EXPECT_NEAR(gradient[i], difference, 1e-5 * (1.0 + std::abs(difference)));
+  }
   for (const PriorTerm& term : terms) {
     std::vector<const double*> blocks;
     const auto size = static_cast<std::size_t>(set.BlockSize(term.blocks[0]));

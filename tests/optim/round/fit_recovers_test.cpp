@@ -125,6 +125,13 @@ TEST_F(FitRecoversTest, ExposuresUpToTheFactorSharedWithTheLight) {
   }
   EXPECT_LT(std::sqrt(square - mean_error * mean_error), 0.01);  // EV, the held-out view included
   EXPECT_NEAR(mean_ev, 0.0, 1e-9);                               // the gauge
+  EXPECT_EQ(std::ranges::count_if(result.standard_errors,
+                                  [](const auto& of_group) {
+                                    const auto& [name, errors] = of_group;
+                                    return name.ends_with(".exposure") && errors.size() == 1 &&
+                                           errors[0] > 1e-5 && errors[0] < 0.3;
+                                  }),
+            kNumViews - 1);
 }
 
 }  // namespace
