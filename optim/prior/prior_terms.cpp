@@ -564,15 +564,19 @@ std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term
   return term.edge > 0.0 ? std::make_unique<EdgeLoss>(term.edge) : nullptr;
 }
 
-std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
-                                 const ParameterSet& set,
-                                 const std::vector<double>& theta) {
-  const std::size_t n = set.NumScalars();
-  std::vector<double> hessian(n * n);
+void LinearizePriors(const std::vector<PriorTerm>& terms,
+                     const ParameterSet& set,
+                     const std::vector<double>& theta,
+                     std::vector<double>& gradient,
+                     const BlockProductSink& add) {
+  std::vector<const double*> blocks;
+  std::vector<std::vector<double>> jacobians;
+  std::vector<double*> targets;
+  std::vector<double> product;
   for (const PriorTerm& term : terms) {
-    std::vector<const double*> blocks;
-    std::vector<std::vector<double>> jacobians;
-    std::vector<double*> targets;
+    blocks.clear();
+    jacobians.clear();
+    targets.clear();
     for (const std::int32_t block : term.blocks) {
       blocks.push_back(theta.data() + set.BlockOffset(block));
       jacobians.emplace_back(kMaxPriorRows * static_cast<std::size_t>(set.BlockSize(block)));
@@ -592,22 +596,45 @@ std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
     const std::size_t rows =
         term.NumGroups() * static_cast<std::size_t>(set.BlockSize(term.blocks.front()));
     for (std::size_t a = 0; a < blocks.size(); ++a) {
+      const auto size_a = static_cast<std::size_t>(set.BlockSize(term.blocks[a]));
+      for (std::size_t i = 0; i < rows * size_a; ++i) {
+        gradient[set.BlockOffset(term.blocks[a]) + i % size_a] +=
+            slope * jacobians[a][i] * residual[i / size_a];
+      }
       for (std::size_t b = 0; b < blocks.size(); ++b) {
-        const auto size_a = static_cast<std::size_t>(set.BlockSize(term.blocks[a]));
         const auto size_b = static_cast<std::size_t>(set.BlockSize(term.blocks[b]));
-        for (std::size_t i = 0; i < size_a * size_b; ++i) {
-          const std::size_t p = i / size_b;
-          const std::size_t q = i % size_b;
+        product.assign(size_a * size_b, 0.0);
+        for (std::size_t i = 0; i < product.size(); ++i) {
           double sum = 0.0;
           for (std::size_t row = 0; row < rows; ++row) {
-            sum += jacobians[a][row * size_a + p] * jacobians[b][row * size_b + q];
+            sum +=
+                jacobians[a][row * size_a + i / size_b] * jacobians[b][row * size_b + i % size_b];
           }
-          hessian[(set.BlockOffset(term.blocks[a]) + p) * n + set.BlockOffset(term.blocks[b]) +
-                  q] += slope * sum;
+          product[i] = slope * sum;
         }
+        add(term.blocks[a], term.blocks[b], product);
       }
     }
   }
+}
+
+std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
+                                 const ParameterSet& set,
+                                 const std::vector<double>& theta) {
+  const std::size_t n = set.NumScalars();
+  std::vector<double> hessian(n * n), gradient(n);
+  LinearizePriors(
+      terms,
+      set,
+      theta,
+      gradient,
+      [&](std::int32_t row, std::int32_t column, std::span<const double> product) {
+        const auto width = static_cast<std::size_t>(set.BlockSize(column));
+        for (std::size_t i = 0; i < product.size(); ++i) {
+          hessian[(set.BlockOffset(row) + i / width) * n + set.BlockOffset(column) + i % width] +=
+              product[i];
+        }
+      });
   return hessian;
 }
 
