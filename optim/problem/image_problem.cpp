@@ -167,6 +167,7 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
     start_pixel_costs_.push_back(std::move(pixel_costs));
   } else if (uses_sparse_gram_) {
     size_.sparse_gram_bytes = static_cast<double>(sparse_gram_.MemoryBytes());
+    size_.sparse_gram_seen = static_cast<double>(sparse_gram_.NumSeen());
   } else {
     size_.roots = roots_.Size();
   }

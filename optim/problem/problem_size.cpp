@@ -87,6 +87,11 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
   return TotalBytes(linearising) > TotalBytes(solving) ? linearising : solving;
 }
 
+double JacobianBytes(const ProblemSize& size, bool uses_gram) {
+  return size.roots.kept_bytes + size.sparse_gram_bytes +
+         (uses_gram ? 8.0 * size.num_scalars * size.num_scalars : 0.0);
+}
+
 double FactorCells(double num_scalars) {
   return std::min(0.5 * num_scalars * num_scalars,
                   kFillPerUnknown * num_scalars * std::log2(num_scalars + 2.0));

@@ -185,6 +185,11 @@ std::size_t SparseGram::NumPairs() const {
   return pairs;
 }
 
+std::size_t SparseGram::NumSeen() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(rows_, [](const Row& row) { return row.columns.size() > 1; }));
+}
+
 std::size_t SparseGram::MemoryBytes() const {
   std::size_t bytes = rows_.capacity() * sizeof(Row);
   for (const Row& row : rows_) {

@@ -32,6 +32,8 @@ class SparseGram {
   void Multiply(const std::vector<double>& x, std::vector<double>& y) const;
 
   [[nodiscard]] std::size_t NumPairs() const;
+  /// Blocks that some pixel sees beside another one.
+  [[nodiscard]] std::size_t NumSeen() const;
   [[nodiscard]] std::size_t MemoryBytes() const;
 
   /// Of a cell's rows, whatever the size of the column's block.

@@ -43,15 +43,24 @@ double Extrapolate(double of_half, double of_seen, double num_views_over_seen) {
   return of_seen * std::pow(num_views_over_seen, std::min(1.0, std::log2(of_seen / of_half)));
 }
 
-/// Sizes after each sampled view, the last of all.
-ProblemSize SizeOfAll(const std::vector<ProblemSize>& sizes, std::size_t num_views) {
+/// From the sizes after each sampled view; surfaces are seen once, what is seen of them in ever
+/// more pairs.
+ProblemSize SizeOfAll(const std::vector<ProblemSize>& sizes,
+                      std::size_t num_views,
+                      std::size_t num_blocks) {
   ProblemSize size = sizes.back();
   if (num_views <= sizes.size() || sizes.size() < 2) {
     return size;
   }
   const ProblemSize& half = sizes[sizes.size() / 2 - 1];
   const double more = static_cast<double>(num_views) / static_cast<double>(sizes.size());
-  size.sparse_gram_bytes = Extrapolate(half.sparse_gram_bytes, size.sparse_gram_bytes, more);
+  if (half.sparse_gram_seen > 0.0) {
+    const double seen = std::min(static_cast<double>(num_blocks),
+                                 Extrapolate(half.sparse_gram_seen, size.sparse_gram_seen, more));
+    size.sparse_gram_bytes = seen * Extrapolate(half.sparse_gram_bytes / half.sparse_gram_seen,
+                                                size.sparse_gram_bytes / size.sparse_gram_seen,
+                                                more);
+  }
   for (const auto figure : {&RootSize::gathered_bytes,
                             &RootSize::kept_bytes,
                             &RootSize::num_panels,
@@ -109,7 +118,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
   ImageProblem problem(source, views, set, options);
   problem.Linearize(set.layout().Gather(refined));
-  ProblemSize size = SizeOfAll(problem.sizes(), fitted.size());
+  ProblemSize size = SizeOfAll(problem.sizes(), fitted.size(), set.NumBlocks());
   const std::vector<double> values = set.layout().Gather(refined);
   for (const auto& terms :
        {BuildPriorTerms(scene, refined, spec.unknowns, set, exposure, views.num_channels),
@@ -129,6 +138,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
 
   StageMemory memory;
   memory.num_scalars = size.num_scalars;
+  memory.jacobian_bytes = JacobianBytes(size, problem.UsesGram());
   if (problem.UsesGram() || problem.UsesSparseGram()) {
     memory.solver = problem.UsesGram() ? LinearSolverKind::kGram : LinearSolverKind::kSparseGram;
     CheckFits(size, memory.solver, spec.max_memory_bytes);

@@ -284,9 +284,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   report.accepted = outcome.accepted;
   state.accepted += outcome.accepted ? 1 : 0;
   report.solver_failure = outcome.failure;
-  const double gram = problem.UsesGram() ? 8.0 * std::pow(problem.size().num_scalars, 2) : 0.0;
-  report.jacobian_mb =
-      (problem.size().roots.kept_bytes + problem.size().sparse_gram_bytes + gram) / 1e6;
+  report.jacobian_mb = JacobianBytes(problem.size(), problem.UsesGram()) / 1e6;
   if (outcome.accepted) {
     const double after =
         (problem.costs().Total() + PriorCost(context.priors, context.set, outcome.theta)) * unit;
