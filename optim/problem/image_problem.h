@@ -85,9 +85,9 @@ class ImageProblem {
     return choice == LinearSolverChoice::kGram ||
            (choice == LinearSolverChoice::kAuto && num_scalars <= kMaxGramScalars);
   }
-  /// Above this many the pairs of unknowns that meet in pixels take less than the rows of all
-  /// photos, and what they take hardly grows with the photos.
-  static constexpr std::size_t kMaxRootScalars = 100'000;
+  /// Above this many, rows of many photos do not fit; the pairs of unknowns that meet in pixels do,
+  /// though nothing takes the noise of the derivatives from their products.
+  static constexpr std::size_t kMaxRootScalars = 300'000;
   static bool FormsSparseNormalEquations(LinearSolverChoice choice, std::size_t num_scalars) {
     return choice == LinearSolverChoice::kSparseGram ||
            (choice == LinearSolverChoice::kAuto && num_scalars > kMaxRootScalars);

@@ -7,8 +7,8 @@
 namespace pathfit::optim {
 
 /// SolveRound on the sparse normal equations of `problem`, which it uses up: the priors' are added
-/// in place. The steps are those of conjugate gradients on the rows but for rounding: the same
-/// damping, preconditioner, ends of iterations and acceptance.
+/// in place. Where derivatives have no noise, steps are those of conjugate gradients on the rows:
+/// the same damping, preconditioner, ends of iterations and acceptance.
 SolveOutcome SolveSparseRound(ImageProblem& problem,
                               const std::vector<PriorTerm>& priors,
                               const std::vector<PriorTerm>& proximal,
