@@ -132,6 +132,7 @@ Json ResultOf(const Experiment& experiment,
   }
   for (std::size_t i = 0; i < memory.size(); ++i) {
     json["stages"][i]["memory_bytes"] = optim::TotalBytes(memory[i].items);
+    json["stages"][i]["jacobian_bytes"] = memory[i].jacobian_bytes;
     json["stages"][i]["linear_solver"] = optim::LinearSolverName(memory[i].solver);
   }
   for (const Overlap& overlap : OverlapsOf(start)) json["initial_iou"][overlap.name] = overlap.iou;

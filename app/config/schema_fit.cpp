@@ -154,10 +154,15 @@ SchemaNode SolverSchema() {
                      {{"auto", LinearSolverChoice::kAuto},
                       {"gram", LinearSolverChoice::kGram},
                       {"cholesky", LinearSolverChoice::kCholesky},
-                      {"cgnr", LinearSolverChoice::kCgnr}},
+                      {"cgnr", LinearSolverChoice::kCgnr},
+                      {"sparse_gram", LinearSolverChoice::kSparseGram}},
                      &ExperimentConfig::fit,
                      &FitSpec::linear_solver) |
-                  Doc("`auto` picks by size and coupling; the log says which.") |
+                  Doc("`gram`: dense normal equations; `cholesky`, `cgnr`: a factor of, or "
+                      "conjugate "
+                      "gradients on, the rows of all photos collapsed; `sparse_gram`: conjugate "
+                      "gradients on sparse normal equations, which take least where unknowns and "
+                      "photos are many. `auto` picks by size and coupling; the log says which.") |
                   Refuse({{"dense_qr", "; write gram"},
                           {"sparse_normal_cholesky", "; write cholesky"},
                           {"iterative", "; write cgnr"}}),

@@ -564,68 +564,77 @@ std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term
   return term.edge > 0.0 ? std::make_unique<EdgeLoss>(term.edge) : nullptr;
 }
 
-namespace {
-
-/// A term about theta: residual, Jacobian of each block (rows x components) and rho'.
-struct LinearTerm {
-  std::array<double, kMaxPriorRows> residual{};
-  std::vector<std::vector<double>> jacobians;
-  double slope = 1.0;
-  std::size_t rows = 0;
-};
-
-LinearTerm Linearized(const PriorTerm& term,
-                      const ParameterSet& set,
-                      const std::vector<double>& theta) {
-  LinearTerm linear;
+void LinearizePriors(const std::vector<PriorTerm>& terms,
+                     const ParameterSet& set,
+                     const std::vector<double>& theta,
+                     std::vector<double>& gradient,
+                     const BlockProductSink& add) {
   std::vector<const double*> blocks;
+  std::vector<std::vector<double>> jacobians;
   std::vector<double*> targets;
-  for (const std::int32_t block : term.blocks) {
-    blocks.push_back(theta.data() + set.BlockOffset(block));
-    linear.jacobians.emplace_back(kMaxPriorRows * static_cast<std::size_t>(set.BlockSize(block)));
+  std::vector<double> product;
+  for (const PriorTerm& term : terms) {
+    blocks.clear();
+    jacobians.clear();
+    targets.clear();
+    for (const std::int32_t block : term.blocks) {
+      blocks.push_back(theta.data() + set.BlockOffset(block));
+      jacobians.emplace_back(kMaxPriorRows * static_cast<std::size_t>(set.BlockSize(block)));
+    }
+    for (std::vector<double>& jacobian : jacobians) {
+      targets.push_back(jacobian.data());
+    }
+    std::array<double, kMaxPriorRows> residual{};
+    EvalPrior(term, set, blocks.data(), residual.data(), targets.data());
+    double slope = 1.0;
+    if (term.edge > 0.0) {
+      double rho[3];
+      EdgeLoss(term.edge).Evaluate(
+          std::inner_product(residual.begin(), residual.end(), residual.begin(), 0.0), rho);
+      slope = rho[1];
+    }
+    const std::size_t rows =
+        term.NumGroups() * static_cast<std::size_t>(set.BlockSize(term.blocks.front()));
+    for (std::size_t a = 0; a < blocks.size(); ++a) {
+      const auto size_a = static_cast<std::size_t>(set.BlockSize(term.blocks[a]));
+      for (std::size_t i = 0; i < rows * size_a; ++i) {
+        gradient[set.BlockOffset(term.blocks[a]) + i % size_a] +=
+            slope * jacobians[a][i] * residual[i / size_a];
+      }
+      for (std::size_t b = 0; b < blocks.size(); ++b) {
+        const auto size_b = static_cast<std::size_t>(set.BlockSize(term.blocks[b]));
+        product.assign(size_a * size_b, 0.0);
+        for (std::size_t i = 0; i < product.size(); ++i) {
+          double sum = 0.0;
+          for (std::size_t row = 0; row < rows; ++row) {
+            sum +=
+                jacobians[a][row * size_a + i / size_b] * jacobians[b][row * size_b + i % size_b];
+          }
+          product[i] = slope * sum;
+        }
+        add(term.blocks[a], term.blocks[b], product);
+      }
+    }
   }
-  for (std::vector<double>& jacobian : linear.jacobians) {
-    targets.push_back(jacobian.data());
-  }
-  EvalPrior(term, set, blocks.data(), linear.residual.data(), targets.data());
-  if (term.edge > 0.0) {
-    double rho[3];
-    EdgeLoss(term.edge).Evaluate(
-        std::inner_product(
-            linear.residual.begin(), linear.residual.end(), linear.residual.begin(), 0.0),
-        rho);
-    linear.slope = rho[1];
-  }
-  linear.rows = term.NumGroups() * static_cast<std::size_t>(set.BlockSize(term.blocks.front()));
-  return linear;
 }
-
-}  // namespace
 
 std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
                                  const ParameterSet& set,
                                  const std::vector<double>& theta) {
   const std::size_t n = set.NumScalars();
-  std::vector<double> hessian(n * n);
-  for (const PriorTerm& term : terms) {
-    const LinearTerm linear = Linearized(term, set, theta);
-    for (std::size_t a = 0; a < term.blocks.size(); ++a) {
-      for (std::size_t b = 0; b < term.blocks.size(); ++b) {
-        const auto size_a = static_cast<std::size_t>(set.BlockSize(term.blocks[a]));
-        const auto size_b = static_cast<std::size_t>(set.BlockSize(term.blocks[b]));
-        for (std::size_t i = 0; i < size_a * size_b; ++i) {
-          const std::size_t p = i / size_b;
-          const std::size_t q = i % size_b;
-          double sum = 0.0;
-          for (std::size_t row = 0; row < linear.rows; ++row) {
-            sum += linear.jacobians[a][row * size_a + p] * linear.jacobians[b][row * size_b + q];
-          }
-          hessian[(set.BlockOffset(term.blocks[a]) + p) * n + set.BlockOffset(term.blocks[b]) +
-                  q] += linear.slope * sum;
+  std::vector<double> hessian(n * n), gradient(n);
+  LinearizePriors(
+      terms,
+      set,
+      theta,
+      gradient,
+      [&](std::int32_t row, std::int32_t column, std::span<const double> product) {
+        const auto width = static_cast<std::size_t>(set.BlockSize(column));
+        for (std::size_t i = 0; i < product.size(); ++i) {
+          hessian[(set.BlockOffset(row) + i / width) * n + set.BlockOffset(column) + i % width] +=
+              product[i];
         }
-      }
-    }
-  }
+      });
   return hessian;
 }
 
@@ -633,16 +642,8 @@ std::vector<double> PriorGradient(const std::vector<PriorTerm>& terms,
                                   const ParameterSet& set,
                                   const std::vector<double>& theta) {
   std::vector<double> gradient(set.NumScalars());
-  for (const PriorTerm& term : terms) {
-    const LinearTerm linear = Linearized(term, set, theta);
-    for (std::size_t k = 0; k < term.blocks.size(); ++k) {
-      const auto size = static_cast<std::size_t>(set.BlockSize(term.blocks[k]));
-      for (std::size_t i = 0; i < linear.rows * size; ++i) {
-        gradient[set.BlockOffset(term.blocks[k]) + i % size] +=
-            linear.slope * linear.jacobians[k][i] * linear.residual[i / size];
-      }
-    }
-  }
+  LinearizePriors(
+      terms, set, theta, gradient, [](std::int32_t, std::int32_t, std::span<const double>) {});
   return gradient;
 }
 

@@ -3,7 +3,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "optim/parameter/parameter_set.h"
@@ -100,6 +102,17 @@ std::unique_ptr<ceres::CostFunction> MakePriorCostFunction(const PriorTerm& term
                                                            const ParameterSet& set);
 /// rho of a term for the solver; null where it is the identity.
 std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term);
+
+/// Receives a product of two blocks' derivatives, row-major.
+using BlockProductSink = std::function<void(std::int32_t, std::int32_t, std::span<const double>)>;
+
+/// Adds the terms' gradient by theta to `gradient`, and gives their Gauss-Newton matrix to `add` as
+/// products of each pair of a term's blocks, in both orders.
+void LinearizePriors(const std::vector<PriorTerm>& terms,
+                     const ParameterSet& set,
+                     const std::vector<double>& theta,
+                     std::vector<double>& gradient,
+                     const BlockProductSink& add);
 
 /// Second derivatives of the terms' costs by theta (Gauss-Newton, NumScalars^2, row-major).
 std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,

@@ -7,6 +7,10 @@
 namespace pathfit::optim {
 namespace {
 
+// Of a view while it is linearised: three films, the weights of its rows, its photo and masks
+// unpacked, its pixels' costs.
+constexpr double kBytesPerPixel =
+    3.0 * sizeof(renderer::Rgba) + sizeof(RowScales::value_type) + 7.0 * sizeof(float);
 // Standard errors from which on a comparison decides.
 constexpr double kSure = 3.0;
 // A step that promises a larger share of the cost may lead out of the model, however noisy it is.
@@ -34,6 +38,8 @@ struct Half {
     sink.Finish();
   }
 
+  [[nodiscard]] std::size_t MemoryBytes() const { return sink.MemoryBytes() + terms.MemoryBytes(); }
+
   renderer::Film film;
   JacobianSink sink;
   TermSink terms;  ///< empty unless asked for
@@ -56,6 +62,7 @@ ImageProblem::ImageProblem(ImageSource& source,
       set_(set),
       options_(options),
       uses_gram_(FormsNormalEquations(options.linear_solver, set.NumScalars())),
+      uses_sparse_gram_(FormsSparseNormalEquations(options.linear_solver, set.NumScalars())),
       split_meter_(set),
       roots_(set, std::max(views.fitted.size(), options.expected_views)) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
@@ -70,17 +77,24 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
     round_model_ = QuadraticModel(set_.NumScalars());
     start_pixel_costs_.clear();
   }
+  if (uses_sparse_gram_) {
+    sparse_gram_ = SparseGram(set_);
+  }
   source_.SetValues(values);
   sums_ = GradientSums(set_.NumScalars());
   costs_ = {};
   for (std::size_t i = 0; i < views_.fitted.size(); ++i) {
     LinearizeView(i, values);
-    const LinearSolverKind least = uses_gram_ ? LinearSolverKind::kGram : LinearSolverKind::kCgnr;
+    LinearSolverKind least =
+        uses_sparse_gram_ ? LinearSolverKind::kSparseGram : LinearSolverKind::kCgnr;
+    if (uses_gram_) {
+      least = LinearSolverKind::kGram;
+    }
     CheckFits(size_, least, options_.max_memory_bytes);
   }
   if (uses_gram_) {
     MakeNormalEquations(values);
-  } else {
+  } else if (!uses_sparse_gram_) {
     roots_.Finish();
     if (options_.expected_views <= views_.fitted.size()) {
       size_.roots = roots_.Size();
@@ -138,19 +152,26 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
     }
     if (uses_gram_) {
       round_model_.AddRows(rows, set_);
+    } else if (uses_sparse_gram_) {
+      sparse_gram_.Add(rows);
     } else {
       roots_.Add(rows);
     }
   }
-  size_.largest_view_bytes = std::max(
-      size_.largest_view_bytes,
-      rows_bytes + static_cast<double>(half_a.sink.MemoryBytes() + half_b.sink.MemoryBytes()));
+  size_.largest_view_bytes =
+      std::max(size_.largest_view_bytes,
+               rows_bytes + kBytesPerPixel * static_cast<double>(scales.size()) +
+                   static_cast<double>(half_a.MemoryBytes() + half_b.MemoryBytes()));
   std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales, a, b, costs_);
   if (uses_gram_) {
     start_pixel_costs_.push_back(std::move(pixel_costs));
+  } else if (uses_sparse_gram_) {
+    size_.sparse_gram_bytes = static_cast<double>(sparse_gram_.MemoryBytes());
+    size_.sparse_gram_seen = static_cast<double>(sparse_gram_.NumSeen());
   } else {
     size_.roots = roots_.Size();
   }
+  sizes_.push_back(size_);
 }
 
 void ImageProblem::RenderTrial(const std::vector<double>& values) {

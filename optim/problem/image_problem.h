@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "optim/parameter/parameter_set.h"
@@ -10,6 +11,7 @@
 #include "optim/problem/problem_size.h"
 #include "optim/problem/quadratic_model.h"
 #include "optim/problem/sample_split.h"
+#include "optim/problem/sparse_gram.h"
 #include "optim/problem/split_half_cost.h"
 #include "optim/problem/support_roots.h"
 #include "optim/problem/view_quality.h"
@@ -54,6 +56,10 @@ class ImageProblem {
   [[nodiscard]] bool UsesGram() const { return uses_gram_; }
   [[nodiscard]] const ParameterSet& set() const { return set_; }
   [[nodiscard]] const ImageCosts& costs() const { return costs_; }
+  /// Whether J^T J is kept sparsely instead of roots.
+  [[nodiscard]] bool UsesSparseGram() const { return uses_sparse_gram_; }
+  /// Of this round's photos, to be used up; empty unless UsesSparseGram.
+  [[nodiscard]] SparseGram TakeSparseGram() { return std::move(sparse_gram_); }
   /// Unless normal equations are used.
   [[nodiscard]] const SupportRoots& roots() const { return roots_; }
   [[nodiscard]] const GramRoot& gram() const { return gram_root_; }
@@ -61,6 +67,8 @@ class ImageProblem {
   [[nodiscard]] const QuadraticModel& model() const { return model_; }
   [[nodiscard]] const GradientSums& sums() const { return sums_; }
   [[nodiscard]] const ProblemSize& size() const { return size_; }
+  /// The same as it was after each view.
+  [[nodiscard]] const std::vector<ProblemSize>& sizes() const { return sizes_; }
   /// Of the fitted views, from the linearisation's own renderings.
   [[nodiscard]] const std::vector<ViewQuality>& quality() const { return quality_; }
   [[nodiscard]] const SplitMeter& split_meter() const { return split_meter_; }
@@ -77,6 +85,13 @@ class ImageProblem {
     return choice == LinearSolverChoice::kGram ||
            (choice == LinearSolverChoice::kAuto && num_scalars <= kMaxGramScalars);
   }
+  /// Above this many, rows of many photos do not fit; the pairs of unknowns that meet in pixels do,
+  /// though nothing takes the noise of the derivatives from their products.
+  static constexpr std::size_t kMaxRootScalars = 300'000;
+  static bool FormsSparseNormalEquations(LinearSolverChoice choice, std::size_t num_scalars) {
+    return choice == LinearSolverChoice::kSparseGram ||
+           (choice == LinearSolverChoice::kAuto && num_scalars > kMaxRootScalars);
+  }
 
  private:
   void LinearizeView(std::size_t index, const std::vector<double>& values);
@@ -89,12 +104,13 @@ class ImageProblem {
   const FitViews& views_;
   const ParameterSet& set_;
   ImageProblemOptions options_;
-  bool uses_gram_;
+  bool uses_gram_, uses_sparse_gram_;
 
   std::vector<std::vector<unsigned char>> censored_;  // by fitted view: CensoredChannels
   std::vector<ViewQuality> quality_;                  // by fitted view
   SplitMeter split_meter_;
   SupportRoots roots_;
+  SparseGram sparse_gram_;
   GradientSums sums_;
   std::vector<double> start_theta_;
   QuadraticModel round_model_, model_;
@@ -104,6 +120,7 @@ class ImageProblem {
   std::vector<std::vector<float>> start_pixel_costs_;  // of normal equations
   double paired_variance_ = 0.0;  // of the trial's change of cost, as if all of it were noise
   ProblemSize size_;
+  std::vector<ProblemSize> sizes_;
   double offset_squared_ = 0.0;
 };
 

@@ -110,6 +110,14 @@ void TermSink::Add(std::int64_t pixel, std::span<const renderer::ParameterDeriva
   parts_[current_]->sink.Add(pixel, derivatives);
 }
 
+std::size_t TermSink::MemoryBytes() const {
+  std::size_t bytes = 0;
+  for (const std::optional<Part>& part : parts_) {
+    bytes += part ? part->sink.MemoryBytes() : 0;
+  }
+  return bytes;
+}
+
 void TermSink::Finish() {
   for (std::optional<Part>& part : parts_) {
     if (part) {

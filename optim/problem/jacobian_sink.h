@@ -57,6 +57,8 @@ class TermSink : public renderer::DerivativeSink {
   void Add(std::int64_t pixel, std::span<const renderer::ParameterDerivative> derivatives) override;
   void Finish();
 
+  [[nodiscard]] std::size_t MemoryBytes() const;
+
   struct Part {
     Part(int width, int height, std::int64_t samples) : sink(width, height), num_samples(samples) {}
     JacobianSink sink;

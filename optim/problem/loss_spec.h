@@ -11,6 +11,6 @@ struct LossSpec {
   double silhouette_weight = 1.0;  ///< of coverage residuals against colour residuals
 };
 
-enum class LinearSolverChoice { kAuto, kGram, kCholesky, kCgnr };
+enum class LinearSolverChoice { kAuto, kGram, kCholesky, kCgnr, kSparseGram };
 
 }  // namespace pathfit::optim

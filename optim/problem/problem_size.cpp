@@ -13,6 +13,9 @@ constexpr double kBytesPerPanel = 600.0;      // solver's and our records of one
 constexpr double kBytesPerPanelBlock = 40.0;  // pointer, size, cell
 constexpr double kFillPerUnknown =
     60.0;  // nonzeros of a surface mesh's factor per n log2 n, upper end measured
+constexpr double kBytesPerTerm = 200.0;      // with what the heap adds
+constexpr double kBytesPerTermBlock = 12.0;  // place and weight
+constexpr int kSparseVectors = 24;           // iterates, sums of pieces, inverses of blocks
 constexpr int kGramCopies = 40;  // partial sums, models, root, and the solver's own matrices
 
 std::string Megabytes(double bytes) {
@@ -22,7 +25,7 @@ std::string Megabytes(double bytes) {
 }
 
 bool WithinIndices(const ProblemSize& size, LinearSolverKind kind) {
-  if (kind == LinearSolverKind::kGram) {
+  if (kind == LinearSolverKind::kGram || kind == LinearSolverKind::kSparseGram) {
     return true;
   }
   return size.roots.jacobian_cells < kMaxIndex &&
@@ -39,6 +42,8 @@ const char* LinearSolverName(LinearSolverKind kind) {
       return "cholesky";
     case LinearSolverKind::kCgnr:
       return "cgnr";
+    case LinearSolverKind::kSparseGram:
+      return "sparse_gram";
   }
   return "";
 }
@@ -47,8 +52,17 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
   const MemoryItem images = {"images", size.images_bytes};
   const MemoryItem view = {"derivatives of one view", size.largest_view_bytes};
   const double n = size.num_scalars;
+  const MemoryItem priors = {
+      "priors", kBytesPerTerm * size.num_prior_terms + kBytesPerTermBlock * size.prior_blocks};
   if (kind == LinearSolverKind::kGram) {
     return {images, view, {"dense normal equations", 8.0 * n * n * kGramCopies}};
+  }
+  if (kind == LinearSolverKind::kSparseGram) {
+    return {images,
+            view,
+            {"sparse normal equations", size.sparse_gram_bytes},
+            priors,
+            {"vectors of conjugate gradients", 8.0 * n * kSparseVectors}};
   }
   const RootSize& roots = size.roots;
   const std::vector<MemoryItem> linearising = {
@@ -57,7 +71,12 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
       images,
       {"roots of supports", roots.kept_bytes},
       {"residual blocks",
-       kBytesPerPanel * roots.num_panels + kBytesPerPanelBlock * roots.panel_blocks}};
+       kBytesPerPanel * (roots.num_panels + size.num_prior_terms) +
+           kBytesPerPanelBlock * (roots.panel_blocks + size.prior_blocks)}};
+  if (size.num_prior_terms > 0.0) {
+    // Of 3 rows by 3 columns, in doubles.
+    solving.push_back({priors.what, priors.bytes + 72.0 * size.prior_blocks});
+  }
   if (kind == LinearSolverKind::kCgnr) {
     solving.push_back({"solver's Jacobian (double)", 8.0 * roots.jacobian_cells});
   } else {
@@ -66,6 +85,11 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
     solving.push_back({"Cholesky factor", 16.0 * FactorCells(n)});
   }
   return TotalBytes(linearising) > TotalBytes(solving) ? linearising : solving;
+}
+
+double JacobianBytes(const ProblemSize& size, bool uses_gram) {
+  return size.roots.kept_bytes + size.sparse_gram_bytes +
+         (uses_gram ? 8.0 * size.num_scalars * size.num_scalars : 0.0);
 }
 
 double FactorCells(double num_scalars) {
@@ -107,6 +131,8 @@ void CheckFits(const ProblemSize& size, LinearSolverKind kind, double max_bytes)
       "unknowns or a coarser mesh or environment in this stage, a larger memory limit";
   if (kind == LinearSolverKind::kCholesky) {
     text += ", linear_solver: cgnr";
+  } else if (kind == LinearSolverKind::kCgnr) {
+    text += ", linear_solver: sparse_gram";
   }
   throw MemoryError(text);
 }

@@ -9,7 +9,8 @@
 
 namespace pathfit::optim {
 
-enum class LinearSolverKind { kGram, kCholesky, kCgnr };
+/// kSparseGram: conjugate gradients on J^T J, which is kept instead of rows.
+enum class LinearSolverKind { kGram, kCholesky, kCgnr, kSparseGram };
 const char* LinearSolverName(LinearSolverKind kind);
 
 /// A solve would need more memory, or larger indices, than there are. The message says what takes
@@ -23,8 +24,12 @@ class MemoryError : public std::runtime_error {
 struct ProblemSize {
   double num_scalars = 0.0;
   RootSize roots;
+  double sparse_gram_bytes = 0.0;
+  double sparse_gram_seen = 0.0;    ///< blocks in it
   double largest_view_bytes = 0.0;  ///< derivatives and rows of one view
   double images_bytes = 0.0;
+  double num_prior_terms = 0.0;
+  double prior_blocks = 0.0;  ///< sum over terms of their blocks
 };
 
 struct MemoryItem {
@@ -37,6 +42,9 @@ struct MemoryItem {
 /// terms and the factor for Cholesky.
 std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind kind);
 double TotalBytes(const std::vector<MemoryItem>& items);
+
+/// What is kept of all photos' derivatives.
+double JacobianBytes(const ProblemSize& size, bool uses_gram);
 
 /// Of the Cholesky factor of a surface mesh's unknowns.
 double FactorCells(double num_scalars);

@@ -8,14 +8,11 @@
 #include <span>
 #include <utility>
 
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
-
 #include <Eigen/Dense>
 
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/process_memory.h"
 
 namespace pathfit::optim {
 namespace {
@@ -50,6 +47,12 @@ constexpr double kOffsetFactor =
     1e4;  // C^2 over the noise seen: the noise row's share of J^T J is its inverse
 constexpr double kOffsetFloorShare =
     1e-3;  // of the mean squared residual, for supports that saw no noise by luck
+
+/// `= {}` would keep the memory.
+template <class T>
+void Free(std::vector<T>& values) {
+  values = std::vector<T>();
+}
 
 std::span<const RowEntry> EntriesOf(const PixelRows& rows, const RowUnit& unit) {
   return std::span(rows.entries)
@@ -635,10 +638,10 @@ void SupportRoots::MakeRoot(Support& support, std::vector<SharedRows>& shared) c
           .cast<double>();
   dense.residual = Eigen::Map<const Eigen::VectorXd>(support.residual.data(), num_rows);
   support.is_root = true;
-  support.rows = {};
-  support.spreads = {};
+  Free(support.rows);
+  Free(support.spreads);
   support.inflation.assign(NumInflationCells(support), 0.0F);
-  support.residual = {};
+  Free(support.residual);
   support.gradient.assign(support.num_local_columns, 0.0);
   support.matrix.assign(NumRootCells(support), 0.0);
   std::vector<std::size_t> columns(support.num_columns);
@@ -755,7 +758,7 @@ void SupportRoots::Factor(Support& support, std::vector<SharedRows>& eliminated)
   if (support.num_local_columns <= kMostDeflated) {
     Deflate(support);
   }
-  support.inflation = {};
+  Free(support.inflation);
   const std::size_t num_rows = support.num_local_columns;
   const std::size_t num_columns = support.num_columns;
   const std::vector<double> gradient = support.gradient;
@@ -800,8 +803,8 @@ void SupportRoots::Factor(Support& support, std::vector<SharedRows>& eliminated)
     eliminated.push_back(std::move(rows));
   }
   support.rows.assign(support.matrix.begin(), support.matrix.end());
-  support.matrix = {};
-  support.gradient = {};
+  Free(support.matrix);
+  Free(support.gradient);
   for (std::size_t j = 0; j < num_rows; ++j) {
     double sum = 0.0;
     for (std::size_t i = 0; i <= j; ++i) {
@@ -827,7 +830,7 @@ void SupportRoots::Finish() {
     if (supports_[i + 1].is_root) {
       Factor(supports_[i + 1], eliminated);
     }
-    supports_[i + 1].spreads = {};
+    Free(supports_[i + 1].spreads);
   });
   std::vector<SharedRows> none;
   Factor(supports_[0], none);
@@ -852,9 +855,7 @@ void SupportRoots::Finish() {
         "the squares of residuals or derivatives overflow; photos, lights and weights must be of "
         "ordinary size");
   }
-#if defined(__GLIBC__)
-  malloc_trim(0);  // what the roots were gathered in stands in the way of the solver's own copy
-#endif
+  renderer::ReturnFreedMemory();  // what the roots were gathered in
 }
 
 void SupportRoots::AppendPanels(std::int32_t id,

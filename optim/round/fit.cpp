@@ -20,6 +20,7 @@
 #include "optim/round/surface_levels.h"
 #include "optim/round/texel_fill.h"
 #include "renderer/core/error.h"
+#include "renderer/core/process_memory.h"
 #include "renderer/derivative/derivative_limits.h"
 
 namespace pathfit::optim {
@@ -530,6 +531,7 @@ FitResult RunFit(const renderer::Scene& start,
                  FitObserver& observer,
                  const FitControls& controls) {
   Validate(start, observations, spec);
+  renderer::ReturnFreedMemory();  // what photos and masks were read into
   return FitDriver(start, observations, spec, observer, controls).Run();
 }
 

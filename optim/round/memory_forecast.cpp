@@ -1,23 +1,77 @@
 #include "optim/round/memory_forecast.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
 #include "optim/checkpoint/fit_state.h"
+#include "optim/prior/prior_terms.h"
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_problem.h"
 #include "optim/problem/scene_image_source.h"
 #include "optim/round/exposure_gauge.h"
-#include "optim/round/process_memory.h"
 #include "optim/round/round_policy.h"
 #include "optim/round/surface_levels.h"
 #include "optim/solver/trust_region_solver.h"
+#include "renderer/core/process_memory.h"
 
 namespace pathfit::optim {
 namespace {
 
-constexpr std::size_t kNumSampled = 4;  // views that are linearised
+constexpr std::size_t kNumSampled = 8;  // views that are linearised
+constexpr double kSceneCopies = 4.0;    // states, their average, and what is shown
+
+/// Evenly over all that are fitted, and the first half of them as well.
+std::vector<int> SampleViews(const std::vector<int>& fitted) {
+  const std::size_t count = std::min(kNumSampled, fitted.size());
+  std::vector<int> sampled;
+  for (std::size_t first = 0; first < 2; ++first) {
+    for (std::size_t i = first; i < count; i += 2) {
+      sampled.push_back(fitted[i * fitted.size() / count]);
+    }
+  }
+  return sampled;
+}
+
+/// What views add falls from view to view, as a power of their number: that from half of those
+/// seen to all of them.
+double Extrapolate(double of_half, double of_seen, double num_views_over_seen) {
+  if (!(of_half > 0.0) || !(of_seen > of_half)) {
+    return of_seen;
+  }
+  return of_seen * std::pow(num_views_over_seen, std::min(1.0, std::log2(of_seen / of_half)));
+}
+
+/// From the sizes after each sampled view; surfaces are seen once, what is seen of them in ever
+/// more pairs.
+ProblemSize SizeOfAll(const std::vector<ProblemSize>& sizes,
+                      std::size_t num_views,
+                      std::size_t num_blocks) {
+  ProblemSize size = sizes.back();
+  if (num_views <= sizes.size() || sizes.size() < 2) {
+    return size;
+  }
+  const ProblemSize& half = sizes[sizes.size() / 2 - 1];
+  const double more = static_cast<double>(num_views) / static_cast<double>(sizes.size());
+  if (half.sparse_gram_seen > 0.0) {
+    const double seen = std::min(static_cast<double>(num_blocks),
+                                 Extrapolate(half.sparse_gram_seen, size.sparse_gram_seen, more));
+    size.sparse_gram_bytes = seen * Extrapolate(half.sparse_gram_bytes / half.sparse_gram_seen,
+                                                size.sparse_gram_bytes / size.sparse_gram_seen,
+                                                more);
+  }
+  for (const auto figure : {&RootSize::gathered_bytes,
+                            &RootSize::kept_bytes,
+                            &RootSize::num_panels,
+                            &RootSize::panel_blocks,
+                            &RootSize::jacobian_cells,
+                            &RootSize::product_cells,
+                            &RootSize::product_flops}) {
+    size.roots.*figure = Extrapolate(half.roots.*figure, size.roots.*figure, more);
+  }
+  return size;
+}
 
 StageMemory ForecastStage(const renderer::Scene& scene,
                           const ObservationSet& observations,
@@ -27,11 +81,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   const double scale = stage_spec.image_scale;
   FitViews views = ListViews(observations);
   const std::vector<int> fitted = views.fitted;
-  const std::size_t num_sampled = std::min(kNumSampled, fitted.size());
-  views.fitted.clear();
-  for (std::size_t i = 0; i < num_sampled; ++i) {
-    views.fitted.push_back(fitted[i * fitted.size() / num_sampled]);
-  }
+  views.fitted = SampleViews(fitted);
   std::vector<renderer::Camera> cameras;
   for (std::size_t i = 0; i < observations.views.size(); ++i) {
     views.levels.emplace_back(observations.views[i], observations, scale);
@@ -41,7 +91,13 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   const renderer::Scene refined = SceneOfLevel(scene, spec, stage_spec.free, views, scale).scene;
   const ExposureModel exposure = MakeExposureModel(refined, spec.exposure);
   const ParameterSet set(refined, spec.unknowns, stage_spec.free, fitted, exposure);
+  renderer::ReturnFreedMemory();
+  const double before = renderer::ProcessMemory("VmRSS:");
   SceneImageSource source(refined, set.layout(), cameras, spec.estimators, nullptr);
+  const double with_source = renderer::ProcessMemory("VmRSS:");
+  const std::vector<renderer::Scene> copies(1, refined);
+  const double scene_bytes =
+      kSceneCopies * (renderer::ProcessMemory("VmRSS:") - with_source) + with_source - before;
   ImageProblemOptions options;
   options.loss = spec.loss;
   options.linear_solver = spec.linear_solver;
@@ -57,9 +113,21 @@ StageMemory ForecastStage(const renderer::Scene& scene,
                  1,
                  SampleUse::kFit,
                  BudgetOfRound(stage_spec.samples, spp, kStartSplit, spec.estimators));
+  if (!HasAllBudgets(stage_spec.samples) && set.layout().AnyKind(renderer::MovesGeometry)) {
+    options.num_measured = std::min(kMeasuredViews, views.fitted.size());
+  }
   ImageProblem problem(source, views, set, options);
   problem.Linearize(set.layout().Gather(refined));
-  ProblemSize size = problem.size();
+  ProblemSize size = SizeOfAll(problem.sizes(), fitted.size(), set.NumBlocks());
+  const std::vector<double> values = set.layout().Gather(refined);
+  for (const auto& terms :
+       {BuildPriorTerms(scene, refined, spec.unknowns, set, exposure, views.num_channels),
+        BuildProximalTerms(refined, spec.unknowns, set, values, 1.0)}) {
+    size.num_prior_terms += static_cast<double>(terms.size());
+    for (const PriorTerm& term : terms) {
+      size.prior_blocks += static_cast<double>(term.blocks.size());
+    }
+  }
   size.images_bytes = 0.0;
   for (std::size_t i = 0; i < views.levels.size(); ++i) {
     const PackedLevel& level = views.levels[i];
@@ -70,10 +138,15 @@ StageMemory ForecastStage(const renderer::Scene& scene,
 
   StageMemory memory;
   memory.num_scalars = size.num_scalars;
-  memory.solver = problem.UsesGram()
-                      ? LinearSolverKind::kGram
-                      : ChooseLinearSolver(spec.linear_solver, size, spec.max_memory_bytes);
+  memory.jacobian_bytes = JacobianBytes(size, problem.UsesGram());
+  if (problem.UsesGram() || problem.UsesSparseGram()) {
+    memory.solver = problem.UsesGram() ? LinearSolverKind::kGram : LinearSolverKind::kSparseGram;
+    CheckFits(size, memory.solver, spec.max_memory_bytes);
+  } else {
+    memory.solver = ChooseLinearSolver(spec.linear_solver, size, spec.max_memory_bytes);
+  }
   memory.items = ForecastMemory(size, memory.solver);
+  memory.items.insert(memory.items.begin(), {"scenes", scene_bytes});
   return memory;
 }
 
@@ -82,7 +155,8 @@ StageMemory ForecastStage(const renderer::Scene& scene,
 std::vector<StageMemory> ForecastStages(const renderer::Scene& scene,
                                         const ObservationSet& observations,
                                         const FitSpec& spec) {
-  const MemoryItem loaded = {"scene and photos as loaded", ProcessMemory("VmRSS:")};
+  renderer::ReturnFreedMemory();
+  const MemoryItem loaded = {"scene and photos as loaded", renderer::ProcessMemory("VmRSS:")};
   std::vector<StageMemory> stages;
   for (std::size_t stage = 0; stage < spec.stages.size(); ++stage) {
     stages.push_back(ForecastStage(scene, observations, spec, static_cast<int>(stage)));

@@ -14,6 +14,7 @@ namespace pathfit::optim {
 struct StageMemory {
   LinearSolverKind solver = LinearSolverKind::kGram;
   double num_scalars = 0.0;       ///< of the meshes that the stage will have
+  double jacobian_bytes = 0.0;    ///< of what is kept of all photos' derivatives
   std::vector<MemoryItem> items;  ///< at their peak; the first is this process as it is
 };
 

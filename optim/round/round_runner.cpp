@@ -17,9 +17,9 @@
 #include "optim/problem/vertex_guard.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
-#include "optim/round/process_memory.h"
 #include "optim/round/round_policy.h"
 #include "optim/solver/trust_region_solver.h"
+#include "renderer/core/process_memory.h"
 
 namespace pathfit::optim {
 namespace {
@@ -120,10 +120,14 @@ SolveOutcome Solve(const StageContext& context,
   const std::vector<PriorTerm> proximal =
       BuildProximalTerms(state.scene, context.spec.unknowns, context.set, values, mu);
   SolveOptions options;
-  options.linear_solver = problem.UsesGram() ? LinearSolverKind::kGram
-                                             : ChooseLinearSolver(context.spec.linear_solver,
-                                                                  problem.size(),
-                                                                  context.spec.max_memory_bytes);
+  if (problem.UsesGram()) {
+    options.linear_solver = LinearSolverKind::kGram;
+  } else if (problem.UsesSparseGram()) {
+    options.linear_solver = LinearSolverKind::kSparseGram;
+  } else {
+    options.linear_solver = ChooseLinearSolver(
+        context.spec.linear_solver, problem.size(), context.spec.max_memory_bytes);
+  }
   options.radius =
       TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
   options.restrain = [&](std::vector<double>& trial) {
@@ -308,8 +312,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   report.accepted = outcome.accepted;
   state.accepted += outcome.accepted ? 1 : 0;
   report.solver_failure = outcome.failure;
-  const double gram = problem.UsesGram() ? 8.0 * std::pow(problem.size().num_scalars, 2) : 0.0;
-  report.jacobian_mb = (problem.size().roots.kept_bytes + gram) / 1e6;
+  report.jacobian_mb = JacobianBytes(problem.size(), problem.UsesGram()) / 1e6;
   if (outcome.accepted) {
     const double after =
         (problem.costs().Total() + PriorCost(context.priors, context.set, outcome.theta)) * unit;
@@ -360,7 +363,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   }
   state.round = round;
   state.step = report.step;
-  report.peak_rss_mb = ProcessMemory("VmHWM:") / 1e6;
+  report.peak_rss_mb = renderer::ProcessMemory("VmHWM:") / 1e6;
   return report;
 }
 

@@ -11,6 +11,8 @@
 
 #include "optim/prior/prior_terms.h"
 #include "optim/problem/image_cost_functions.h"
+#include "optim/solver/sparse_step.h"
+#include "optim/solver/step_bounds.h"
 #include "renderer/core/error.h"
 
 // OpenBLAS's own header is not installed with every package that provides the library.
@@ -28,9 +30,6 @@ constexpr int kMaxDenseRows = 3000;
 constexpr double kIterations = 40.0;
 constexpr double kFlopsPerCell = 4.0;  // of an iteration
 constexpr int kMaxIterations = 200;
-
-// What is linear in a value is not linear in its logarithm: a step changes it fourfold at most.
-constexpr double kLargestLogStep = 1.386;
 
 class SilenceLog {
  public:
@@ -181,17 +180,14 @@ class ProblemBuilder {
 
   void SetBounds() {
     const ParameterSet& set = image_.set();
+    const StepBounds bounds(set, theta_);
     for (std::size_t b = 0; b < used_.size(); ++b) {
       const auto block = static_cast<std::int32_t>(b);
       for (int c = 0; used_[b] != 0 && c < set.BlockSize(block); ++c) {
         const std::size_t scalar = set.BlockOffset(block) + static_cast<std::size_t>(c);
         double* pointer = theta_.data() + set.BlockOffset(block);
-        double lower = set.lower()[scalar];
-        double upper = set.upper()[scalar];
-        if (set.IsLog(scalar)) {
-          lower = std::max(lower, pointer[c] - kLargestLogStep);
-          upper = std::min(upper, pointer[c] + kLargestLogStep);
-        }
+        const double lower = bounds.lower[scalar];
+        const double upper = bounds.upper[scalar];
         if (std::isfinite(lower)) {
           problem_.SetParameterLowerBound(pointer, c, lower);
         }
@@ -235,6 +231,7 @@ ceres::Solver::Options MakeSolverOptions(const SolveOptions& options, int num_ro
     case LinearSolverKind::kCholesky:
       solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
       break;
+    case LinearSolverKind::kSparseGram:  // not of this solver
     case LinearSolverKind::kCgnr:
       solver.linear_solver_type = ceres::CGNR;
       solver.preconditioner_type = ceres::JACOBI;
@@ -273,6 +270,9 @@ SolveOutcome SolveRound(ImageProblem& problem,
                         const std::vector<PriorTerm>& proximal,
                         const std::vector<double>& theta,
                         const SolveOptions& options) {
+  if (options.linear_solver == LinearSolverKind::kSparseGram) {
+    return SolveSparseRound(problem, priors, proximal, theta, options);
+  }
   openblas_set_num_threads(1);
   const SilenceLog silence;
   const auto start = std::chrono::steady_clock::now();

@@ -319,6 +319,18 @@ TEST_F(GridTest, PanelsCoverEveryRowOnceAndAllItsCells) {
   }
 }
 
+TEST_F(GridTest, WhatRootsWereGatheredInIsGivenBack) {
+  const optim::ParameterSet set = MakeSet(Shared::kNone);
+  const SupportRoots roots = MakeRoots(set, 8);
+  std::size_t num_roots = 0;
+  for (const Support& support : roots.supports()) {
+    num_roots += support.is_root ? 1 : 0;
+    EXPECT_EQ(support.is_root ? support.matrix.capacity() : 0, 0U);
+    EXPECT_EQ(support.is_root ? support.gradient.capacity() : 0, 0U);
+  }
+  EXPECT_GT(num_roots, 10U);
+}
+
 TEST_F(GridTest, MemoryOfASurfaceDoesNotGrowWithTheNumberOfViews) {
   const optim::ParameterSet set = MakeSet(Shared::kNone);
   const double few = MakeRoots(set, 4, 0.0).Size().jacobian_cells;

@@ -1,5 +1,6 @@
 #include "optim/solver/trust_region_solver.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -115,6 +116,42 @@ TEST_F(TrustRegionSolverTest, AllLinearSolversTakeTheSameStep) {
     }
     EXPECT_LT(Distance(cgnr.theta, cholesky.theta), 1e-4 * length);
   }
+}
+
+TEST_F(TrustRegionSolverTest, SparseNormalEquationsTakeTheStepOfTheRows) {
+  for (std::int32_t b = 0; b < 42; ++b) {
+    priors_.push_back({{b, (b + 1) % 42}, {0.3, -0.3}, {0.2, 0.3, 0.4}, false, false});
+    priors_.push_back({{b}, {0.3}, {0.2, 0.3, 0.4}, false, false, 0.05});
+  }
+  fit_.unknowns[0].upper = 1.2;
+  set_ = optim::ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
+  // Of rows without noise: roots are rid of it, sparse normal equations are not.
+  const SolveOutcome rows = Step(LinearSolverChoice::kCgnr, LinearSolverKind::kCgnr, 0.0);
+  const SolveOutcome sparse =
+      Step(LinearSolverChoice::kSparseGram, LinearSolverKind::kSparseGram, 0.0);
+  ASSERT_TRUE(rows.accepted && sparse.accepted);
+  EXPECT_LT(Distance(sparse.theta, rows.theta), 1e-4 * Distance(rows.theta, start_));
+  EXPECT_NEAR(sparse.relative_decrease, rows.relative_decrease, 1e-3);
+  EXPECT_EQ(sparse.trials, rows.trials);
+  EXPECT_LE(*std::ranges::max_element(sparse.theta), 1.2);
+}
+
+TEST_F(TrustRegionSolverTest, SparseRoundsStayOrEndAsOthersDo) {
+  restrain_ = [](std::vector<double>&) { return false; };
+  const SolveOutcome rows = Step(LinearSolverChoice::kCgnr, LinearSolverKind::kCgnr, 0.3);
+  const SolveOutcome sparse =
+      Step(LinearSolverChoice::kSparseGram, LinearSolverKind::kSparseGram, 0.3);
+  EXPECT_FALSE(sparse.accepted);
+  EXPECT_EQ(sparse.theta, start_);
+  EXPECT_EQ(sparse.trials, rows.trials);
+  EXPECT_EQ(sparse.radius, rows.radius);
+  restrain_ = [](std::vector<double>&) -> bool { throw renderer::Cancelled(); };
+  EXPECT_THROW(Step(LinearSolverChoice::kSparseGram, LinearSolverKind::kSparseGram, 0.3),
+               renderer::Cancelled);
+  restrain_ = nullptr;
+  priors_.push_back({{0}, {std::numeric_limits<double>::infinity()}, {}, false, false});
+  EXPECT_THROW(Step(LinearSolverChoice::kSparseGram, LinearSolverKind::kSparseGram, 0.3),
+               renderer::NumericalError);
 }
 
 TEST_F(TrustRegionSolverTest, OneStepTakesALinearProblemMostOfTheWay) {

@@ -4,7 +4,11 @@
 #include <fstream>
 #include <string>
 
-namespace pathfit::optim {
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+namespace pathfit::renderer {
 
 /// Of this process in bytes, by a key of Linux' /proc/self/status ("VmRSS:" resident now, "VmHWM:"
 /// at most so far); 0 where the system does not tell.
@@ -18,4 +22,12 @@ inline double ProcessMemory(const std::string& key) {
   return 0.0;
 }
 
-}  // namespace pathfit::optim
+/// Gives the system back what was freed: between phases that take their memory in pieces of
+/// different sizes, it stands in the way of the next one's.
+inline void ReturnFreedMemory() {
+#if defined(__GLIBC__)
+  malloc_trim(0);
+#endif
+}
+
+}  // namespace pathfit::renderer

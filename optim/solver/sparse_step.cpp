@@ -1,0 +1,275 @@
+#include "optim/solver/sparse_step.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <span>
+
+#include <Eigen/Dense>
+
+#include "optim/problem/sparse_gram.h"
+#include "optim/solver/step_bounds.h"
+#include "renderer/core/error.h"
+
+namespace pathfit::optim {
+namespace {
+
+// As the solver of rows has them.
+constexpr int kMaxIterations = 200;
+constexpr double kLeastDamping = 1e-6;  // of a scaled diagonal, over the radius
+constexpr double kLargestDamping = 1e32;
+constexpr double kLeastRelativeDecrease = 1e-3;
+
+using Vector = std::vector<double>;
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double Dot(const Vector& a, const Vector& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+/// a + factor * b into a.
+void AddScaled(double factor, const Vector& b, Vector& a) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    a[i] += factor * b[i];
+  }
+}
+
+/// Inverses of the damped blocks on the diagonal.
+class BlockJacobi {
+ public:
+  BlockJacobi(const SparseGram& matrix, const ParameterSet& set, const Vector& damping)
+      : set_(set) {
+    for (std::size_t b = 0; b < set.NumBlocks(); ++b) {
+      const auto block = static_cast<std::int32_t>(b);
+      const int size = set.BlockSize(block);
+      const auto cells = matrix.Diagonal(block);
+      Eigen::Matrix3d full = Eigen::Matrix3d::Identity();
+      for (int p = 0; p < size; ++p) {
+        for (int q = 0; q < size; ++q) {
+          full(p, q) = cells[static_cast<std::size_t>(p) * SparseGram::kStride +
+                             static_cast<std::size_t>(q)];
+        }
+        full(p, p) += damping[set.BlockOffset(block) + static_cast<std::size_t>(p)];
+      }
+      inverses_.push_back(full.inverse());
+    }
+  }
+
+  void Apply(const Vector& x, Vector& y) const {
+    for (std::size_t b = 0; b < inverses_.size(); ++b) {
+      const auto block = static_cast<std::int32_t>(b);
+      const std::size_t offset = set_.BlockOffset(block);
+      const auto size = static_cast<std::size_t>(set_.BlockSize(block));
+      for (std::size_t p = 0; p < size; ++p) {
+        double sum = 0.0;
+        for (std::size_t q = 0; q < size; ++q) {
+          sum += inverses_[b](static_cast<int>(p), static_cast<int>(q)) * x[offset + q];
+        }
+        y[offset + p] = sum;
+      }
+    }
+  }
+
+ private:
+  const ParameterSet& set_;
+  std::vector<Eigen::Matrix3d> inverses_;
+};
+
+/// The step that (matrix + damping) step = -gradient, until an iteration adds less than the share
+/// `eta` of the mean iteration's decrease [Nash and Sofer 1990]. False where the matrix is not
+/// positive.
+bool SolveByConjugateGradients(const SparseGram& matrix,
+                               const ParameterSet& set,
+                               const Vector& damping,
+                               const Vector& gradient,
+                               double eta,
+                               Vector& step) {
+  const std::size_t n = gradient.size();
+  const BlockJacobi preconditioner(matrix, set, damping);
+  Vector residual(n), direction(n), product(n), preconditioned(n);
+  std::ranges::transform(gradient, residual.begin(), std::negate<>());
+  step.assign(n, 0.0);
+  double rho = 1.0, decrease = 0.0;
+  for (int i = 1; i <= kMaxIterations; ++i) {
+    preconditioner.Apply(residual, preconditioned);
+    const double last_rho = rho;
+    rho = Dot(residual, preconditioned);
+    if (rho == 0.0) {
+      return true;
+    }
+    for (std::size_t k = 0; k < n; ++k) {
+      direction[k] = preconditioned[k] + (i == 1 ? 0.0 : rho / last_rho * direction[k]);
+    }
+    matrix.Multiply(direction, product);
+    for (std::size_t k = 0; k < n; ++k) {
+      product[k] += damping[k] * direction[k];
+    }
+    const double curvature = Dot(direction, product);
+    if (!(curvature > 0.0) || !std::isfinite(curvature) || !std::isfinite(rho)) {
+      return false;
+    }
+    const double alpha = rho / curvature;
+    AddScaled(alpha, direction, step);
+    AddScaled(-alpha, product, residual);
+    // The quadratic form at the step, from its residual b - A x.
+    double form = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      form -= step[k] * (residual[k] - gradient[k]);
+    }
+    if (i * (form - decrease) / form < eta) {
+      return true;
+    }
+    decrease = form;
+  }
+  return true;
+}
+
+class SparseRound {
+ public:
+  SparseRound(ImageProblem& problem,
+              const std::vector<PriorTerm>& priors,
+              const std::vector<PriorTerm>& proximal,
+              const Vector& theta,
+              const SolveOptions& options)
+      : problem_(problem),
+        set_(problem.set()),
+        priors_(priors),
+        proximal_(proximal),
+        theta_(theta),
+        options_(options),
+        matrix_(problem.TakeSparseGram()),
+        gradient_(problem.sums().gradient),
+        bounds_(set_, theta),
+        damping_(theta.size()) {}
+
+  SolveOutcome Solve() {
+    const auto start = std::chrono::steady_clock::now();
+    for (const auto* terms : {&priors_, &proximal_}) {
+      LinearizePriors(*terms,
+                      set_,
+                      theta_,
+                      gradient_,
+                      [&](std::int32_t row, std::int32_t column, std::span<const double> product) {
+                        if (row <= column) {
+                          matrix_.Add(row, column, product);
+                        }
+                      });
+    }
+    const double cost = Cost(theta_);
+    if (!std::isfinite(cost) || !std::isfinite(Dot(gradient_, gradient_))) {
+      throw renderer::NumericalError(
+          "the solver cannot begin a round: residual and Jacobian evaluation failed");
+    }
+    SolveOutcome outcome;
+    outcome.theta = theta_;
+    double radius = options_.radius;
+    double divisor = 2.0;
+    bool is_positive = false;
+    for (int i = 0; i <= options_.max_rejections && !outcome.accepted; ++i) {
+      outcome.radius = radius;
+      const double predicted = FindStep(radius);
+      if (predicted > 0.0) {
+        is_positive = true;
+        ++outcome.trials;
+        const double decrease = Try(cost, outcome.theta);
+        outcome.relative_decrease = decrease / predicted;
+        outcome.accepted = outcome.relative_decrease > kLeastRelativeDecrease;
+      }
+      radius /= divisor;
+      divisor *= 2.0;
+    }
+    if (!outcome.accepted) {
+      outcome.theta = theta_;
+      outcome.relative_decrease = 0.0;
+    }
+    if (!is_positive) {
+      outcome.failure = "no step lowers the quadratic model";
+    }
+    outcome.render_s = render_s_;
+    outcome.linear_s = SecondsSince(start) - render_s_;
+    return outcome;
+  }
+
+ private:
+  [[nodiscard]] double Cost(const Vector& theta) const {
+    return problem_.costs().Total() + PriorCost(priors_, set_, theta) +
+           PriorCost(proximal_, set_, theta);
+  }
+
+  /// Into step_; returns by how much the quadratic model falls, which is not positive if there is
+  /// none.
+  double FindStep(double radius) {
+    for (std::size_t b = 0; b < set_.NumBlocks(); ++b) {
+      const auto block = static_cast<std::int32_t>(b);
+      const auto cells = matrix_.Diagonal(block);
+      for (std::size_t p = 0; p < static_cast<std::size_t>(set_.BlockSize(block)); ++p) {
+        const double square = cells[p * SparseGram::kStride + p];
+        const double scale = 1.0 / (1.0 + std::sqrt(square));
+        damping_[set_.BlockOffset(block) + p] =
+            std::clamp(square * scale * scale, kLeastDamping, kLargestDamping) /
+            (radius * scale * scale);
+      }
+    }
+    if (!SolveByConjugateGradients(matrix_, set_, damping_, gradient_, options_.eta, step_)) {
+      return 0.0;
+    }
+    Vector product;
+    matrix_.Multiply(step_, product);
+    return -Dot(gradient_, step_) - 0.5 * Dot(step_, product);
+  }
+
+  /// The fall of the cost by the step within the bounds, and the point that was rendered; negative
+  /// if it may not be.
+  double Try(double cost, Vector& trial) {
+    trial = theta_;
+    for (std::size_t i = 0; i < trial.size(); ++i) {
+      trial[i] = std::clamp(trial[i] + step_[i], bounds_.lower[i], bounds_.upper[i]);
+    }
+    const auto start = std::chrono::steady_clock::now();
+    double decrease = -1.0;
+    try {
+      Vector values = set_.ValuesFromTheta(trial);
+      const Vector wanted = values;
+      if (!options_.restrain || options_.restrain(values)) {
+        problem_.EvalTrial(values);
+        decrease = cost - Cost(trial);
+        if (values != wanted) {
+          trial = set_.ThetaFromValues(values);
+        }
+      }
+    } catch (const renderer::SceneError&) {
+      // The step leads out of what can be rendered.
+    }
+    render_s_ += SecondsSince(start);
+    return decrease;
+  }
+
+  ImageProblem& problem_;
+  const ParameterSet& set_;
+  const std::vector<PriorTerm>& priors_;
+  const std::vector<PriorTerm>& proximal_;
+  const Vector& theta_;
+  const SolveOptions& options_;
+  SparseGram matrix_;
+  Vector gradient_;
+  StepBounds bounds_;
+  Vector damping_, step_;
+  double render_s_ = 0.0;
+};
+
+}  // namespace
+
+SolveOutcome SolveSparseRound(ImageProblem& problem,
+                              const std::vector<PriorTerm>& priors,
+                              const std::vector<PriorTerm>& proximal,
+                              const std::vector<double>& theta,
+                              const SolveOptions& options) {
+  return SparseRound(problem, priors, proximal, theta, options).Solve();
+}
+
+}  // namespace pathfit::optim

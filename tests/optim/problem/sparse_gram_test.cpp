@@ -1,0 +1,122 @@
+#include "optim/problem/sparse_gram.h"
+
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "renderer/core/parallel.h"
+#include "renderer/sampler/counter_rng.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit {
+namespace {
+
+using optim::ParameterSet;
+using optim::PixelRows;
+using optim::SparseGram;
+
+/// Blocks of 3 scalars (vertices) and one of 1 (a material's roughness), in random pixels.
+class SparseGramTest : public testing::Test {
+ protected:
+  static ParameterSet MakeSet() {
+    renderer::Scene scene;
+    scene.meshes = {{"ball", renderer::MakeIcosphere(2, 1.0), 0}};
+    scene.materials = {{"paint", renderer::RoughConductorBsdf{}}};
+    std::vector<optim::UnknownSpec> unknowns(2);
+    unknowns[1].kind = renderer::ParameterKind::kRoughness;
+    return {scene, unknowns, {0, 1}, {}, {}};
+  }
+
+  static PixelRows MakeRows(const ParameterSet& set, std::uint64_t view) {
+    PixelRows rows;
+    renderer::CounterRng rng(1, renderer::RandomDomain{2}, view, 4, 5);
+    for (int p = 0; p < 200; ++p) {
+      std::map<std::int32_t, bool> blocks;
+      for (int k = 0; k < 4; ++k) {
+        blocks[static_cast<std::int32_t>(rng.Next() * static_cast<double>(set.NumBlocks()))] = true;
+      }
+      optim::RowUnit unit;
+      unit.pixel = p;
+      unit.is_coverage = p % 3 == 0;
+      unit.first_entry = rows.entries.size();
+      unit.num_entries = static_cast<std::int32_t>(blocks.size());
+      rows.units.push_back(unit);
+      for (const auto& [block, seen] : blocks) {
+        optim::RowEntry entry;
+        entry.block = block;
+        for (float& x : entry.jacobian) x = static_cast<float>(rng.Next() - 0.4);
+        rows.entries.push_back(entry);
+      }
+    }
+    return rows;
+  }
+
+  ParameterSet set_ = MakeSet();
+};
+
+TEST_F(SparseGramTest, IsTheProductOfAllRows) {
+  ASSERT_EQ(set_.BlockSize(static_cast<std::int32_t>(set_.NumBlocks()) - 1), 1);
+  const std::size_t n = set_.NumScalars();
+  std::vector<double> x(n), expected(n), y;
+  for (std::size_t i = 0; i < n; ++i) x[i] = 0.5 + static_cast<double>(i % 7);
+  SparseGram gram(set_);
+  for (std::uint64_t view = 0; view < 3; ++view) {
+    const PixelRows rows = MakeRows(set_, view);
+    gram.Add(rows);
+    for (const optim::RowUnit& unit : rows.units) {
+      for (int row = 0; row < unit.NumRows(); ++row) {
+        const auto visit = [&](auto&& body) {
+          for (std::int32_t e = 0; e < unit.num_entries; ++e) {
+            const auto& entry = rows.entries[unit.first_entry + static_cast<std::size_t>(e)];
+            for (int c = 0; c < set_.BlockSize(entry.block); ++c) {
+              body(set_.BlockOffset(entry.block) + static_cast<std::size_t>(c),
+                   static_cast<double>(entry.jacobian[static_cast<std::size_t>(
+                       row * set_.BlockSize(entry.block) + c)]));
+            }
+          }
+        };
+        double product = 0.0;
+        visit([&](std::size_t i, double j) { product += j * x[i]; });
+        visit([&](std::size_t i, double j) { expected[i] += j * product; });
+      }
+    }
+  }
+  const double added[] = {2.0, 3.0, 5.0};  // d^2 / (d vertex 4) (d roughness)
+  const auto last = static_cast<std::int32_t>(set_.NumBlocks()) - 1;
+  gram.Add(4, last, added);
+  for (std::size_t c = 0; c < 3; ++c) {
+    expected[set_.BlockOffset(4) + c] += added[c] * x[n - 1];
+    expected[n - 1] += added[c] * x[set_.BlockOffset(4) + c];
+  }
+  gram.Multiply(x, y);
+  for (std::size_t i = 0; i < n; ++i) {
+    EXPECT_NEAR(y[i], expected[i], 1e-12 * (1.0 + std::abs(expected[i]))) << i;
+  }
+}
+
+TEST_F(SparseGramTest, TakesNoMoreForTheSamePairsOfMorePhotos) {
+  SparseGram gram(set_);
+  gram.Add(MakeRows(set_, 1));
+  const std::size_t pairs = gram.NumPairs(), bytes = gram.MemoryBytes();
+  gram.Add(MakeRows(set_, 1));
+  EXPECT_EQ(gram.NumPairs(), pairs);
+  EXPECT_EQ(gram.MemoryBytes(), bytes);
+}
+
+TEST_F(SparseGramTest, HasTheSameBitsForAnyNumberOfThreads) {
+  std::vector<double> x(set_.NumScalars(), 1.25), first;
+  for (const int threads : {1, 2, 5}) {
+    const renderer::ThreadLimit limit(threads);
+    SparseGram gram(set_);
+    for (std::uint64_t view = 0; view < 3; ++view) gram.Add(MakeRows(set_, view));
+    std::vector<double> y;
+    gram.Multiply(x, y);
+    if (first.empty()) first = y;
+    EXPECT_EQ(y, first);
+  }
+}
+
+}  // namespace
+}  // namespace pathfit
