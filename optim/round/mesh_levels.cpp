@@ -27,6 +27,7 @@ using renderer::Vec3;
 constexpr double kNear = 1.3;             // factor of the wanted edge that is near enough
 constexpr double kPixelsPerVertex = 4.0;  // of all fitted views together
 constexpr double kMaxVertices = 1e6;
+constexpr double kMostMended = 0.4;  // of the wanted edge
 
 /// What the views see of a mesh in the world.
 struct Footprint {
@@ -197,6 +198,8 @@ class Leveller {
       std::optional<Mesh> made = MendEdges(item.mesh, wanted);
       if (!made) return false;
       renderer::Unfold(*made);
+      // New triangles that had to be smoothed that far are worse than worn ones.
+      if (SurfaceDistance(item.mesh, *made) > kMostMended * wanted) return false;
       renderer::ValidateMesh(*made, item.name);
       item.mesh = std::move(*made);
       return true;

@@ -65,8 +65,7 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
     require(state.split.*budget > 0.0 && std::isfinite(state.split.*budget),
             "a split of samples out of range");
   }
-  require(HasWeightsOfRounds(state.average, state.RoundsOfLevel()) &&
-              (state.average.newer.weight > 0.0) == (state.RoundsOfLevel() > 0),
+  require(HasWeightsOfRounds(state.average, state.RoundsOfLevel()),
           "averages with the weights of no rounds");
   const auto all_finite = [](const std::vector<double>& values) {
     return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "renderer/geometry/mesh_checks.h"
@@ -115,11 +116,16 @@ MeshFolds Unfold(Mesh& mesh) {
     if (edge.faces[1] < 0) fixed[Index(edge.vertices[0])] = fixed[Index(edge.vertices[1])] = 1;
   }
   const std::vector<Triangle> triangles = mesh.triangles;
-  MeshFolds left;
+  std::optional<MeshFolds> fewest;
+  std::vector<Vec3> best;
   for (int pass = 0; pass <= kMaxUnfoldPasses; ++pass) {
     const std::vector<MeshEdge> folded = FoldedEdges(mesh, topology.edges);
     const std::vector<std::int32_t> crossing = CrossingTriangles(mesh, topology.parts);
-    left = {static_cast<int>(folded.size()), static_cast<int>(crossing.size())};
+    const MeshFolds left{static_cast<int>(folded.size()), static_cast<int>(crossing.size())};
+    if (!fewest || left.Total() < fewest->Total()) {
+      fewest = left;
+      best = mesh.positions;
+    }
     if (left.Total() == 0 || pass == kMaxUnfoldPasses) break;
     std::vector<char> moves(mesh.positions.size(), 0);
     const auto mark = [&](std::int32_t face) {
@@ -148,7 +154,8 @@ MeshFolds Unfold(Mesh& mesh) {
       positions[v] = (old[v] + middle) * 0.5;
     }
   }
-  return left;
+  mesh.positions = std::move(best);
+  return *fewest;
 }
 
 }  // namespace pathfit::renderer
