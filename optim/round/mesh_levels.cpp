@@ -27,7 +27,7 @@ using renderer::Vec3;
 constexpr double kNear = 1.3;             // factor of the wanted edge that is near enough
 constexpr double kPixelsPerVertex = 4.0;  // of all fitted views together
 constexpr double kMaxVertices = 1e6;
-constexpr double kMostMended = 0.4;  // of the wanted edge
+constexpr double kMostMended = 0.8;  // of the wanted edge
 
 /// What the views see of a mesh in the world.
 struct Footprint {
