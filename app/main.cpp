@@ -1,8 +1,8 @@
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <exception>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "app/command/command_line.h"
@@ -59,8 +59,8 @@ ExitStatus WithOutput(ExitStatus status) {
   if (status != ExitStatus::kFinished) return status;
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
-  const char* reason = errno == 0 ? "write error" : std::strerror(errno);
-  std::fprintf(stderr, "pathfit: standard output: %s\n", reason);
+  const std::string reason = errno == 0 ? "write error" : std::generic_category().message(errno);
+  std::fprintf(stderr, "pathfit: standard output: %s\n", reason.c_str());
   return ExitStatus::kInput;
 }
 

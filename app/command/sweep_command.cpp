@@ -3,9 +3,9 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <optional>
 #include <set>
+#include <system_error>
 #include <thread>
 
 #include <fcntl.h>
@@ -208,7 +208,7 @@ class FileLock {
  public:
   FileLock(const fs::path& path, int open_flags, int operation)
       : file_(open(path.c_str(), open_flags, 0666)) {
-    if (file_ < 0) throw IoError(path.string() + ": " + std::strerror(errno));
+    if (file_ < 0) throw IoError(path.string() + ": " + std::generic_category().message(errno));
     int result = 0;
     do {
       result = flock(file_, operation);
@@ -272,7 +272,8 @@ ExitStatus RunProcess(const std::vector<std::string>& words, const StopSignals& 
     const pid_t ended = waitpid(child, &status, WNOHANG);
     if (ended == child) break;
     if (ended < 0 && errno != EINTR) {
-      throw IoError(std::string("the process of a run is lost: ") + std::strerror(errno));
+      throw IoError(std::string("the process of a run is lost: ") +
+                    std::generic_category().message(errno));
     }
     if (!told && signals.Received()) {
       kill(child, *signals.Received() == ExitStatus::kInterrupted ? SIGINT : SIGTERM);
