@@ -1,6 +1,8 @@
+#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "app/command/command_line.h"
@@ -40,6 +42,10 @@ ExitStatus Run(const std::vector<std::string>& arguments) {
         "out of memory; lower image_scale, spp or the number of photos, or set solver.max_memory");
     return ExitStatus::kMemory;
   } catch (const std::exception& e) {
+    if (std::ferror(stdout) != 0) {
+      log.Error(std::string("standard output: ") + e.what());
+      return ExitStatus::kInput;
+    }
     const ExitStatus status = StatusOfException(e);
     log.Error(status == ExitStatus::kInternalError
                   ? std::string("internal error, please report it with log.txt: ") + e.what()
@@ -48,9 +54,20 @@ ExitStatus Run(const std::vector<std::string>& arguments) {
   }
 }
 
+/// A result that did not get out is none, such as on a full disk.
+ExitStatus WithOutput(ExitStatus status) {
+  if (status != ExitStatus::kFinished) return status;
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  const std::string reason = errno == 0 ? "write error" : std::generic_category().message(errno);
+  std::fprintf(stderr, "pathfit: standard output: %s\n", reason.c_str());
+  return ExitStatus::kInput;
+}
+
 }  // namespace
 }  // namespace pathfit::app
 
 int main(int argc, char** argv) {
-  return static_cast<int>(pathfit::app::Run(std::vector<std::string>(argv, argv + argc)));
+  using namespace pathfit::app;
+  return static_cast<int>(WithOutput(Run(std::vector<std::string>(argv, argv + argc))));
 }

@@ -36,17 +36,27 @@ T ParseWord(const std::string& command,
   throw UsageError(command, option + ": '" + text + "' is not one of: " + JoinNames(names));
 }
 
-LogLevel ParseLevel(const std::string& command,
-                    const std::string& option,
-                    const std::string& text) {
-  constexpr std::array<std::pair<const char*, LogLevel>, 5> kWords = {
-      {{"trace", LogLevel::kTrace},
-       {"debug", LogLevel::kDebug},
-       {"info", LogLevel::kInfo},
-       {"warn", LogLevel::kWarn},
-       {"error", LogLevel::kError}}};
-  return ParseWord(command, option, text, kWords);
+template <class T, std::size_t kCount>
+std::string WordOf(T wanted, const std::array<std::pair<const char*, T>, kCount>& words) {
+  for (const auto& [name, value] : words) {
+    if (value == wanted) return name;
+  }
+  throw std::logic_error("a value without a word");
 }
+
+constexpr std::array<std::pair<const char*, LogLevel>, 5> kLevels = {{{"trace", LogLevel::kTrace},
+                                                                      {"debug", LogLevel::kDebug},
+                                                                      {"info", LogLevel::kInfo},
+                                                                      {"warn", LogLevel::kWarn},
+                                                                      {"error", LogLevel::kError}}};
+constexpr std::array<std::pair<const char*, ColorMode>, 3> kColors = {
+    {{"auto", ColorMode::kAuto}, {"always", ColorMode::kAlways}, {"never", ColorMode::kNever}}};
+constexpr std::array<std::pair<const char*, ProgressMode>, 5> kModes = {
+    {{"auto", ProgressMode::kAuto},
+     {"bar", ProgressMode::kBar},
+     {"plain", ProgressMode::kPlain},
+     {"json", ProgressMode::kJson},
+     {"none", ProgressMode::kNone}}};
 
 int ParseThreads(const std::string& command, const std::string& option, const std::string& text) {
   int value = 0;
@@ -92,11 +102,11 @@ struct GlobalWords {
   void Store(const std::string& command, const Environment& environment, CommandLine& line) const {
     if (verbose > 0 && quiet > 0) throw UsageError(command, "-q and -v exclude each other");
     if (const std::string level = environment("PATHFIT_LOG_LEVEL"); !level.empty()) {
-      line.log_level = ParseLevel(command, "PATHFIT_LOG_LEVEL", level);
+      line.log_level = ParseWord(command, "PATHFIT_LOG_LEVEL", level, kLevels);
     }
     if (quiet > 0) line.log_level = LogLevel::kError;
     if (verbose > 0) line.log_level = verbose > 1 ? LogLevel::kTrace : LogLevel::kDebug;
-    if (!log_level.empty()) line.log_level = ParseLevel(command, "--log-level", log_level);
+    if (!log_level.empty()) line.log_level = ParseWord(command, "--log-level", log_level, kLevels);
     if (const std::string text = environment("PATHFIT_THREADS"); !text.empty()) {
       line.default_threads = ParseThreads(command, "PATHFIT_THREADS", text);
     }
@@ -105,15 +115,7 @@ struct GlobalWords {
       const std::size_t value = given.assignment.find('=') + 1;
       line.threads = ParseThreads(command, given.label, given.assignment.substr(value));
     }
-    constexpr std::array<std::pair<const char*, ColorMode>, 3> kColors = {
-        {{"auto", ColorMode::kAuto}, {"always", ColorMode::kAlways}, {"never", ColorMode::kNever}}};
     if (!color.empty()) line.color = ParseWord(command, "--color", color, kColors);
-    constexpr std::array<std::pair<const char*, ProgressMode>, 5> kModes = {
-        {{"auto", ProgressMode::kAuto},
-         {"bar", ProgressMode::kBar},
-         {"plain", ProgressMode::kPlain},
-         {"json", ProgressMode::kJson},
-         {"none", ProgressMode::kNone}}};
     if (quiet > 0) line.progress = ProgressMode::kNone;
     if (!progress.empty()) line.progress = ParseWord(command, "--progress", progress, kModes);
   }
@@ -334,6 +336,12 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
   }
   declarations.globals.Store(name, environment, line);
   return line;
+}
+
+std::vector<std::string> MessageOptions(const CommandLine& line) {
+  return {"--log-level=" + WordOf(line.log_level, kLevels),
+          "--color=" + WordOf(line.color, kColors),
+          "--progress=" + WordOf(line.progress, kModes)};
 }
 
 std::vector<std::string> WordsOfType(const std::string& type) {

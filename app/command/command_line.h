@@ -201,6 +201,9 @@ const std::vector<const Command*>& AllCommands();
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const Environment& environment);
 
+/// The options with which another process says as much as this one, whichever way they were given.
+std::vector<std::string> MessageOptions(const CommandLine& line);
+
 /// What the parser knows, as plain values: for completion, the man page and the reference.
 struct DeclaredOption {
   std::vector<std::string> names;  ///< "-o", "--output"

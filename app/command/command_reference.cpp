@@ -38,6 +38,20 @@ std::string Names(const DeclaredOption& option) {
   return option.type.empty() ? text : text + " " + option.type;
 }
 
+/// Options of the program that also stand behind a command; otherwise those that do not.
+std::vector<DeclaredOption> ProgramOptions(const DeclaredProgram& program, bool of_commands) {
+  std::vector<DeclaredOption> chosen;
+  for (const DeclaredOption& option : program.options) {
+    const bool shared = std::ranges::any_of(program.commands, [&](const DeclaredCommand& command) {
+      return std::ranges::any_of(command.options, [&](const DeclaredOption& other) {
+        return other.names.back() == option.names.back();
+      });
+    });
+    if (shared == of_commands) chosen.push_back(option);
+  }
+  return chosen;
+}
+
 /// Those of a command that are not of every command.
 std::vector<DeclaredOption> OwnOptions(const DeclaredCommand& command,
                                        const DeclaredProgram& program) {
@@ -86,7 +100,8 @@ std::string ManPage(const DeclaredProgram& program, const std::string& version) 
         ".SS pathfit {}{}\n{}.\n", command.name, Roff(Targets(command)), Roff(command.doc));
     text += ManOptions(OwnOptions(command, program));
   }
-  text += ".SH OPTIONS OF EVERY COMMAND\n" + ManOptions(program.options);
+  text += ".SH OPTIONS OF EVERY COMMAND\n" + ManOptions(ProgramOptions(program, true));
+  text += ".SH OPTIONS WITHOUT A COMMAND\n" + ManOptions(ProgramOptions(program, false));
   return text +
          ".SH ENVIRONMENT\n"
          ".TP\n.B PATHFIT_THREADS\nNumber of threads where the config says auto.\n"
@@ -104,7 +119,8 @@ std::string CommandMarkdown(const DeclaredProgram& program) {
       "object on standard output: `schema`, which\nis `pathfit-COMMAND-1`, and the keys listed "
       "here; numbers that are not known are null.\n\n"
       "## Every command\n\n" +
-      MarkdownOptions(program.options);
+      MarkdownOptions(ProgramOptions(program, true)) + "\n## Without a command\n\n" +
+      MarkdownOptions(ProgramOptions(program, false));
   for (const DeclaredCommand& command : program.commands) {
     text += fmt::format("\n## pathfit {}{}\n\n{}.\n", command.name, Targets(command), command.doc);
     const std::vector<DeclaredOption> own = OwnOptions(command, program);

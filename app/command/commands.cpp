@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <new>
 
 #include "app/command/command_line.h"
@@ -63,7 +64,8 @@ void ShowThoughQuiet(CommandContext& context, const std::string& text) {
 ExitStatus StatusOfException(const std::exception& error) {
   if (IsOneOf<UsageError>(error)) return ExitStatus::kUsage;
   if (IsOneOf<ConfigError>(error)) return ExitStatus::kConfig;
-  if (IsOneOf<renderer::IoError, renderer::SceneError>(error)) return ExitStatus::kInput;
+  if (IsOneOf<renderer::IoError, renderer::SceneError, std::filesystem::filesystem_error>(error))
+    return ExitStatus::kInput;
   if (IsOneOf<renderer::NumericalError>(error)) return ExitStatus::kNumerical;
   if (IsOneOf<optim::MemoryError, std::bad_alloc>(error)) return ExitStatus::kMemory;
   if (IsOneOf<renderer::Cancelled>(error)) return ExitStatus::kStopped;

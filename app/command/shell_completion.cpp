@@ -198,8 +198,10 @@ _pathfit() {
     key)
       COMPREPLY=($(compgen -W "$_pathfit_keys" -- "$current"))
       compopt -o nospace 2>/dev/null ;;
-    folder) compopt -o filenames 2>/dev/null; COMPREPLY=($(compgen -d -- "$current")) ;;
-    file) compopt -o filenames 2>/dev/null; COMPREPLY=($(compgen -f -- "$current")) ;;
+    folder|file)
+      compopt -o filenames 2>/dev/null
+      # A name may hold spaces, which are typed with a backslash.
+      mapfile -t COMPREPLY < <(compgen "$([[ $kind == file ]] && echo -f || echo -d)" -- "${current//\\/}") ;;
   esac
 }
 complete -F _pathfit pathfit

@@ -1,13 +1,16 @@
-#include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <optional>
 #include <set>
+#include <system_error>
 #include <thread>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -130,8 +133,14 @@ std::vector<ConfigOverride> OverridesOf(const CommandLine& line, const Plan& pla
 
 /// The first axis turns slowest.
 Plan MakePlan(std::vector<Axis> axes) {
+  std::size_t count = 1;
+  for (const Axis& axis : axes) {
+    if (axis.values.size() > kMostRuns / count) {
+      throw UsageError("sweep", fmt::format("more than {} runs", kMostRuns));
+    }
+    count *= axis.values.size();
+  }
   Plan plan{std::move(axes), {{}}};
-  plan.runs.front().values = {};
   for (const Axis& axis : plan.axes) {
     std::vector<Run> longer;
     for (const Run& run : plan.runs) {
@@ -141,9 +150,6 @@ Plan MakePlan(std::vector<Axis> axes) {
       }
     }
     plan.runs = std::move(longer);
-    if (plan.runs.size() > kMostRuns) {
-      throw UsageError("sweep", fmt::format("more than {} runs", kMostRuns));
-    }
   }
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
     std::string name = fmt::format("{:03}", i + 1);
@@ -197,9 +203,36 @@ Json PlanJson(const ExperimentConfig& config, const CommandLine& line, const Pla
   return json;
 }
 
+/// A lock on a file or folder that ends with the last process that has it open.
+class FileLock {
+ public:
+  FileLock(const fs::path& path, int open_flags, int operation)
+      : file_(open(path.c_str(), open_flags, 0666)) {
+    if (file_ < 0) throw IoError(path.string() + ": " + std::generic_category().message(errno));
+    int result = 0;
+    do {
+      result = flock(file_, operation);
+    } while (result != 0 && errno == EINTR);
+    // Some file systems have no locks; a sweep that is alone needs none.
+    taken_ = result != 0 && errno == EWOULDBLOCK;
+  }
+  ~FileLock() { close(file_); }
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
+
+  [[nodiscard]] bool IsTaken() const { return taken_; }  ///< by another process
+
+ private:
+  int file_;
+  bool taken_ = false;
+};
+
 /// Begins the folder, or continues in that of the same sweep.
 void OpenFolder(const fs::path& folder, const Json& plan) {
   const fs::path file = folder / "sweep.json";
+  renderer::CreateFolders(folder);
+  // Two sweeps may begin it at once.
+  const FileLock lock(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC, LOCK_EX);
   if (fs::exists(file)) {
     if (Json::parse(renderer::ReadWholeFile(file), nullptr, false) == plan) return;
     throw UsageError("sweep",
@@ -207,10 +240,9 @@ void OpenFolder(const fs::path& folder, const Json& plan) {
                          " holds another sweep (other values, or the config has changed); -o "
                          "names another folder");
   }
-  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder))) {
+  if (!fs::is_empty(folder)) {
     throw UsageError("sweep", folder.string() + " is not empty; -o names another folder");
   }
-  renderer::CreateFolders(folder);
   renderer::WriteFileAtomically(file, JsonText(plan) + "\n");
 }
 
@@ -220,6 +252,7 @@ ExitStatus RunProcess(const std::vector<std::string>& words, const StopSignals& 
   std::vector<char*> argv;
   for (std::string& word : copy) argv.push_back(word.data());
   argv.push_back(nullptr);
+  std::signal(SIGCHLD, SIG_DFL);  // if it were ignored, nobody could wait for the child
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) throw IoError("no process can be started: too many, or too little memory");
@@ -235,7 +268,13 @@ ExitStatus RunProcess(const std::vector<std::string>& words, const StopSignals& 
   constexpr auto kPause = std::chrono::milliseconds(20);
   bool told = false;
   int status = 0;
-  while (waitpid(child, &status, WNOHANG) == 0) {
+  while (true) {
+    const pid_t ended = waitpid(child, &status, WNOHANG);
+    if (ended == child) break;
+    if (ended < 0 && errno != EINTR) {
+      throw IoError(std::string("the process of a run is lost: ") +
+                    std::generic_category().message(errno));
+    }
     if (!told && signals.Received()) {
       kill(child, *signals.Received() == ExitStatus::kInterrupted ? SIGINT : SIGTERM);
       told = true;
@@ -256,7 +295,25 @@ std::string StatusIn(const fs::path& sweep, const Run& run) {
   return fs::is_directory(sweep / run.name) ? StatusOf(sweep / run.name) : "missing";
 }
 
-/// Begins or continues one run.
+std::string StatusOrDamaged(const fs::path& sweep, const Run& run) {
+  try {
+    return StatusIn(sweep, run);
+  } catch (const IoError&) {
+    return "damaged";
+  }
+}
+
+/// The run as compare sees it; nothing if there is none, or it cannot be read.
+std::optional<ComparedRun> FiguresOf(const fs::path& sweep, const Run& run) {
+  try {
+    if (StatusIn(sweep, run) == "missing") return std::nullopt;
+    return LoadRuns({RunDirectory(sweep / run.name)}).at(0);
+  } catch (const IoError&) {
+    return std::nullopt;
+  }
+}
+
+/// Begins or continues one run; warns if it is not done then.
 ExitStatus DoRun(const CommandContext& context,
                  const ExperimentConfig& config,
                  const Plan& plan,
@@ -265,9 +322,26 @@ ExitStatus DoRun(const CommandContext& context,
                  const StopSignals& signals) {
   const CommandLine& line = context.line;
   const fs::path folder = sweep / run.name;
-  const std::string status = StatusIn(sweep, run);
-  if (status == "finished") return ExitStatus::kFinished;
-  if (status == "running") throw IoError(folder.string() + ": is being run by another process");
+  const auto fail = [&](ExitStatus with, const std::string& text) {
+    context.log.Warn(folder.string() + ": " + text);
+    return with;
+  };
+  if (StatusOrDamaged(sweep, run) == "finished") {
+    context.log.Info("done before");
+    return ExitStatus::kFinished;
+  }
+  // Without O_CLOEXEC: the run keeps the lock if only this process is killed.
+  const FileLock lock(sweep / ("." + run.name + ".lock"), O_RDWR | O_CREAT, LOCK_EX | LOCK_NB);
+  std::string status = "running";
+  try {
+    if (!lock.IsTaken()) status = StatusIn(sweep, run);
+  } catch (const IoError& error) {
+    return fail(ExitStatus::kInput, std::string(error.what()) + "; remove the folder and repeat");
+  }
+  if (status == "running") {
+    return fail(ExitStatus::kInput, "is being run by another process; left out here");
+  }
+  if (status == "finished") return ExitStatus::kFinished;  // by another process, just now
   std::vector<std::string> words = {line.arguments.front()};
   // A run that failed begins anew: its input may have been mended.
   if (status == "stopped" || status == "killed") {
@@ -280,29 +354,30 @@ ExitStatus DoRun(const CommandContext& context,
     }
   }
   if (line.threads) words.insert(words.end(), {"--threads", std::to_string(*line.threads)});
-  for (const char* global : {"--progress", "--color", "--log-level"}) {
-    const auto given = std::ranges::find(line.arguments, global);
-    if (given != line.arguments.end() && given + 1 != line.arguments.end()) {
-      words.insert(words.end(), {global, *(given + 1)});
-    }
+  for (const std::string& option : MessageOptions(line)) words.push_back(option);
+  const ExitStatus result = RunProcess(words, signals);
+  if (result == ExitStatus::kFinished && StatusOrDamaged(sweep, run) != "finished") {
+    return fail(ExitStatus::kInput, "the run ended, but its result is not there");
   }
-  if (line.log_level == LogLevel::kError) words.emplace_back("-q");
-  return RunProcess(words, signals);
+  const bool stopped =
+      signals.Received() || result == ExitStatus::kStopped || result == ExitStatus::kInterrupted;
+  if (result == ExitStatus::kFinished || stopped) return result;
+  const bool broken = words[1] == "resume" && result == ExitStatus::kInput;
+  return fail(result,
+              fmt::format("ended with status {}{}",
+                          static_cast<int>(result),
+                          broken ? "; remove the folder and repeat" : ""));
 }
 
 /// One row for each run: its values, its status and what compare would say of it.
 Json TableOf(const Plan& plan, const fs::path& sweep) {
   Json rows = Json::array();
   for (const Run& run : plan.runs) {
-    Json row = {{"run", run.name}, {"status", StatusIn(sweep, run)}};
+    Json row = {{"run", run.name}, {"status", StatusOrDamaged(sweep, run)}};
     for (std::size_t i = 0; i < plan.axes.size(); ++i) row[plan.axes[i].key] = run.values[i];
-    if (row["status"] != "missing") {
-      const std::vector<ComparedRun> one = LoadRuns({RunDirectory(sweep / run.name)});
-      for (const FigureColumn& column : FigureColumns())
-        row[column.key] = ToJson(column.value(one[0]));
-    } else {
-      for (const FigureColumn& column : FigureColumns()) row[column.key] = nullptr;
-    }
+    const std::optional<ComparedRun> figures = FiguresOf(sweep, run);
+    for (const FigureColumn& column : FigureColumns())
+      row[column.key] = figures ? ToJson(column.value(*figures)) : Json();
     rows.push_back(std::move(row));
   }
   return rows;
@@ -343,7 +418,8 @@ std::string TextOf(const Json& rows, const Plan& plan) {
   return AlignedTable(table);
 }
 
-/// Means over the seeds, which turn fastest if they are the last axis; empty otherwise.
+/// Means of what is finished over the seeds, which turn fastest if they are the last axis; empty
+/// otherwise.
 std::string SeedsText(const Json& rows, const Plan& plan) {
   const Axis& seeds = plan.axes.back();
   const std::size_t count = seeds.values.size();
@@ -354,14 +430,17 @@ std::string SeedsText(const Json& rows, const Plan& plan) {
   }
   for (const FigureColumn& column : FigureColumns()) table[0].emplace_back(column.heading);
   for (std::size_t first = 0; first < rows.size(); first += count) {
+    std::size_t finished = 0;
+    for (std::size_t i = first; i < first + count; ++i) finished += rows[i]["status"] == "finished";
     auto& line = table.emplace_back(std::vector{fmt::format("{}-{}", first + 1, first + count)});
+    if (finished < count) line[0] += fmt::format(" ({} of {})", finished, count);
     const std::vector<std::string>& values = plan.runs[first].values;
     line.insert(line.end(), values.begin(), values.end() - 1);
     for (const FigureColumn& column : FigureColumns()) {
       double n = 0.0, sum = 0.0, squares = 0.0;
       for (std::size_t i = first; i < first + count; ++i) {
         const Json& value = rows[i][column.key];
-        if (!value.is_number()) continue;
+        if (rows[i]["status"] != "finished" || !value.is_number()) continue;
         // Welford's recurrence.
         const double step = value.get<double>() - (n > 0.0 ? sum / n : 0.0);
         sum += value.get<double>();
@@ -440,6 +519,12 @@ ExitStatus RunSweep(CommandContext& context) {
   const fs::path folder =
       fs::absolute(line.output.empty() ? fs::path("sweeps") / config.name : line.output)
           .lexically_normal();
+  for (const char* pattern : {"{name}", "{timestamp}", "${"}) {
+    // The runs would replace it, each for itself.
+    if (folder.string().find(pattern) != std::string::npos) {
+      throw UsageError("sweep", folder.string() + ": a sweep's folder cannot hold " + pattern);
+    }
+  }
   if (line.list) {
     PrintList(context, folder, plan);
     return ExitStatus::kFinished;
@@ -454,19 +539,14 @@ ExitStatus RunSweep(CommandContext& context) {
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
     if (line.only > 0 && line.only != static_cast<int>(i) + 1) continue;
     const Run& run = plan.runs[i];
-    const bool was_done = StatusIn(folder, run) == "finished";
-    context.log.Info(fmt::format(
-        "run {} of {}: {}{}", i + 1, plan.runs.size(), run.name, was_done ? ", done before" : ""));
+    context.log.Info(fmt::format("run {} of {}: {}", i + 1, plan.runs.size(), run.name));
     const ExitStatus status = DoRun(context, config, plan, run, folder, signals);
     if (signals.Received() || status == ExitStatus::kStopped ||
         status == ExitStatus::kInterrupted) {
       context.log.Warn("stopped; the same command goes on where it was");
       return signals.Received().value_or(status);
     }
-    if (status != ExitStatus::kFinished) {
-      context.log.Warn(fmt::format("{} ended with status {}", run.name, static_cast<int>(status)));
-      if (worst == ExitStatus::kFinished) worst = status;
-    }
+    if (worst == ExitStatus::kFinished) worst = status;
   }
   if (line.only > 0) {
     const Run& run = plan.runs[static_cast<std::size_t>(line.only) - 1];

@@ -71,12 +71,18 @@ void AddGroups(const SchemaNode& map, Json& conditions) {
     Json any = Json::array();
     Json pairs = Json::array();
     std::vector<std::string> members;
+    std::vector<std::string> when_values;  // for which any of the group belongs to the map
+    bool always = false;
     for (const SchemaNode& other : map.children) {
       if (other.one_of != child.one_of) continue;
       for (const std::string& before : members) {
         pairs.push_back({{"required", Json::array({before, other.key})}});
       }
       members.push_back(other.key);
+      always = always || other.when_key.empty();
+      for (const std::string& value : other.when_values) {
+        if (!Contains(when_values, value)) when_values.push_back(value);
+      }
       any.push_back(Required(other.key));
     }
     if (!pairs.empty()) conditions.push_back({{"not", {{"anyOf", std::move(pairs)}}}});
@@ -84,9 +90,8 @@ void AddGroups(const SchemaNode& map, Json& conditions) {
     if (!child.one_of_values.empty()) {
       conditions.push_back(
           {{"if", IsOneOf(map, child.when_key, child.one_of_values)}, {"then", one}});
-    } else if (!child.when_key.empty()) {
-      conditions.push_back(
-          {{"if", IsOneOf(map, child.when_key, child.when_values)}, {"then", one}});
+    } else if (!always) {
+      conditions.push_back({{"if", IsOneOf(map, child.when_key, when_values)}, {"then", one}});
     } else {
       conditions.push_back(one);
     }

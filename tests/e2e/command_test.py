@@ -206,6 +206,52 @@ class Commands(unittest.TestCase):
                         "stages.all.max_rounds=1", "--json", status=8)
         self.assertEqual([row["status"] for row in json.loads(out.stdout)["runs"]], ["failed", "finished"])
 
+    def test_two_sweeps_in_one_folder_do_each_run_once(self):
+        command = [PATHFIT, "sweep", self.config, "-o", self.own / "s", "--seeds", "3", "--set", "stages.all.max_rounds=2",
+                   "--progress=none"]
+        both = [subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+        for process in both:
+            text = process.communicate(timeout=600)[1]
+            self.assertIn(process.returncode, (0, 4), text)
+            self.assertEqual("another process" in text, process.returncode == 4, text)
+        self.done(*command[1:])
+        self.assertEqual([row["status"] for row in self.table(self.own / "s")], ["finished"] * 3)
+        for record in self.own.glob("s/0*/run.json"):
+            self.assertEqual(len(json.loads(record.read_text())["sessions"]), 1, record)
+
+    def test_a_damaged_run_does_not_end_a_sweep(self):
+        command = ["sweep", self.config, "-o", self.own / "s", "--seeds", "2", "--set", "stages.all.max_rounds=1"]
+        self.assertNotIn(" of 2)", self.done(*command).stdout)
+        records = sorted(self.own.glob("s/0*/run.json"))
+        records[0].write_text("{")
+        shutil.rmtree(records[1].parent)
+        out = self.done(*command, status=4)
+        self.assertIn("remove the folder and repeat", out.stderr)
+        self.assertEqual([row["status"] for row in self.table(self.own / "s")], ["damaged", "finished"])
+        self.assertIn("1-2 (1 of 2)", out.stdout)
+        shutil.rmtree(records[0].parent)
+        self.done(*command)
+
+    def test_a_sweep_works_where_its_children_would_be_ignored(self):
+        self.done("sweep", self.config, "-o", self.own / "s", "--seeds", "2", "--set", "stages.all.max_rounds=1",
+                  preexec_fn=lambda: signal.signal(signal.SIGCHLD, signal.SIG_IGN))
+
+    def test_a_sweep_refuses_folders_that_its_runs_would_rename(self):
+        for word in ("{name}", "{timestamp}", "${HOME}"):
+            out = self.done("sweep", self.config, "-o", self.own / word, "--seeds", "2", status=2)
+            self.assertIn("cannot hold", out.stderr)
+            self.assertFalse((self.own / word).exists())
+
+    def test_a_sweep_of_too_many_runs_is_refused_at_once(self):
+        keys = [f"--vary=scene.lights.left.intensity{i}=" + ",".join(map(str, range(2000))) for i in range(4)]
+        self.assertIn("more than 10000 runs", self.done("sweep", self.config, *keys, status=2).stderr)
+
+    def test_a_full_disk_behind_standard_output_is_an_error(self):
+        for words in (["config", "show", self.config], ["version"], ["config", "schema"], ["help"]):
+            with open("/dev/full", "w") as full:
+                result = subprocess.run([PATHFIT, *map(str, words)], stdout=full, stderr=subprocess.PIPE, text=True)
+            self.assertEqual(result.returncode, 4, (words, result.stderr))
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=2)

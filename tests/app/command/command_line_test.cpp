@@ -145,6 +145,16 @@ TEST(CommandLine, HelpAndVersionSucceed) {
   EXPECT_STREQ(Parse({"version", "--json"}).command->name, "version");
 }
 
+TEST(CommandLine, AnotherProcessSaysAsMuch) {
+  using Words = std::vector<std::string>;
+  EXPECT_EQ(MessageOptions(Parse({"info"})),
+            (Words{"--log-level=info", "--color=auto", "--progress=auto"}));
+  EXPECT_EQ(MessageOptions(Parse({"info", "-vv", "--progress=json", "--color", "never"})),
+            (Words{"--log-level=trace", "--color=never", "--progress=json"}));
+  EXPECT_EQ(MessageOptions(Parse({"info", "-q"})),
+            (Words{"--log-level=error", "--color=auto", "--progress=none"}));
+}
+
 TEST(CommandLine, EnvironmentGivesDefaultsOnly) {
   const std::map<std::string, std::string> environment = {
       {"PATHFIT_THREADS", "3"}, {"SLURM_CPUS_PER_TASK", "9"}, {"PATHFIT_LOG_LEVEL", "warn"}};

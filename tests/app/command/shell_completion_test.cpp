@@ -28,10 +28,11 @@ class Bash : public ::testing::Test {
   }
   ~Bash() override { fs::remove(script_); }
 
-  std::string Complete(const std::string& words) {
-    const std::string command = "bash -c 'source " + script_.string() + "; COMP_WORDS=(" + words +
-                                "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _pathfit; echo "
-                                "\"${COMPREPLY[*]}\"' 2>&1";
+  std::string Complete(const std::string& words, const std::string& between = "\" \"") {
+    const std::string command =
+        "bash -c 'source " + script_.string() + "; COMP_WORDS=(" + words +
+        "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _pathfit; IFS=" + between +
+        "; echo \"${COMPREPLY[*]}\"' 2>&1";
     FILE* pipe = popen(command.c_str(), "r");
     std::string out;
     std::array<char, 4096> buffer{};
@@ -62,6 +63,20 @@ TEST_F(Bash, CompletesCommandsOptionsAndTheirWords) {
   EXPECT_EQ(Complete("pathfit fit --stop-after \"\""), "") << "a name of the user's";
   const std::string script = script_.string();
   EXPECT_EQ(Complete("pathfit check " + script.substr(0, script.size() - 3)), script);
+}
+
+TEST_F(Bash, CompletesNamesWithSpaces) {
+  if (!has_bash_) GTEST_SKIP() << "there is no bash";
+  const fs::path folder = script_.string() + ".d";
+  fs::create_directories(folder / "my photos");
+  std::ofstream(folder / "my photos" / "a b.yaml") << "";
+  const std::string start = "\"" + folder.string() + "/my";
+  const auto complete = [&](const std::string& words) { return Complete(words, "\"|\""); };
+  EXPECT_EQ(complete("pathfit init " + start + "\""), folder.string() + "/my photos");
+  EXPECT_EQ(complete("pathfit check " + start + "\\\\ photos/a\""),
+            folder.string() + "/my photos/a b.yaml")
+      << "as it is typed";
+  fs::remove_all(folder);
 }
 
 TEST(Completion, EveryCommandAndOptionIsInEveryScript) {

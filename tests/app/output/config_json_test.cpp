@@ -2,10 +2,13 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <regex>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include "app/config/config_error.h"
 #include "app/config/experiment_config.h"
 #include "app/config/yaml_document.h"
 
@@ -120,6 +123,8 @@ const char* const kScene =
     "  geometry: {ball: {primitive: {sphere: {}}, material: grey}}\n"
     "  materials: {grey: {model: diffuse, base_color: {constant: [0.5, 0.5, 0.5]}}}\n"
     "  lights: {lamp: {type: point, position_m: [0, 3, 0]}}\n"
+    "  sensors: {eye: {type: perspective, size_px: [4, 4], focal_px: 4, pose: {look_at: {origin_m: "
+    "[0, 0, 4], target_m: [0, 0, 0]}}}}\n"
     "render: {spp: 16}\n";
 
 std::string Changed(const std::string& from, const std::string& to) {
@@ -150,26 +155,35 @@ TEST(ConfigJsonSchema, AcceptsEveryConfigOfTheRepository) {
 TEST(ConfigJsonSchema, RefusesWhatTheProgramRefuses) {
   const Json schema = ConfigJsonSchema(ConfigSchema());
   EXPECT_TRUE(IsValid(schema, FromYaml(kScene)));
+  const fs::path path =
+      fs::temp_directory_path() / ("pathfit_schema_" + std::to_string(getpid()) + ".yaml");
+  std::ofstream(path) << kScene;
+  EXPECT_NO_THROW(LoadExperimentConfig(path, {}));
   const std::pair<const char*, const char*> wrong[] = {
-      {"spp: 16", "sppp: 16"},                                     // unknown key
-      {"spp: 16", "spp: many"},                                    // wrong type
-      {"spp: 16", "spp: 0"},                                       // out of range
-      {"spp: 16", "terms: [interior, shadow]"},                    // no such word
-      {"spp: 16", "terms: [interior, interior]"},                  // twice
-      {"schema: 1", "schema: 2"},                                  //
-      {"schema: 1\n", ""},                                         // required
-      {", material: grey", ", material: a b"},                     // no name
-      {"model: diffuse", "model: diffuse, ior: 1.3"},              // of another model
-      {", base_color: {constant: [0.5, 0.5, 0.5]}", ""},           // required for this model
-      {"[0.5, 0.5, 0.5]", "[0.5, 0.5]"},                           // too short
-      {"{sphere: {}}", "{sphere: {}, cube: {}}"},                  // one of two
-      {"primitive: {sphere: {}}, ", ""},                           // one of them is needed
-      {"type: point", "type: spot"},                               // which needs outer_deg
-      {"material: grey", "material: grey, camera_height_px: 64"},  // only with file
+      {"spp: 16", "sppp: 16"},                                      // unknown key
+      {"spp: 16", "spp: many"},                                     // wrong type
+      {"spp: 16", "spp: 0"},                                        // out of range
+      {"spp: 16", "terms: [interior, shadow]"},                     // no such word
+      {"spp: 16", "terms: [interior, interior]"},                   // twice
+      {"schema: 1", "schema: 2"},                                   //
+      {"schema: 1\n", ""},                                          // required
+      {", material: grey", ", material: a b"},                      // no name
+      {"model: diffuse", "model: diffuse, ior: 1.3"},               // of another model
+      {", base_color: {constant: [0.5, 0.5, 0.5]}", ""},            // required for this model
+      {"[0.5, 0.5, 0.5]", "[0.5, 0.5]"},                            // too short
+      {"{sphere: {}}", "{sphere: {}, cube: {}}"},                   // one of two
+      {"primitive: {sphere: {}}, ", ""},                            // one of them is needed
+      {"type: point", "type: spot"},                                // which needs outer_deg
+      {"type: point, position_m: [0, 3, 0]", "type: directional"},  // which needs direction
+      {"material: grey", "material: grey, camera_height_px: 64"},   // only with file
   };
   for (const auto& [from, to] : wrong) {
-    EXPECT_FALSE(IsValid(schema, FromYaml(Changed(from, to)))) << from << " -> " << to;
+    const std::string text = Changed(from, to);
+    EXPECT_FALSE(IsValid(schema, FromYaml(text))) << from << " -> " << to;
+    std::ofstream(path) << text;
+    EXPECT_THROW(LoadExperimentConfig(path, {}), ConfigError) << from << " -> " << to;
   }
+  fs::remove(path);
 }
 
 TEST(ConfigJson, PlainScalarsReadAsTheProgramReadsThem) {
