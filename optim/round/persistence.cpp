@@ -57,6 +57,7 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
               state.still >= 0 && state.flat >= 0 &&
               state.average.newer_start <= std::max(1, state.RoundsOfLevel()),
           "a count of rounds out of range");
+  require(state.stage < num_stages || state.round == 0, "rounds after the last stage");
   require(state.wall_s >= 0.0 && std::isfinite(state.wall_s) && state.radius_factor > 0.0 &&
               std::isfinite(state.radius_factor) && state.damping > 0.0 &&
               std::isfinite(state.damping),

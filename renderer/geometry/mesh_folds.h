@@ -30,8 +30,8 @@ std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh,
 
 /// Pulls the vertices of folds and crossings to the middle of their neighbours, and some of their
 /// surroundings the longer that takes, until there are none or after kMaxUnfoldPasses. Vertices of
-/// borders stay. Returns what is left: where some are, the mesh is that of the pass with the fewest,
-/// since what does not unfold so would be smoothed away with all around it.
+/// borders stay. Returns what is left: where some are, the mesh is that of the pass with the
+/// fewest, since what does not unfold so would be smoothed away with all around it.
 MeshFolds Unfold(Mesh& mesh);
 
 inline constexpr int kMaxUnfoldPasses = 24;

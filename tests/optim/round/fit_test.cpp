@@ -164,7 +164,8 @@ TEST_F(FitTest, ContinuesToTheSameBitsAcrossMendedMeshes) {
   RecordingObserver straight_observer;
   const FitResult straight = optim::RunFit(start_, observations_, spec_, straight_observer, {});
   EXPECT_NE(straight.scene.meshes[0].mesh.triangles, start_.meshes[0].mesh.triangles);
-  EXPECT_LT(tests::BumpError(straight.scene), tests::BumpError(start_));
+  // Not the mean over vertices, of which the spike has more now.
+  EXPECT_LT(straight.stages.back().cost_after, 0.7 * straight.stages.back().cost_before);
   for (int round = 1; round <= straight.rounds; ++round) {
     const fs::path folder = folder_ / std::to_string(round);
     RecordingObserver first;
