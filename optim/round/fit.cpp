@@ -189,7 +189,7 @@ class FitDriver {
     state_.damping = kStartDamping;
     state_.rejected_in_row = 0;
     state_.costs.clear();
-    const QuadraticModel coarse = std::exchange(state_.model, QuadraticModel());
+    QuadraticModel coarse = std::exchange(state_.model, QuadraticModel());
     state_.within_error = 0;
     state_.still = 0;
     state_.flat = 0;
@@ -211,7 +211,7 @@ class FitDriver {
       state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
     } else if (coarse.NumScalars() == set.NumScalars()) {
       const double ratio = scale / Scales()[static_cast<std::size_t>(state_.level - 1)];
-      state_.model = coarse;
+      state_.model = std::move(coarse);
       CarryToPhotosOfMorePixels(ratio * ratio, state_.model);
     }
     for (const std::string& message : level.messages) {
