@@ -1,7 +1,6 @@
 #include "app/experiment/input_search.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -10,6 +9,7 @@
 #include "app/experiment/start_check.h"
 #include "optim/observation/camera_import.h"
 #include "optim/observation/photo_file.h"
+#include "renderer/core/lower_case.h"
 #include "renderer/io/image_filter.h"
 #include "renderer/math/median.h"
 
@@ -28,11 +28,6 @@ constexpr int kSmallPx = 48;          // width at which backgrounds are compared
 constexpr double kRim = 0.12;         // of the width: background of photos without masks
 constexpr std::size_t kFewestNumbers = 120;
 constexpr double kDark = 0.01;  // linear; a black background is a still one
-
-std::string Lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 bool IsFolder(const fs::path& path) {
   std::error_code ignored;
@@ -168,7 +163,7 @@ std::size_t NumMasks(const ImportedCameras& cameras, const optim::ObservationOpt
 }
 
 bool SpeaksOfMasks(const fs::path& folder) {
-  const std::string name = Lower(folder.filename().string());
+  const std::string name = renderer::LowerCase(folder.filename().string());
   return IsFolder(folder) &&
          std::ranges::any_of(
              std::vector<std::string>{"mask", "silhouette", "matte", "segment"},

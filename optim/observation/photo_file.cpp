@@ -1,11 +1,11 @@
 #include "optim/observation/photo_file.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <set>
 #include <system_error>
 
+#include "renderer/core/lower_case.h"
 #include "renderer/image/color.h"
 #include "renderer/io/image_file.h"
 
@@ -68,10 +68,7 @@ void Try(const fs::path& candidate, FileSearch& search) {
 bool IsPicture(const fs::path& path) {
   static const std::set<std::string> kExtensions = {
       ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".hdr"};
-  std::string extension = path.extension().string();
-  std::ranges::transform(
-      extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  return kExtensions.contains(extension) && IsFile(path);
+  return kExtensions.contains(renderer::LowerCase(path.extension().string())) && IsFile(path);
 }
 
 std::vector<fs::path> PicturesIn(const fs::path& folder) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -21,6 +20,7 @@
 #include <tiny_gltf.h>
 
 #include "renderer/core/error.h"
+#include "renderer/core/lower_case.h"
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/ray.h"
 #include "renderer/image/color.h"
@@ -1309,10 +1309,7 @@ class GltfReader {
 }  // namespace
 
 bool IsGltfPath(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  const std::string extension = LowerCase(path.extension().string());
   return extension == ".gltf" || extension == ".glb";
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string_view>
 
 #include "renderer/core/error.h"
+#include "renderer/core/lower_case.h"
 #include "renderer/io/obj_reader.h"
 #include "renderer/io/ply_file.h"
 
@@ -34,10 +34,7 @@ std::string Extensions(bool with_groups) {
 }
 
 const MeshFormat& FormatOf(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  const std::string extension = LowerCase(path.extension().string());
   const auto format =
       std::ranges::find_if(kFormats, [&](const MeshFormat& f) { return f.extension == extension; });
   if (format == kFormats.end()) {
