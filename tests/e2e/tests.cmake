@@ -7,5 +7,7 @@ if(NOT PATHFIT_QUICK_TESTS)
   add_test(NAME e2e/install
     COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/install_test.py
       ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR} ${CMAKE_CXX_COMPILER})
-  set_tests_properties(e2e/install PROPERTIES LABELS e2e TIMEOUT 600)
+  add_test(NAME e2e/package
+    COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/package_test.py ${PROJECT_BINARY_DIR})
+  set_tests_properties(e2e/install e2e/package PROPERTIES LABELS e2e TIMEOUT 600)
 endif()
