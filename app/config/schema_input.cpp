@@ -26,7 +26,7 @@ WordsOf<std::string> CameraFormats() {
 SchemaNode CamerasSchema() {
   return MapOf("cameras",
                {Key("path", &ObservationOptions::cameras) |
-                    Doc("`transforms.json`, or the folder of a COLMAP text model.") |
+                    Doc("`transforms.json`, or the folder of a COLMAP model, binary or text.") |
                     OneOf("cameras"),
                 ByCheck(binding::Make(SchemaNode::Type::kName, "sensor") |
                         Doc("One of `scene.sensors`: a camera that stood still and took every "

@@ -91,8 +91,8 @@ fs::path FindCameras(const InputPlaces& places) {
     }
   }
   throw IoError(top.string() +
-                ": no cameras were found. Looked for transforms.json and a COLMAP text model "
-                "(cameras.txt, images.txt, also in sparse/0) in: " +
+                ": no cameras were found. Looked for transforms.json and a COLMAP model "
+                "(cameras.bin or cameras.txt, also in sparse/0) in: " +
                 PathList(tried) +
                 ". Photos need cameras from such a program first; give their file or folder as "
                 "second argument");

@@ -21,7 +21,7 @@ struct InputPlaces {
 struct FoundInput {
   /// Complete but for `masks.erode_px`; `masks.meaning` is kNone where no masks were found.
   optim::ObservationOptions options;
-  std::string camera_format;           ///< for people: "COLMAP text model"
+  std::string camera_format;           ///< for people: "COLMAP model"
   double metres_per_unit = 0.0;        ///< 0: the camera file does not say
   std::size_t num_without_camera = 0;  ///< pictures beside the photos
   std::size_t num_masks = 0;

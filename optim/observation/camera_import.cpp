@@ -28,16 +28,18 @@ fs::path FindTransforms(const fs::path& path, bool is_named) {
   return IsFile(path / "transforms.json") ? path / "transforms.json" : fs::path();
 }
 
-/// The folder of cameras.txt: the path, or where a COLMAP workspace keeps its model.
+/// cameras.bin or cameras.txt at the path, or where a COLMAP workspace keeps its model. As in
+/// COLMAP the binary one comes first, unless a text file was named.
 fs::path FindColmap(const fs::path& path, bool /*is_named*/) {
-  const fs::path top = IsFile(path) ? path.parent_path() : path;
+  const bool is_file = IsFile(path);
+  const fs::path top = is_file ? path.parent_path() : path;
   for (const fs::path& folder : {top, top / "sparse" / "0", top / "sparse"}) {
-    if (IsFile(folder / "cameras.txt")) return folder;
-    if (IsFile(folder / "cameras.bin")) {
-      throw IoError(
-          (folder / "cameras.bin").string() +
-          ": binary COLMAP models are not read; run: colmap model_converter --input_path " +
-          folder.string() + " --output_path " + folder.string() + " --output_type TXT");
+    for (const char* name : {"cameras.bin", "cameras.txt"}) {
+      const fs::path found = folder / name;
+      if (IsFile(found) &&
+          !(is_file && path.extension() == ".txt" && found.extension() != ".txt")) {
+        return found;
+      }
     }
   }
   return {};
@@ -46,7 +48,7 @@ fs::path FindColmap(const fs::path& path, bool /*is_named*/) {
 /// A kind of camera file. A new one is a reader, its row here and its source in CMake.
 struct CameraFormat {
   std::string_view word;    ///< in the config: "colmap"
-  std::string_view name;    ///< for people: "COLMAP text model"
+  std::string_view name;    ///< for people: "COLMAP model"
   std::string_view wanted;  ///< what must be there, for people
   /// What `read` takes if `path` (file or folder) is of this kind, else empty. `is_named`: this
   /// format was asked for, so that unusual file names are fine.
@@ -61,10 +63,10 @@ constexpr std::array<CameraFormat, 2> kFormats = {{
      FindTransforms,
      ReadTransformsJson},
     {"colmap",
-     "COLMAP text model",
-     "cameras.txt of a COLMAP text model (here, in sparse/0 or in sparse)",
+     "COLMAP model",
+     "cameras.bin or cameras.txt of a COLMAP model (here, in sparse/0 or in sparse)",
      FindColmap,
-     ReadColmapText},
+     ReadColmapModel},
 }};
 
 constexpr double kRotationTolerance = 1e-4;

@@ -22,7 +22,7 @@ struct ImportedCamera {
 };
 
 struct ImportedCameras {
-  std::string_view format;       ///< for people, such as "COLMAP text model"
+  std::string_view format;       ///< for people, such as "COLMAP model"
   std::filesystem::path folder;  ///< masks are relative to it
   /// Where photos are looked for unless the options name a folder.
   std::vector<std::filesystem::path> image_folders;
@@ -41,16 +41,17 @@ struct ImportedCameras {
 /// are made exact).
 ImportedCameras ReadTransformsJson(const std::filesystem::path& path);
 
-/// Reads cameras.txt and images.txt of a COLMAP model (world-to-camera, x right, y down, z forward;
-/// pixel origin at the image corner). Models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL,
-/// OPENCV, and FULL_OPENCV with k4 = k5 = k6 = 0. Throws IoError with file:line.
-ImportedCameras ReadColmapText(const std::filesystem::path& folder);
+/// Reads a COLMAP model: `cameras_file` is its cameras.bin or cameras.txt, with images.bin or
+/// images.txt beside it (world-to-camera, x right, y down, z forward; pixel origin at the image
+/// corner); also models of COLMAP 3.12 and later, with rigs and frames. Lenses SIMPLE_PINHOLE,
+/// PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, and FULL_OPENCV with k4 = k5 = k6 = 0. Throws IoError
+/// with file:line, or with file and image of a binary model.
+ImportedCameras ReadColmapModel(const std::filesystem::path& cameras_file);
 
 /// What ImportCameras takes: "auto" and a word for each kind of camera file.
 std::vector<std::string> CameraFormatWords();
 
-/// Whether a folder holds, or a file is, cameras of a format that ImportCameras knows; throws
-/// IoError where it would not read what is there, and says what to do.
+/// Whether a folder holds, or a file is, cameras of a format that ImportCameras knows.
 bool HasCameras(const std::filesystem::path& path);
 
 /// The first format that is there; only the one with this word of CameraFormatWords, unless it is

@@ -189,7 +189,7 @@ TEST_F(DraftConfigTest, SaysWhatIsMissing) {
   const std::string text = Refusal({.photos = top() / "two"});
   EXPECT_TRUE(Says(text, "1 of its 6 photos are missing, the first is images/view3.png")) << text;
   folder_.WriteText("three/cameras.bin", "x");
-  EXPECT_TRUE(Says(Refusal({.photos = top() / "three"}), "colmap model_converter"));
+  EXPECT_TRUE(Says(Refusal({.photos = top() / "three"}), "cameras.bin: the file ends too early"));
 }
 
 }  // namespace

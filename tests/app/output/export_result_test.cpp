@@ -97,11 +97,11 @@ TEST(ExportCameras, ImportersReadBackWhatWasWritten) {
   std::vector<Camera> cameras = ManyCameras();
   const std::vector<std::string> names = Names(cameras.size());
   WriteCameras(folder.path(), cameras, names, names);
-  ExpectSame(cameras, optim::ReadColmapText(folder.path()));
+  ExpectSame(cameras, optim::ReadColmapModel(folder.path() / "cameras.txt"));
   ExpectSame(cameras, optim::ReadTransformsJson(folder.path() / "transforms.json"));
   cameras[5].distortion.k3 = 0.05;
   WriteCameras(folder.path(), cameras, names, names);
-  ExpectSame(cameras, optim::ReadColmapText(folder.path()));
+  ExpectSame(cameras, optim::ReadColmapModel(folder.path() / "cameras.txt"));
   ExpectSame(cameras, optim::ReadTransformsJson(folder.path() / "transforms.json"));
   EXPECT_EQ(Count(ColmapModel(cameras, names).cameras, "FULL_OPENCV"), 1);
 }

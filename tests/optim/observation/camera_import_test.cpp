@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,7 +60,7 @@ class ColmapText : public ::testing::Test {
     folder_.WriteText("cameras.txt", cameras);
     folder_.WriteText("images.txt", images);
   }
-  ImportedCameras Read() { return ReadColmapText(folder_.path()); }
+  ImportedCameras Read() { return ReadColmapModel(folder_.path() / "cameras.txt"); }
   void ExpectModel(const std::string& model_and_parameters, double u, double v) {
     Write("# comment\n7 " + model_and_parameters + "\n",
           std::string("1 ") + kColmapPose + " 7 a photo.jpg\n\n");
@@ -154,6 +155,110 @@ TEST_F(ColmapText, NamesFileAndLineOfWhatIsMalformed) {
   ExpectError(good_cameras_,
               "1 1 0 0 0 0 0 0 7 a.jpg\n2 1 0 0 0 0 0 0 7 b.jpg\n",
               {"images.txt:2", "2D points"});
+}
+
+/// Little-endian numbers one after the other, as COLMAP writes them.
+class ColmapBinary : public ::testing::Test {
+ protected:
+  template <class... Values>
+  static std::string Bytes(Values... values) {
+    std::string bytes;
+    (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
+    return bytes;
+  }
+  static std::string OneCamera(std::uint32_t id,
+                               std::int32_t model,
+                               const std::vector<double>& lens) {
+    std::string bytes = Bytes(std::uint64_t{1}, id, model, std::uint64_t{200}, std::uint64_t{120});
+    for (const double number : lens) bytes += Bytes(number);
+    return bytes;
+  }
+  static std::string Image(std::uint32_t id, double w, std::uint32_t camera, std::string name) {
+    std::string bytes = Bytes(id, w, 0.5, 0.5, 0.5, 1.0, 2.0, 3.0, camera);
+    bytes.append(name.c_str(), name.size() + 1);
+    // Two points: x, y and the id of the 3D point each.
+    return bytes + Bytes(std::uint64_t{2}, 1.5, 2.5, ~std::uint64_t{0}, 3.5, 4.5, std::uint64_t{9});
+  }
+  static std::string Images(const std::vector<std::string>& images) {
+    std::string bytes = Bytes(std::uint64_t{images.size()});
+    for (const std::string& image : images) bytes += image;
+    return bytes;
+  }
+  void Write(const std::string& cameras, const std::string& images) {
+    folder_.WriteText("cameras.bin", cameras);
+    folder_.WriteText("images.bin", images);
+  }
+  ImportedCameras Read() { return ReadColmapModel(folder_.path() / "cameras.bin"); }
+  void ExpectError(const std::string& cameras,
+                   const std::string& images,
+                   const std::vector<std::string>& parts) {
+    Write(cameras, images);
+    ExpectContains(MessageOf([&] { Read(); }), parts);
+  }
+
+  TempFolder folder_;
+  const std::string good_cameras_ = OneCamera(7, 0, {200.0, 100.5, 60.25});
+  const std::string good_images_ = Images({Image(1, 0.5, 7, "a.jpg")});
+};
+
+TEST_F(ColmapBinary, LensesLandOnTheKnownPixels) {
+  const struct {
+    std::int32_t model;
+    std::vector<double> lens;
+    double u, v;
+  } cases[] = {
+      {0, {200, 100.5, 60.25}, 150.5, 85.25},
+      {1, {200, 400, 100.5, 60.25}, 150.5, 110.25},
+      {2, {200, 100.5, 60.25, 0.128}, 151.0, 85.5},
+      {3, {200, 100.5, 60.25, 0.128, 1.6384}, 151.5, 85.75},
+      {4, {200, 400, 100.5, 60.25, 0.128, 1.6384, 0.16, 0.32}, 166.5, 126.25},
+      {6, {200, 400, 100.5, 60.25, 0.128, 1.6384, 0.16, 0.32, 20.97152, 0, 0, 0}, 167.0, 126.75}};
+  for (const auto& c : cases) {
+    Write(OneCamera(7, c.model, c.lens),
+          Images({Image(3, 0.5, 7, "a photo.jpg"), Image(4, 0.5, 7, "b.jpg")}));
+    const ImportedCameras cameras = Read();
+    ASSERT_EQ(cameras.cameras.size(), 2U);
+    EXPECT_EQ(cameras.cameras[0].image, "a photo.jpg");
+    EXPECT_EQ(cameras.cameras[1].image, "b.jpg");
+    for (const ImportedCamera& camera : cameras.cameras) ExpectProjectsTo(camera, c.u, c.v);
+  }
+}
+
+TEST_F(ColmapBinary, RefusesOtherLensModelsByName) {
+  ExpectError(OneCamera(3, 5, {200, 200, 100, 60, 0, 0, 0, 0}),
+              good_images_,
+              {"cameras.bin: camera 3", "OPENCV_FISHEYE", "image_undistorter"});
+  ExpectError(OneCamera(3, 99, {}), good_images_, {"cameras.bin: camera 3", "number 99"});
+}
+
+TEST_F(ColmapBinary, NamesFileAndImageOfWhatIsMalformed) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  ExpectError(Bytes(std::uint64_t{0}), good_images_, {"cameras.bin", "no camera"});
+  ExpectError(good_cameras_ + "x", good_images_, {"cameras.bin", "1 bytes are left over"});
+  ExpectError(good_cameras_.substr(0, 40), good_images_, {"cameras.bin: camera 7", "too early"});
+  ExpectError(OneCamera(7, 0, {nan, 1, 1}), good_images_, {"camera 7", "finite", "byte 32"});
+  ExpectError(OneCamera(7, 0, {-1, 1, 1}), good_images_, {"camera 7", "positive"});
+  ExpectError(good_cameras_, Bytes(std::uint64_t{0}), {"images.bin", "no image"});
+  ExpectError(good_cameras_, Bytes(~std::uint64_t{0}), {"images.bin", "too early"});
+  ExpectError(good_cameras_, Images({Image(5, 0.4, 7, "a.jpg")}), {"image 5", "quaternion"});
+  ExpectError(
+      good_cameras_, Images({Image(5, 0.5, 8, "a.jpg")}), {"image 5", "camera 8", "cameras.bin"});
+  ExpectError(good_cameras_, Images({Image(5, 0.5, 7, "")}), {"image 5", "name is missing"});
+  // Every prefix is refused, and a number of points that overflows is one of them.
+  for (std::size_t size = 0; size < good_images_.size(); ++size) {
+    ExpectError(good_cameras_, good_images_.substr(0, size), {"images.bin", "too early"});
+  }
+  std::string many = good_images_;
+  many.replace(many.size() - 56, 8, Bytes(~std::uint64_t{0} / 2));
+  ExpectError(good_cameras_, many, {"image 1", "too early"});
+}
+
+TEST_F(ColmapBinary, ComesBeforeTextUnlessThatIsNamed) {
+  Write(good_cameras_, good_images_);
+  folder_.WriteText("cameras.txt", "7 SIMPLE_PINHOLE 200 120 200 100.5 60.25\n");
+  folder_.WriteText("images.txt", std::string("1 ") + kColmapPose + " 7 of_text.jpg\n\n");
+  EXPECT_EQ(ImportCameras(folder_.path(), "auto").cameras[0].image, "a.jpg");
+  EXPECT_EQ(ImportCameras(folder_.path() / "images.txt", "auto").cameras[0].image, "of_text.jpg");
 }
 
 class TransformsJson : public ::testing::Test {
@@ -291,9 +396,9 @@ TEST(ImportCameras, FindsTheFormatByWhatIsThere) {
       "json/transforms.json",
       std::string("{\"fl_x\": 9, \"frames\": [{\"file_path\": \"a\", \"transform_matrix\": ") +
           kMatrix + "}]}");
-  EXPECT_EQ(ImportCameras(folder.path() / "workspace", "auto").format, "COLMAP text model");
+  EXPECT_EQ(ImportCameras(folder.path() / "workspace", "auto").format, "COLMAP model");
   EXPECT_EQ(ImportCameras(folder.path() / "workspace/sparse/0/images.txt", "auto").format,
-            "COLMAP text model");
+            "COLMAP model");
   EXPECT_EQ(ImportCameras(folder.path() / "json", "auto").format, "transforms.json");
   EXPECT_EQ(ImportCameras(folder.path() / "json", "transforms").format, "transforms.json");
 }
@@ -307,8 +412,8 @@ TEST(ImportCameras, SaysWhatItLookedFor) {
   ExpectContains(message("nothing", "auto"), {"nothing", "no such"});
   ExpectContains(message("", "auto"), {".json", "cameras.txt", "sparse/0"});
   ExpectContains(message("", "transforms"), {"no transforms.json"});
-  ExpectContains(message("", "colmap"), {"no cameras.txt"});
-  ExpectContains(message("binary", "auto"), {"cameras.bin", "model_converter", "TXT"});
+  ExpectContains(message("", "colmap"), {"no cameras.bin or cameras.txt"});
+  ExpectContains(message("binary", "auto"), {"cameras.bin", "ends too early"});
 }
 
 }  // namespace
