@@ -10,7 +10,10 @@ build_packages=(
   libopenexr-dev libimath-dev libopenvdb-dev libopenmesh-dev libboost-dev libboost-iostreams-dev libtinygltf-dev libstb-dev
   libyaml-cpp-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libssl-dev
 )
-test_packages=(dpkg-dev libgtest-dev clang-format clang-tidy python3 git)
+test_packages=(
+  libgtest-dev clang-format clang-tidy python3 git dpkg-dev
+  pybind11-dev python3-dev python3-numpy python3-scipy
+)
 
 packages=("${build_packages[@]}")
 if [ "${1:-build}" = test ]; then

@@ -45,3 +45,9 @@ install(FILES ${PROJECT_BINARY_DIR}/zsh/_pathfit DESTINATION ${CMAKE_INSTALL_DAT
   COMPONENT program)
 install(FILES ${PROJECT_BINARY_DIR}/fish/pathfit.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d
   COMPONENT program)
+
+if(PATHFIT_PYTHON)
+  set(python_folder ${CMAKE_INSTALL_LIBDIR}/python3/dist-packages)  # where Debian's interpreter looks below /usr
+  install(TARGETS pathfit_python LIBRARY DESTINATION ${python_folder} COMPONENT python)
+  install(FILES ${PROJECT_SOURCE_DIR}/app/python/pathfit.pyi DESTINATION ${python_folder} COMPONENT python)
+endif()

@@ -20,4 +20,13 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 # What pathfitConfig.cmake finds, and what the static libraries are linked with.
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libembree-dev, libtbb-dev, libopenexr-dev, libtinygltf-dev, nlohmann-json3-dev, libceres-dev, libopenmesh-dev, libopenvdb-dev, libopenblas-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-imgcodecs-dev")
+if(PATHFIT_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The Python module of pathfit")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-pathfit)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3-numpy, python3-scipy")
+endif()
 include(CPack)

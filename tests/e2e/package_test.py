@@ -36,13 +36,18 @@ def main(build):
         # What a build needs that finds the libraries is what our own build needs.
         for needed in run("dpkg-deb", "-f", libraries, "Depends").strip().split(", "):
             run("dpkg-query", "-W", needed)
-        for package in (program, libraries):
+        for package in (folder / "made").glob("*.deb"):
             run("dpkg-deb", "-x", package, folder / "root")
         if "pathfit" not in run(folder / "root/usr/bin/pathfit", "--version"):
             sys.exit("usr/bin/pathfit --version does not name the program")
         for file in ("lib/cmake/pathfit/pathfitConfig.cmake", "include/pathfit/renderer/renderer.h", "share/man/man1/pathfit.1"):
             if not (folder / "root/usr" / file).is_file():
                 sys.exit(f"usr/{file} is in no package")
+        if "PATHFIT_PYTHON:BOOL=ON" in (build / "CMakeCache.txt").read_text():
+            if "python3-numpy" not in run("dpkg-deb", "-f", package_in(folder / "made", "python3-pathfit"), "Depends"):
+                sys.exit("python3-pathfit does not depend on python3-numpy")
+            if not list((folder / "root/usr/lib/python3/dist-packages").glob("pathfit*.so")):
+                sys.exit("the Python module is in no package")
 
 
 if __name__ == "__main__":

@@ -9,5 +9,11 @@ if(NOT PATHFIT_QUICK_TESTS)
       ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR} ${CMAKE_CXX_COMPILER})
   add_test(NAME e2e/package
     COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/package_test.py ${PROJECT_BINARY_DIR})
+  if(PATHFIT_PYTHON)
+    add_test(NAME e2e/python
+      COMMAND Python::Interpreter ${CMAKE_CURRENT_LIST_DIR}/python_test.py
+        $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR} $<TARGET_FILE_DIR:pathfit_python>)
+    set_tests_properties(e2e/python PROPERTIES LABELS e2e TIMEOUT 600)
+  endif()
   set_tests_properties(e2e/install e2e/package PROPERTIES LABELS e2e TIMEOUT 600)
 endif()

@@ -1,0 +1,117 @@
+"""Path-space differentiable rendering and fits to photographs.
+
+Scenes come from the configs of the program (configs/README.md lists their keys). Pictures are arrays of
+float64 of shape (height, width, 4): red, green, blue of linear Rec.709, and coverage; the first row is the
+top one. Parameters have the units of the configs and are neither scaled nor bounded. Samples are a function
+of the seed: the same numbers give the same bits as the program, for any number of threads. Long calls let
+other threads of Python run; one Scene must not be used by two at once.
+"""
+import os
+from typing import Any, Callable, Sequence
+
+import numpy as np
+import scipy.sparse
+
+__version__: str
+
+class ConfigError(ValueError):
+    """All problems of a config, each with file:line:column, as the program prints them."""
+
+class SceneError(ValueError):
+    """A scene that cannot be rendered, or a name that it does not have."""
+
+class IoError(OSError):
+    """A file is missing, unreadable or malformed."""
+
+class NumericalError(ArithmeticError):
+    """A number that should be finite is not."""
+
+class Parameters:
+    """Which numbers of a scene are meant, in which order."""
+
+    def __len__(self) -> int: ...
+    @property
+    def groups(self) -> list[dict[str, Any]]:
+        """One per name: `name`, `first` (index of its first number), `shape` (blocks, numbers of each): the
+        values of group g are values[g["first"]:][:shape[0] * shape[1]].reshape(shape)."""
+
+    def name_of(self, index: int) -> str:
+        """'ball.vertices[17].y'"""
+
+class Scene:
+    """The scene of a config, its photos and stages."""
+
+    def __init__(
+        self, config: str | os.PathLike[str], overrides: dict[str, Any] = {}, threads: int = 0
+    ) -> None:
+        """`overrides` replaces values of the config: {"render.spp": 64}. threads: 0 = those of the config,
+        else all that may be used."""
+
+    @property
+    def views(self) -> list[str]:
+        """Names of the sensors or photos. A `view` below is one of them, or its index."""
+
+    @property
+    def messages(self) -> list[str]:
+        """What was taken for granted, in sentences."""
+
+    @property
+    def warnings(self) -> list[str]:
+        """What of the files is not used."""
+
+    def photo(self, view: int | str) -> np.ndarray:
+        """(height, width, 3), float32, linear Rec.709."""
+
+    def mask(self, view: int | str) -> np.ndarray | None:
+        """(height, width, 1), float32, 1 = object."""
+
+    def parameters(self, names: Sequence[str]) -> Parameters:
+        """`names` as under `unknowns` of a config: ["ball.vertices", "sky.texels"]."""
+
+    def values(self, parameters: Parameters) -> np.ndarray:
+        """A copy of their present values."""
+
+    def set_values(self, parameters: Parameters, values: np.ndarray) -> None:
+        """Changes the scene. SceneError, and nothing changed, if it could not be rendered."""
+
+    def render(self, view: int | str, spp: int | None = None, seed: int | None = None) -> np.ndarray:
+        """The picture; samples per pixel and seed are those of the config unless given."""
+
+    def derivative(
+        self, view: int | str, direction: str, spp: int | None = None, seed: int | None = None
+    ) -> np.ndarray:
+        """Derivative of the picture along `direction`, as `pathfit render --derivative` names it:
+        'ball.vertices.x', 'light.intensity', 'floor.texels[5].r'."""
+
+    def jacobian(
+        self, view: int | str, parameters: Parameters, spp: int | None = None, seed: int | None = None
+    ) -> scipy.sparse.csr_matrix:
+        """Derivative of picture.reshape(-1) by all parameters."""
+
+    def gradient(
+        self,
+        view: int | str,
+        parameters: Parameters,
+        weights: np.ndarray,
+        spp: int | None = None,
+        seed: int | None = None,
+    ) -> np.ndarray:
+        """jacobian(...).T @ weights.reshape(-1) without the matrix; `weights` has the picture's shape. It is
+        the gradient of a loss if `weights` is its derivative by the picture of other samples (another seed):
+        with the same samples the product of their errors would be a bias."""
+
+    def not_in_the_derivative(self, parameters: Parameters) -> list[str]:
+        """What derivatives by these parameters leave out, one sentence each."""
+
+    def fit(
+        self,
+        on_round: Callable[[dict[str, Any]], bool | None] | None = None,
+        time_limit_s: float = 0.0,
+    ) -> dict[str, Any]:
+        """Runs the stages of the config from the present state, which becomes that of the result. `on_round`
+        gets the figures of each round by their names in metrics.csv; the fit stops when it returns False.
+        Returns `status` ('finished', 'stopped' or 'time limit'), `rounds`, `wall_s`, `stages` (figures),
+        `standard_errors` by unknown, `messages` and `warnings`."""
+
+    def write_meshes(self, folder: str | os.PathLike[str], format: str = "glb") -> list[os.PathLike[str]]:
+        """One file per mesh, where their poses place them: glb, ply or obj."""
