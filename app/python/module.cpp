@@ -23,6 +23,7 @@
 #include "app/output/export_result.h"
 #include "app/output/figures.h"
 #include "optim/problem/jacobian_sink.h"
+#include "optim/problem/problem_size.h"
 #include "optim/round/fit.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
@@ -365,6 +366,8 @@ class Scene {
     {
       const py::gil_scoped_release release;
       const renderer::ThreadLimit limit(threads_);
+      experiment_.scene = renderer_->scene();
+      observer.warnings = CheckStart(config_, experiment_).warnings;
       result =
           optim::RunFit(renderer_->scene(), experiment_.observations, spec, observer, controls);
       renderer_ = std::make_unique<renderer::Renderer>(result.scene);
@@ -467,6 +470,7 @@ PYBIND11_MODULE(pathfit, m) {
   py::register_exception<ConfigError>(m, "ConfigError", PyExc_ValueError);
   py::register_exception<renderer::SceneError>(m, "SceneError", PyExc_ValueError);
   py::register_exception<renderer::IoError>(m, "IoError", PyExc_OSError);
+  py::register_exception<optim::MemoryError>(m, "MemoryError", PyExc_MemoryError);
   py::register_exception<renderer::NumericalError>(m, "NumericalError", PyExc_ArithmeticError);
 
   py::class_<Parameters>(m, "Parameters", "Which numbers of a scene are meant, in which order.")

@@ -6,6 +6,7 @@ top one. Parameters have the units of the configs and are neither scaled nor bou
 of the seed: the same numbers give the same bits as the program, for any number of threads. Long calls let
 other threads of Python run; one Scene must not be used by two at once.
 """
+import builtins
 import os
 from typing import Any, Callable, Sequence
 
@@ -25,6 +26,9 @@ class IoError(OSError):
 
 class NumericalError(ArithmeticError):
     """A number that should be finite is not."""
+
+class MemoryError(builtins.MemoryError):
+    """A fit would take more memory than there is; refused before it begins."""
 
 class Parameters:
     """Which numbers of a scene are meant, in which order."""
@@ -109,7 +113,8 @@ class Scene:
         time_limit_s: float = 0.0,
     ) -> dict[str, Any]:
         """Runs the stages of the config from the present state, which becomes that of the result. `on_round`
-        gets the figures of each round by their names in metrics.csv; the fit stops when it returns False.
+        gets the figures of each round by their names in metrics.csv; the fit stops when it returns False, and ends
+        with its exception. Refuses a start that cannot be fitted as the program does.
         Returns `status` ('finished', 'stopped' or 'time limit'), `rounds`, `wall_s`, `stages` (figures),
         `standard_errors` by unknown, `messages` and `warnings`."""
 

@@ -47,7 +47,11 @@ install(FILES ${PROJECT_BINARY_DIR}/fish/pathfit.fish DESTINATION ${CMAKE_INSTAL
   COMPONENT program)
 
 if(PATHFIT_PYTHON)
-  set(python_folder ${CMAKE_INSTALL_LIBDIR}/python3/dist-packages)  # where Debian's interpreter looks below /usr
+  if(SKBUILD)
+    set(python_folder .)  # pip's own place
+  else()
+    set(python_folder ${CMAKE_INSTALL_LIBDIR}/python3/dist-packages)  # where Debian's interpreter looks below /usr
+  endif()
   install(TARGETS pathfit_python LIBRARY DESTINATION ${python_folder} COMPONENT python)
   install(FILES ${PROJECT_SOURCE_DIR}/app/python/pathfit.pyi DESTINATION ${python_folder} COMPONENT python)
 endif()
