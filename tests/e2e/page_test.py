@@ -87,6 +87,7 @@ class Page(unittest.TestCase):
     def look_through_a_photo(self, browser, colors):
         """A click at the frustum of a camera, and its photo over the mesh where the mesh is."""
         browser.eval("document.querySelector('#model').scrollIntoView()")
+        self.shoot(browser, "model")
         self.choose(browser, 2, -2)
         outside = self.canvas(browser, "all_cameras")
         self.check(browser, 2)

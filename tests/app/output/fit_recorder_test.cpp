@@ -143,7 +143,8 @@ TEST(FitRecorder, KeepsTheModelsOfTheStartAndOfTheNewestScene) {
   EXPECT_NE(ReadViewedModel(fit.run().Model()).at("meshes")[0].at("box"), box);
   const Json report = ReportJson(LoadReportData(fit.run()), {});
   EXPECT_EQ(report["model"]["start"]["meshes"][0]["box"], box);
-  SyntheticFit without(folder.path() / "without", 0, 0, {.report = false});
+  const TemporaryFolder other("recorder_no_model");
+  SyntheticFit without(other.path(), 0, 0, {.report = false});
   without.recorder().OnScene("start", scene, {});
   EXPECT_FALSE(fs::exists(without.run().Model())) << "nothing that only a report needs";
 }

@@ -125,7 +125,7 @@ TEST(ViewedModel, CountsTheFittedPhotosThatShowAVertex) {
   screen.name = "screen";
   screen.mesh.positions = {{0.5, -9, 1}, {9, -9, 1}, {9, 9, 1}, {0.5, 9, 1}};
   screen.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  square.scene.materials.push_back({.name = "black"});
+  square.scene.materials.push_back({.name = "black", .bsdf = renderer::LambertBsdf{}});
   screen.material = 1;
   square.scene.meshes.push_back(screen);
   EXPECT_EQ(counts(), (std::vector<std::uint8_t>{2, 1, 1, 2}));
