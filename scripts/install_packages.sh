@@ -8,10 +8,10 @@ build_packages=(
   libembree-dev libtbb-dev libceres-dev libopenblas-dev libeigen3-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
   libopenexr-dev libimath-dev libopenvdb-dev libopenmesh-dev libboost-dev libboost-iostreams-dev libtinygltf-dev libstb-dev
-  libyaml-cpp-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libssl-dev
+  libyaml-cpp-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libssl-dev libjs-three
 )
 test_packages=(
-  libgtest-dev clang-format clang-tidy python3 git dpkg-dev
+  libgtest-dev clang-format clang-tidy python3 git dpkg-dev nodejs chromium
   pybind11-dev python3-dev python3-numpy python3-scipy
 )
 

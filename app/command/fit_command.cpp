@@ -32,6 +32,11 @@ class StopAfterStage final : public optim::FitObserver {
       : next_(next), context_(context), stage_(context.line.stop_after), cancel_(cancel) {}
 
   void OnRound(const optim::RoundReport& report) override { next_.OnRound(report); }
+  void OnScene(const std::string& stage,
+               const renderer::Scene& scene,
+               const StandardErrorsByName& standard_errors) override {
+    next_.OnScene(stage, scene, standard_errors);
+  }
   void OnView(const std::string& stage,
               std::size_t view,
               const renderer::Film& image,

@@ -6,6 +6,7 @@
 #include "app/output/parameter_table.h"
 #include "app/output/report.h"
 #include "app/output/report_images.h"
+#include "app/output/viewed_model.h"
 #include "renderer/core/check.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
@@ -85,6 +86,15 @@ void FitRecorder::OnRound(const optim::RoundReport& report) {
   record_.SetTimes(report.wall_s, report.peak_rss_mb);
 }
 
+void FitRecorder::OnScene(const std::string& stage,
+                          const renderer::Scene& scene,
+                          const StandardErrorsByName& standard_errors) {
+  if (!options_.report) return;
+  const Json model = ViewedModel(scene, observations_, standard_errors);
+  if (stage == "start") WriteViewedModel(run_.StartModel(), model);
+  WriteViewedModel(run_.Model(), model);
+}
+
 void FitRecorder::OnView(const std::string& stage,
                          std::size_t view,
                          const renderer::Film& film,
@@ -147,6 +157,7 @@ void FitRecorder::RecordScenes(const optim::FitSpec& spec,
                         EnvironmentPicture(*final, history_.environment_exposure));
   }
   WriteHistory(run_.History(), history_);
+  OnScene("", result, errors);
 }
 
 void FitRecorder::UpdateRecord() {

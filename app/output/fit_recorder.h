@@ -39,6 +39,9 @@ class FitRecorder final : public optim::FitObserver {
               int resume_step);
 
   void OnRound(const optim::RoundReport& report) override;
+  void OnScene(const std::string& stage,
+               const renderer::Scene& scene,
+               const StandardErrorsByName& standard_errors) override;
   void OnView(const std::string& stage,
               std::size_t view,
               const renderer::Film& film,
@@ -47,7 +50,8 @@ class FitRecorder final : public optim::FitObserver {
   void OnMessage(const std::string& text) override;
   void OnWarning(const std::string& text) override;
 
-  /// Parameter table and environment pictures, of the run's first scene and its present one.
+  /// Parameter table and environment pictures, of the run's first scene and its present one, and
+  /// the model of the latter.
   void RecordScenes(const optim::FitSpec& spec,
                     const renderer::Scene& start,
                     const renderer::Scene& result,

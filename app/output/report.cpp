@@ -8,6 +8,7 @@
 
 #include "app/output/report_images.h"
 #include "app/output/sha256.h"
+#include "app/output/viewed_model.h"
 #include "renderer/io/atomic_file.h"
 
 namespace pathfit::app {
@@ -17,6 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxListedInputs = 300;
 constexpr std::size_t kMaxConfigBytes = 200'000;
+constexpr double kModelShare = 0.5;  // of the page
 // Limits of what deserves a warning.
 constexpr double kOverfitDb = 2.0;
 constexpr double kNoiseShare = 0.7;
@@ -127,6 +129,58 @@ void AddViews(const ReportData& data, const ReportOptions& options, std::size_t 
   json["views_note"] = note;
 }
 
+std::int64_t NumTriangles(const Json& model) {
+  std::int64_t count = 0;
+  for (const Json& mesh : model.at("meshes")) {
+    count += mesh.value("num_triangles", std::int64_t{0});
+  }
+  return count;
+}
+
+/// Buffers that the start shares with the result are there once.
+Json WithoutShared(Json start, const Json& result) {
+  Json& meshes = start.at("meshes");
+  for (std::size_t i = 0; i < meshes.size() && i < result.at("meshes").size(); ++i) {
+    const Json& other = result.at("meshes")[i];
+    for (const char* key : {"triangles", "uvs", "texture", "roughness_texture"}) {
+      if (meshes[i].contains(key) && other.contains(key) && meshes[i][key] == other[key]) {
+        meshes[i][key] = nullptr;
+      }
+    }
+  }
+  return start;
+}
+
+Json ModelJson(const ReportData& data, const ReportOptions& options) {
+  if (data.model.is_null()) return nullptr;
+  const double limit = kModelShare * static_cast<double>(options.max_bytes);
+  double used = static_cast<double>(ThreeJs().size());
+  Json json = {{"start", nullptr}, {"result", nullptr}, {"note", ""}};
+  const auto add = [&](const char* key, const char* what, Json model) {
+    const std::size_t size = JsonText(model, -1).size();
+    if (used + static_cast<double>(size) > limit) {
+      json["note"] = fmt::format(
+          "{}{} is not shown: its {} triangles take {}, and this file stays below {}. Files of the "
+          "meshes are in the run's folder result; `pathfit report RUN --max-size-mb {:.0f}` writes "
+          "a page with all.",
+          json["note"] == "" ? "" : json["note"].get<std::string>() + " ",
+          what,
+          NumTriangles(model),
+          MegabytesText(size),
+          MegabytesText(options.max_bytes),
+          std::ceil(1e-6 * (used + static_cast<double>(size)) / kModelShare) + 1.0);
+      return;
+    }
+    used += static_cast<double>(size);
+    json[key] = std::move(model);
+  };
+  add("result", "The fitted shape", data.model);
+  if (!json["result"].is_null() && !data.start_model.is_null()) {
+    add("start", "The shape that the fit began with", WithoutShared(data.start_model, data.model));
+  }
+  return json;
+}
+
 /// JSON that can stand inside a script element: no < can end it, whatever follows.
 std::string EmbeddedJson(const Json& json) {
   std::string text;
@@ -162,6 +216,8 @@ ReportData LoadReportData(const RunDirectory& run) {
       }
     }
   }
+  data.start_model = ReadViewedModel(run.StartModel());
+  data.model = ReadViewedModel(run.Model());
   data.environment_initial = ReadIfThere(run.Images() / "environment_initial.png");
   data.environment_final = ReadIfThere(run.Images() / "environment_final.png");
   return data;
@@ -228,15 +284,25 @@ Json ReportJson(const ReportData& data, const ReportOptions& options) {
                  {"final", PictureJson(data.environment_final, "image/png")}}},
                {"config", Shortened(data.config)},
                {"resolved_config", Shortened(data.resolved_config)}};
+  json["model"] = ModelJson(data, options);
   AddViews(data, options, ReportPage(json).size(), json);
   return json;
 }
 
 std::string ReportPage(const Json& json) {
+  const bool has_model =
+      json.contains("model") && json["model"].is_object() && !json["model"].at("result").is_null();
+  std::string hashes = "'" + CspHash(ReportJs()) + "'";
+  std::string library;
+  if (has_model) {
+    hashes += " '" + CspHash(ThreeJs()) + "'";
+    library.append("<script id=\"three\">").append(ThreeJs()).append("</script>");
+  }
   const std::map<std::string_view, std::string> parts = {{"style", std::string(ReportCss())},
                                                          {"style-hash", CspHash(ReportCss())},
                                                          {"script", std::string(ReportJs())},
-                                                         {"script-hash", CspHash(ReportJs())},
+                                                         {"script-hashes", hashes},
+                                                         {"library", library},
                                                          {"data", EmbeddedJson(json)}};
   std::string page;
   std::string_view rest = ReportHtml();

@@ -28,6 +28,7 @@ struct ReportData {
   /// are no pictures of are missing.
   std::vector<std::map<std::string, std::string>> view_pictures;
   std::string environment_initial, environment_final;  ///< PNG bytes
+  Json start_model, model;  ///< of the 3-D view (viewed_model.h), null where there are none
 };
 
 struct ReportOptions {
@@ -41,7 +42,9 @@ ReportData LoadReportData(const RunDirectory& run);
 
 /// What the page draws: run.json as `run`, history.json as `history`, the list of figures, and what
 /// is decided here: the verdict in words (`sentence`, `warnings`), which views are shown and why
-/// (`views`, `views_note`), pictures as data URIs.
+/// (`views`, `views_note`), pictures as data URIs. `model`: `start` and `result` of the 3-D view,
+/// each null where it would take more than half of `max_bytes`, and a `note` that says so; null
+/// where the run has none.
 Json ReportJson(const ReportData& data, const ReportOptions& options);
 
 /// One HTML file that draws this with its own script, offline and without loading anything; nothing
@@ -64,5 +67,7 @@ std::filesystem::path ThumbnailPath(const RunDirectory& run,
 std::string_view ReportHtml();
 std::string_view ReportCss();
 std::string_view ReportJs();
+/// The 3-D library with its licence, which only pages with a model contain.
+std::string_view ThreeJs();
 
 }  // namespace pathfit::app

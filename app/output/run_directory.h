@@ -25,6 +25,10 @@ class RunDirectory {
   [[nodiscard]] std::filesystem::path Checkpoints() const { return root_ / "checkpoints"; }
   [[nodiscard]] std::filesystem::path Images() const { return root_ / "images"; }
   [[nodiscard]] std::filesystem::path Result() const { return root_ / "result"; }
+  /// What the report's 3-D view draws (viewed_model.h): of the start, and of the newest scene that
+  /// was reported.
+  [[nodiscard]] std::filesystem::path StartModel() const { return root_ / "model_start.json"; }
+  [[nodiscard]] std::filesystem::path Model() const { return root_ / "model.json"; }
   [[nodiscard]] std::filesystem::path Report() const { return root_ / "report.html"; }
 
  private:

@@ -21,4 +21,11 @@ std::vector<double> PhotoDensities(const renderer::Scene& scene,
                                    std::span<const SurfacePoint> points,
                                    double stop_at);
 
+/// By point: how many of the fitted photos show it, in the same sense, at `scale` times their size.
+/// Keeps one photo's level at a time.
+std::vector<int> PhotoCounts(const renderer::Scene& scene,
+                             const ObservationSet& observations,
+                             double scale,
+                             std::span<const SurfacePoint> points);
+
 }  // namespace pathfit::optim

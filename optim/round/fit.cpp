@@ -492,6 +492,7 @@ class FitDriver {
   }
 
   void Report(StageReport report, int spp) {
+    observer_.OnScene(report.stage, state_.scene, state_.standard_errors);
     evaluation_.Report(evaluation_.Samples(state_.stage, spp), observer_, state_.scene, report);
     report.wall_s = WallSeconds();
     observer_.OnStage(report);

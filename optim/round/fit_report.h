@@ -1,11 +1,13 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "optim/observation/observation.h"
 #include "renderer/image/image.h"
 #include "renderer/render_options.h"
+#include "renderer/scene/scene.h"
 
 namespace pathfit::optim {
 
@@ -77,6 +79,11 @@ class FitObserver {
   FitObserver& operator=(const FitObserver&) = delete;
   virtual ~FitObserver() = default;
   virtual void OnRound(const RoundReport& report) = 0;
+  /// The scene that the report of a stage is about, before its pictures, and what is known of its
+  /// standard errors (FitResult::standard_errors).
+  virtual void OnScene(const std::string& /*stage*/,
+                       const renderer::Scene& /*scene*/,
+                       const std::map<std::string, std::vector<double>>& /*standard_errors*/) {}
   /// Rendering of a view for the report of a stage, at the last stage's resolution, and what was
   /// observed at that size; of all views, before the report.
   virtual void OnView(const std::string& stage,

@@ -61,6 +61,9 @@ class Program(unittest.TestCase):
 
     def check_report(self, run_folder):
         page = (run_folder / "report.html").read_text()
+        self.assertIn("default-src 'none'", page)
+        page, libraries = re.subn(r'<script id="three">.*?</script>', "", page, flags=re.S)
+        self.assertEqual(libraries, 1)
         self.assertNotRegex(page, r'(src|href)="|url\(|@import|fetch\(|XMLHttp')
         data = json.loads(re.search(r'<script type="application/json" id="data">([^<]*)</script>', page)[1])
         rows = list(csv.DictReader((run_folder / "metrics.csv").read_text().splitlines()))
@@ -77,8 +80,8 @@ class Program(unittest.TestCase):
         for uri in data["environment"].values():
             self.assertEqual(base64.b64decode(uri.removeprefix("data:image/png;base64,"))[:4], b"\x89PNG")
         if shutil.which("node"):
-            script = SOURCE / "app" / "output" / "report" / "report.js"
-            drawn = subprocess.run(["node", SOURCE / "tests" / "app" / "output" / "report_page_test.js", script,
+            scripts = [SOURCE / "app" / "output" / "report" / name for name in ("viewer.js", "report.js")]
+            drawn = subprocess.run(["node", SOURCE / "tests" / "app" / "output" / "report_page_test.js", *scripts,
                                     run_folder / "report.html"], capture_output=True, text=True)
             self.assertEqual(drawn.returncode, 0, drawn.stderr)
 

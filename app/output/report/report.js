@@ -1,4 +1,3 @@
-"use strict";
 // Draws the report of a run from the JSON in this page (app/output/report.cpp says what is in it). What comes from the
 // run becomes text nodes and attributes, never markup.
 
@@ -134,7 +133,8 @@ const drawable = (value, log) => Number.isFinite(value) && Math.abs(value) < 1e1
 /** Maps [low, high] to [begin, end] of the picture. */
 function axis(low, high, begin, end, log) {
   const f = log ? Math.log : (value) => value;
-  return { low, high, log, at: (value) => begin + ((f(value) - f(low)) / (f(high) - f(low))) * (end - begin) };
+  return { low, high, log, at: (value) => begin + ((f(value) - f(low)) / (f(high) - f(low))) * (end - begin),
+    value: (at) => low + ((at - begin) / (end - begin)) * (high - low) }; // of a linear axis
 }
 
 const FRAME = { width: 520, height: 250, left: 58, right: 508, top: 16, bottom: 212 };
@@ -211,27 +211,48 @@ function curve(x, y, series, color) {
   return [path ? s("path", { class: `line s${color}`, d: path }) : null, dots];
 }
 
-/** Shows the values under the pointer. */
-function addReadout(figure, drawing, x, chart) {
-  const readout = h("span", { class: "readout" }, " ");
+/** Shows the values under the pointer; what is dragged over becomes the whole axis, until a double click. */
+function addReadout(readout, drawing, chart, state) {
   const cursor = s("path", { class: "cursor" });
-  drawing.append(cursor);
-  figure.firstChild.append(readout);
-  drawing.addEventListener("pointermove", (event) => {
+  const band = s("rect", { class: "band", x: 0, y: FRAME.top, width: 0, height: FRAME.bottom - FRAME.top });
+  drawing.append(band, cursor);
+  const where = (event) => {
     const box = drawing.getBoundingClientRect();
-    const at = ((event.clientX - box.left) / box.width) * FRAME.width;
+    return Math.min(Math.max(((event.clientX - box.left) / box.width) * FRAME.width, FRAME.left), FRAME.right);
+  };
+  const hint = () => (state.range ? "double click: all of it" : " ");
+  let from = null;
+  drawing.addEventListener("pointerdown", (event) => { from = where(event); });
+  drawing.addEventListener("pointermove", (event) => {
+    const { x } = state;
+    const at = where(event);
+    if (from !== null) {
+      band.setAttribute("x", px(Math.min(from, at)));
+      band.setAttribute("width", px(Math.abs(at - from)));
+    }
     const nearestIn = (one) => one.x.reduce((best, step, i) =>
       (Math.abs(x.at(step) - at) < Math.abs(x.at(one.x[best]) - at) ? i : best), 0);
     const steps = chart.series[0].x;
     const nearest = nearestIn(chart.series[0]);
     cursor.setAttribute("d", `M${px(x.at(steps[nearest]))} ${FRAME.top}V${FRAME.bottom}`);
     const values = chart.series.map((one) => `${one.name} ${number(one.y[nearestIn(one)])}`);
-    readout.textContent = `${chart.x} ${steps[nearest]}: ${values.join(" · ")}`;
+    readout.textContent = `${chart.x} ${number(steps[nearest])}: ${values.join(" · ")}`;
   });
+  drawing.addEventListener("pointerup", (event) => {
+    if (from === null) return;
+    const ends = [from, where(event)].sort((a, b) => a - b).map(state.x.value);
+    const far = Math.abs(where(event) - from) > 8;
+    from = null;
+    if (far) state.zoom(ends);
+  });
+  drawing.addEventListener("dblclick", () => state.range && state.zoom(null));
   drawing.addEventListener("pointerleave", () => {
+    from = null;
+    band.setAttribute("width", 0);
     cursor.setAttribute("d", "");
-    readout.textContent = " ";
+    readout.textContent = hint();
   });
+  readout.textContent = hint();
 }
 
 /**
@@ -251,13 +272,38 @@ function linePlot(chart) {
   }
   const crosses = chart.crosses.filter(inside);
   const all = [...points.filter(inside), ...crosses];
-  const x = xAxis(all.map((point) => point[0]));
-  const y = yAxis(all.map((point) => point[1]), chart);
-  const drawing = s("svg", { viewBox: `0 0 ${FRAME.width} ${FRAME.height}`, role: "img", "aria-label": chart.title },
-    grid(x, y, chart), markLines(x, chart.marks), chart.series.map((one, i) => curve(x, y, one, i % 6)),
-    crosses.map(([a, b]) => s("path", { class: "cross", d: `M${px(x.at(a) - 4)} ${px(y.at(b) - 4)}l8 8m0 -8l-8 8` })));
+  const readout = h("span", { class: "readout", title: "Drag over a part of the chart to enlarge it" }, " ");
+  figure.firstChild.append(readout);
+  const state = { range: null, x: null, zoom: null };
+  const drawn = (range) => {
+    const within = ([a]) => !range || (a >= range[0] && a <= range[1]);
+    // Neighbours of the range keep lines going to its borders, and count for the height only if nothing is inside.
+    const shown = all.filter(within);
+    state.range = range;
+    state.x = xAxis(range ?? all.map((point) => point[0]));
+    const x = state.x;
+    const y = yAxis((shown.length > 0 ? shown : all).map((point) => point[1]), chart);
+    const { left, right, top, bottom } = FRAME;
+    // A drawing inside a drawing ends at its border.
+    const [width, height] = [right - left, bottom - top + 8];
+    const part = { x: left, y: top - 4, width, height, viewBox: `${left} ${top - 4} ${width} ${height}` };
+    const drawing = s("svg", { viewBox: `0 0 ${FRAME.width} ${FRAME.height}`, role: "img", "aria-label": chart.title },
+      grid(x, y, chart), markLines(x, chart.marks),
+      s(range ? "svg" : "g", range ? part : {},
+        chart.series.map((one, i) => curve(x, y, one, i % 6)),
+        crosses.filter(within).map(([a, b]) =>
+          s("path", { class: "cross", d: `M${px(x.at(a) - 4)} ${px(y.at(b) - 4)}l8 8m0 -8l-8 8` }))));
+    addReadout(readout, drawing, chart, state);
+    return drawing;
+  };
+  let drawing = drawn(null);
+  state.zoom = (range) => {
+    const next = drawn(range);
+    drawing.before(next);
+    drawing.remove();
+    drawing = next;
+  };
   figure.append(drawing);
-  addReadout(figure, drawing, x, chart);
   return figure;
 }
 
@@ -375,6 +421,14 @@ function stagesSection(data) {
 
 /** Pictures of one view appear large in the same place, so that going from one to the next shows what differs. */
 function showLarge(row, image) {
+  const zoom = largeAbove(row);
+  zoom.firstChild.src = image.src;
+  zoom.firstChild.alt = image.alt;
+  for (const other of zoom.children) if (other.classList.contains("upper")) other.remove();
+}
+
+/** Where large pictures of a row are. */
+function largeAbove(row) {
   let zoom = row.previousElementSibling;
   if (!zoom?.classList.contains("zoom")) {
     const large = h("img", { class: "zoomed" });
@@ -382,8 +436,32 @@ function showLarge(row, image) {
     large.addEventListener("click", () => zoom.remove());
     row.before(zoom);
   }
-  zoom.firstChild.src = image.src;
-  zoom.firstChild.alt = image.alt;
+  return zoom;
+}
+
+/** Large pictures [{name, source}] that a slider fades from one to the next. */
+function fader(row, pictures) {
+  const slider = h("input", { type: "range", min: 0, max: pictures.length - 1, step: 0.02, value: 0,
+    "aria-label": pictures.map(({ name }) => name).join(", ") });
+  slider.addEventListener("input", () => {
+    const zoom = largeAbove(row);
+    const at = Number(slider.value);
+    const lower = Math.min(Math.floor(at), pictures.length - 2);
+    let upper = zoom.children[1];
+    if (!upper) {
+      upper = h("img", { class: "zoomed upper" });
+      zoom.append(upper);
+    }
+    const set = (image, { name, source }) => {
+      if (image.src !== source) image.src = source;
+      image.alt = name;
+    };
+    set(zoom.firstChild, pictures[lower]);
+    set(upper, pictures[lower + 1]);
+    upper.style.opacity = String(at - lower);
+  });
+  return h("label", { class: "fader" }, h("span", {}, pictures[0].name), slider,
+    h("span", {}, pictures.slice(1).map(({ name }) => name).join(" · ")));
 }
 
 function picture(row, caption, alt, source) {
@@ -411,10 +489,12 @@ function viewArticle(data, { index, pictures }) {
     "linear " + change(before?.psnr_linear_db, view.psnr_linear_db, 2, "dB"),
     "IoU " + change(before?.iou, view.iou, 4),
     "gain " + number(num(view.gain))];
-  return h("article", { class: "card view" },
+  const faded = [["photo", "photo"], ["result", "rendering"], ["difference", "difference"]].flatMap(([kind, name]) =>
+    (pictures[kind] ? [{ name, source: pictures[kind] }] : []));
+  return h("article", { class: "card view", id: "view" + index },
     h("div", { class: "head" }, h("h3", {}, view.name),
       view.validation ? h("span", { class: "tag val" }, "held out") : h("span", { class: "tag" }, "fitted"),
-      h("span", { class: "numbers" }, numbers.join(" · "))), row);
+      h("span", { class: "numbers" }, numbers.join(" · ")), faded.length > 1 ? fader(row, faded) : null), row);
 }
 
 function viewsSection(data) {
@@ -463,7 +543,7 @@ function curvesSection(data) {
   });
   return section("curves", "Curves", h("div", { class: "plots" }, charts),
     note("Every round has its own samples, so costs of neighbouring rounds differ by noise as well. Dotted lines: " +
-      "beginnings of stages."));
+      "beginnings of stages. Drag over a part of a chart to enlarge it; a double click shows all again."));
 }
 
 function parametersSection(data) {
@@ -591,14 +671,15 @@ function reproductionSection(data) {
 }
 
 function draw(data) {
-  const sections = [stagesSection(data), viewsSection(data), curvesSection(data), parametersSection(data),
-    exposureSection(data), environmentSection(data), timingSection(data),
+  const sections = [stagesSection(data), modelSection(data), viewsSection(data), curvesSection(data),
+    parametersSection(data), exposureSection(data), environmentSection(data), timingSection(data),
     listSection("assumptions", "Assumptions", data.run.assumptions),
     listSection("attribution", "Attribution", data.run.attributions), reproductionSection(data)].filter((one) => one);
   document.title = data.run.name + " – pathfit report";
   document.querySelector("main").append(header(data), verdict(data),
     h("nav", { "aria-label": "Sections" }, sections.map((one) => h("a", { href: "#" + one.id }, one.title))),
     ...sections.map((one) => one.node));
+  sections.forEach((one) => one.start?.()); // what needs its size
 }
 
 // ---- several runs on one page (app/output/comparison.cpp)

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "app/output/report.h"
+#include "app/output/viewed_model.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
 #include "tests/app/output/html_check.h"
@@ -128,6 +129,24 @@ TEST(FitRecorder, WritesTheRunDirectory) {
   const Json report = ReportJson(LoadReportData(fit.run()), {});
   EXPECT_EQ(report.at("views").size(), 5U);
   for (const Json& view : report.at("views")) EXPECT_EQ(view.at("pictures").size(), 5U);
+}
+
+TEST(FitRecorder, KeepsTheModelsOfTheStartAndOfTheNewestScene) {
+  const TemporaryFolder folder("recorder_model");
+  SyntheticFit fit(folder.path(), 0);
+  renderer::Scene scene = MakeScene(fit.set());
+  fit.recorder().OnScene("start", scene, {});
+  EXPECT_EQ(ReadViewedModel(fit.run().Model()), ReadViewedModel(fit.run().StartModel()));
+  scene.meshes[0].mesh.positions[0].x += 1.0;
+  fit.recorder().OnScene("shape", scene, {});
+  const Json box = ReadViewedModel(fit.run().StartModel()).at("meshes")[0].at("box");
+  EXPECT_NE(ReadViewedModel(fit.run().Model()).at("meshes")[0].at("box"), box);
+  const Json report = ReportJson(LoadReportData(fit.run()), {});
+  EXPECT_EQ(report["model"]["start"]["meshes"][0]["box"], box);
+  const TemporaryFolder other("recorder_no_model");
+  SyntheticFit without(other.path(), 0, 0, {.report = false});
+  without.recorder().OnScene("start", scene, {});
+  EXPECT_FALSE(fs::exists(without.run().Model())) << "nothing that only a report needs";
 }
 
 TEST(FitRecorder, AKilledAndResumedRunLeavesTheFilesOfAStraightOne) {

@@ -1,19 +1,22 @@
 "use strict";
 // Runs the script of the report's page on data that is good, missing or hostile, with as much of a document as it uses.
 //
-// Usage: node report_page_test.js report.js [report.html ...]: the pages given are drawn too.
+// Usage: node report_page_test.js viewer.js report.js [report.html ...]: the pages given are drawn too.
 const assert = require("node:assert");
 const fs = require("node:fs");
 const vm = require("node:vm");
 
 class Element {
   constructor(namespace, tag) {
-    Object.assign(this, { namespace, tag, attributes: {}, children: [], listeners: {}, parent: null, words: "" });
+    Object.assign(this, { namespace, tag, attributes: {}, children: [], listeners: {}, parent: null, words: "",
+      style: {} });
     this.classList = { contains: (name) => (this.attributes.class ?? "").split(" ").includes(name) };
   }
   setAttribute(name, value) { this.attributes[name] = String(value); }
   set src(value) { this.attributes.src = value; }
   get src() { return this.attributes.src; }
+  set value(value) { this.attributes.value = String(value); }
+  get value() { return this.attributes.value; }
   set alt(value) { this.attributes.alt = value; }
   get alt() { return this.attributes.alt; }
   append(...nodes) {
@@ -22,6 +25,10 @@ class Element {
       if (node instanceof Element) node.parent = this;
       this.children.push(node);
     }
+  }
+  replaceChildren(...nodes) {
+    this.children = [];
+    this.append(...nodes);
   }
   before(node) {
     node.parent = this.parent;
@@ -50,7 +57,7 @@ function draw(script, data) {
     getElementById: () => ({ textContent: JSON.stringify(data) }),
     querySelector: () => main,
   };
-  const context = vm.createContext({ document, console });
+  const context = vm.createContext({ document, console, atob });
   vm.runInContext(script, context);
   for (const node of main.all()) {
     for (const [name, value] of Object.entries(node.attributes)) {
@@ -72,6 +79,21 @@ function draw(script, data) {
 }
 
 const figure = (key, more = {}) => ({ key, unit: "", label: key, doc: "", chart: "", by_stage: "", ...more });
+
+const base64 = (items) => Buffer.from(items.buffer).toString("base64");
+
+/** A triangle whose last corner no photo shows, and a camera. */
+function someModel(word) {
+  const mesh = { name: word, num_vertices: 3, num_triangles: 1, box: [[0, 0, 0], [1, 2, 0]],
+    positions: base64(Uint16Array.from([0, 0, 0, 65535, 0, 0, 0, 65535, 0])), triangles: base64(Uint16Array.from([0, 1, 2])),
+    colors: base64(Uint8Array.from([255, 0, 0, 0, 255, 0, 0, 0, 255])), photos: base64(Uint8Array.from([2, 1, 0])),
+    roughness: 0.5, position_error: base64(Float32Array.from([0.01, NaN, Infinity])) };
+  const camera = { name: word, validation: true, size_px: [4, 3], fx: 4, fy: 4, cx: 2, cy: 1.5, parallel: false,
+    world_from_camera: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]] };
+  const result = { version: 1, meshes: [mesh], cameras: [camera],
+    environment: { frame: "camera", frame_from_light: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] } };
+  return { start: { ...result, meshes: [{ ...mesh, triangles: null }] }, result, note: "" };
+}
 
 function someData(word = "axe") {
   const view = (name, validation) => ({ name, validation, psnr_linear_db: 20, psnr_srgb_db: 21, iou: 0.9, gain: 1.1 });
@@ -98,12 +120,13 @@ function someData(word = "axe") {
     views: [{ index: 0, pictures: { photo: "data:image/jpeg;base64,AA==", result: "data:image/jpeg;base64,BB==" } },
       { index: 1, pictures: {} }],
     environment: { initial: null, final: "data:image/png;base64,AA==" },
+    model: someModel(word),
   };
 }
 
 function testAllSections(script) {
   const { main, links, title } = draw(script, someData());
-  assert.deepStrictEqual(links, ["stages", "views", "curves", "parameters", "exposure", "environment", "timing",
+  assert.deepStrictEqual(links, ["stages", "model", "views", "curves", "parameters", "exposure", "environment", "timing",
     "assumptions", "attribution", "reproduction"]);
   assert.strictEqual(title, "axe – pathfit report");
   assert.strictEqual(main.tagged("article").length, 2);
@@ -127,7 +150,7 @@ function testAllSections(script) {
 function testNothing(script) {
   const data = someData();
   Object.assign(data.history, { rounds: [], stages: [], parameters: [] });
-  Object.assign(data, { views: [], warnings: [], config: "", resolved_config: "", environment: { initial: null, final: null } });
+  Object.assign(data, { model: null, views: [], warnings: [], config: "", resolved_config: "", environment: { initial: null, final: null } });
   Object.assign(data.run, { wall_s: null, assumptions: [], attributions: [], inputs: [] });
   assert.deepStrictEqual(draw(script, data).links, ["reproduction"]);
 }
@@ -149,6 +172,81 @@ function testPicturesEnlargeInPlace(script) {
   assert.strictEqual(zoomed[0].src, result.src);
   zoomed[0].listeners.click();
   assert.strictEqual(main.classed("zoomed").length, 0);
+}
+
+function testSliderFadesFromPhotoToRenderingToDifference(script) {
+  const data = someData();
+  data.views[0].pictures.difference = "data:image/jpeg;base64,CC==";
+  const { main } = draw(script, data);
+  const article = main.tagged("article")[0];
+  const slider = article.tagged("input")[0];
+  assert.strictEqual(main.tagged("article")[1].tagged("input").length, 0, "nothing to fade between");
+  const shown = () => article.classed("zoomed").map((image) => image.src.at(-3));
+  for (const [at, sources, opacity] of [[0.25, "AB", "0.25"], [1.5, "BC", "0.5"], [2, "BC", "1"], [0, "AB", "0"]]) {
+    slider.value = at;
+    slider.listeners.input();
+    assert.strictEqual(shown().join(""), sources);
+    assert.strictEqual(article.classed("upper")[0].style.opacity, opacity);
+  }
+  article.tagged("img").find((image) => !image.classList.contains("zoomed")).listeners.click();
+  assert.deepStrictEqual(shown(), ["A"], "a picture alone replaces the faded ones");
+}
+
+function testModelWithoutWebGl(script) {
+  const { main, context } = draw(script, someData());
+  const model = main.tagged("section").find((one) => one.attributes.id === "model");
+  for (const part of ["WebGL is off or missing", "1 of 3 vertices", "1 triangles", "standard error of place"]) {
+    assert.ok(model.textContent.includes(part), part);
+  }
+  assert.ok(!model.textContent.includes("standard error of colour"), "which is not known");
+  const data = someData();
+  data.model = { start: null, result: null, note: "too large" };
+  const empty = draw(script, data).main.tagged("section").find((one) => one.attributes.id === "model");
+  assert.ok(empty.textContent.includes("too large") && empty.tagged("select").length === 0);
+  const { start, result } = someModel("a");
+  const whole = context.completed(start, result);
+  assert.strictEqual(whole.meshes[0].triangles, result.meshes[0].triangles, "shared buffers are put back");
+}
+
+function testRampOfValues(script) {
+  const { context } = draw(script, someData());
+  const run = (text) => vm.runInContext(text, context);
+  const shares = (key, values) => [...run(`(() => {
+    const viewed = VIEWED.find((one) => one.key === "${key}");
+    const values = Float32Array.from([${values}]);
+    return rampShares(viewed, values, rampEnds(viewed, [values]));
+  })()`)].map((share) => Math.round(share * 1000) / 1000);
+  assert.deepStrictEqual(shares("position_error", "0.001, 0.01, 0.1, NaN, Infinity"), [0, 0.5, 1, -1, -3]);
+  assert.deepStrictEqual(shares("position_error", "NaN, Infinity"), [-1, -3], "nothing but what is not known");
+  assert.deepStrictEqual(shares("photos", "0, 1, 4"), [0, 0.25, 1]);
+  assert.deepStrictEqual(shares("photos", "0, 0"), [0, 0]);
+  assert.ok(shares("position_error", "NaN, 0.02").every((share) => Number.isFinite(share)));
+  assert.deepStrictEqual([...context.buffer(base64(Float32Array.from([1.5, -2])), Float32Array)], [1.5, -2]);
+}
+
+function testChartsEnlarge(script) {
+  const { context } = draw(script, someData());
+  const node = new Element(null, "div");
+  node.append(context.linePlot({ title: "t", x: "x", y: "y", log: false, zero: false, marks: [], crosses: [],
+    series: [{ name: "s", x: [0, 1, 2, 3, 4], y: [100, 1, 2, 1, 100] }] }));
+  const ticks = () => node.classed("tick").map((tick) => tick.textContent);
+  const drawing = () => node.tagged("svg")[0];
+  const drag = (from, to) => {
+    drawing().listeners.pointerdown({ clientX: from });
+    drawing().listeners.pointermove({ clientX: to });
+    drawing().listeners.pointerup({ clientX: to });
+  };
+  const whole = ticks();
+  drag(150, 152);
+  assert.deepStrictEqual(ticks(), whole, "a click is no drag");
+  drag(400, 160); // 0.91 to 3.04 of 0 to 4
+  assert.ok(!ticks().includes("100") && ticks().includes("2"), ticks().join());
+  assert.strictEqual(node.tagged("svg").length, 2, "lines end at the frame");
+  drawing().listeners.pointermove({ clientX: 280 });
+  assert.strictEqual(node.classed("readout")[0].textContent, "x 2: s 2");
+  drawing().listeners.dblclick();
+  assert.deepStrictEqual(ticks(), whole);
+  assert.strictEqual(node.tagged("svg").length, 1);
 }
 
 function testPlots(script) {
@@ -274,12 +372,13 @@ function testEvaluation(script) {
   assert.deepStrictEqual(draw(script, nothing).links, []);
 }
 
-const script = fs.readFileSync(process.argv[2], "utf8");
-for (const test of [testAllSections, testNothing, testHostileWords, testPicturesEnlargeInPlace, testPlots, testBars,
+const script = fs.readFileSync(process.argv[2], "utf8") + fs.readFileSync(process.argv[3], "utf8");
+for (const test of [testAllSections, testNothing, testHostileWords, testPicturesEnlargeInPlace,
+  testSliderFadesFromPhotoToRenderingToDifference, testModelWithoutWebGl, testRampOfValues, testChartsEnlarge, testPlots, testBars,
   testTicks, testNumbers, testComparison, testEvaluation]) {
   test(script);
 }
-for (const path of process.argv.slice(3)) {
+for (const path of process.argv.slice(4)) {
   const page = fs.readFileSync(path, "utf8");
   const part = (begin) => page.slice(page.indexOf(begin) + begin.length, page.indexOf("</script>", page.indexOf(begin)));
   draw(part("<script>"), JSON.parse(part('<script type="application/json" id="data">')));

@@ -30,8 +30,17 @@ ReportData SomeData(int num_views, std::size_t image_bytes) {
 
 /// The page is well-formed, refers to nothing outside itself, and holds this JSON.
 void ExpectSound(const Json& json) {
-  const std::string html = ReportPage(json);
+  std::string html = ReportPage(json);
   EXPECT_EQ(HtmlFault(html), "");
+  if (json.contains("model") && json.at("model").is_object() &&
+      !json["model"]["result"].is_null()) {
+    // The 3-D library can load pictures and files, which the page's policy does not let it.
+    const std::string library = "<script id=\"three\">" + std::string(ThreeJs()) + "</script>";
+    EXPECT_EQ(Count(html, library), 1);
+    EXPECT_EQ(Count(html, CspHash(ThreeJs())), 1);
+    html.erase(html.find(library), library.size());
+  }
+  EXPECT_EQ(html.find(ThreeJs()), std::string::npos) << "only where there is a model";
   for (const char* reference : {"https:",
                                 " src=",
                                 " href=",
@@ -140,6 +149,51 @@ TEST(Report, StaysBelowItsSizeAndSaysSo) {
             1);
   ExpectSound(json);
   EXPECT_EQ(Count(ReportPage(ReportJson(SomeData(12, 1000), {})), "were left out"), 0);
+}
+
+Json SomeModel(const std::string& positions, const std::string& triangles) {
+  return {{"version", 1},
+          {"meshes",
+           Json::array({{{"name", kNasty.substr(0, 40)},
+                         {"num_triangles", 12345},
+                         {"positions", positions},
+                         {"triangles", triangles}}})},
+          {"cameras", Json::array()}};
+}
+
+TEST(Report, HasTheModelOfItsRun) {
+  ReportData data = SomeData(2, 10);
+  EXPECT_TRUE(ReportJson(data, {}).at("model").is_null());
+  data.model = SomeModel("end", "both");
+  data.start_model = SomeModel("begin", "both");
+  Json json = ReportJson(data, {});
+  ExpectSound(json);
+  EXPECT_EQ(json["model"]["result"], data.model);
+  EXPECT_EQ(json["model"]["start"]["meshes"][0]["positions"], "begin");
+  EXPECT_TRUE(json["model"]["start"]["meshes"][0]["triangles"].is_null()) << "those of the result";
+  EXPECT_EQ(json["model"]["note"], "");
+  data.start_model = SomeModel("begin", "other");
+  EXPECT_EQ(ReportJson(data, {})["model"]["start"]["meshes"][0]["triangles"], "other");
+}
+
+TEST(Report, SaysWhichModelsAreTooLarge) {
+  ReportData data = SomeData(4, 1000);
+  data.model = SomeModel(std::string(2'000'000, 'a'), "both");
+  data.start_model = SomeModel(std::string(2'000'000, 'b'), "both");
+  Json json = ReportJson(data, {});
+  EXPECT_FALSE(json["model"]["result"].is_null());
+  EXPECT_TRUE(json["model"]["start"].is_null());
+  std::string note = json["model"]["note"];
+  EXPECT_EQ(Count(note, "The shape that the fit began with is not shown: its 12345 triangles"), 1);
+  EXPECT_EQ(Count(note, "--max-size-mb 11`"), 1) << note;
+  EXPECT_LE(ReportPage(json).size(), ReportOptions{}.max_bytes);
+  EXPECT_TRUE(ReportJson(data, {.max_bytes = 11'000'000})["model"]["note"] == "") << "as it says";
+  data.model = SomeModel(std::string(5'000'000, 'a'), "both");
+  json = ReportJson(data, {});
+  EXPECT_TRUE(json["model"]["result"].is_null() && json["model"]["start"].is_null());
+  EXPECT_EQ(Count(json["model"]["note"].get<std::string>(), "The fitted shape is not shown"), 1);
+  ExpectSound(json);
+  EXPECT_LT(ReportPage(json).size(), 400'000U) << "no library for nothing";
 }
 
 TEST(Report, LongListsOfInputsAndLongConfigsAreCut) {

@@ -1,0 +1,151 @@
+"""Looks at the report of a real fit with a browser, where there is one.
+
+Usage: page_test.py PATHFIT SOURCE_DIR [FOLDER FOR SCREENSHOTS]. Unittest output; exits 1 if anything fails.
+"""
+import collections
+import pathlib
+import re
+import shutil
+import sys
+import tempfile
+import unittest
+
+SHOTS = pathlib.Path(sys.argv.pop(3)) if len(sys.argv) > 3 else None
+from program_test import fit  # noqa: E402
+from browser import CHROMIUM, Browser, pixels  # noqa: E402
+
+CANVAS = "document.querySelector('.viewer canvas')"
+# Of the whole page, which screenshots are taken of.
+PLACE = """(() => { const box = document.querySelector('.viewer').getBoundingClientRect();
+  return [box.x + scrollX, box.y + scrollY, box.width, box.height]; })()"""
+SELECTS = "document.querySelectorAll('#model select')"
+CHECKS = "document.querySelectorAll('#model .tools input')"
+
+
+@unittest.skipUnless(CHROMIUM, "no Chromium")
+class Page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="pathfit_page_"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        out = fit(cls.folder / "run")
+        assert out.returncode == 0, out.stderr
+        cls.page = cls.folder / "run" / "report.html"
+
+    def shoot(self, browser, name, **options):
+        return browser.screenshot(SHOTS / (name + ".png") if SHOTS else None, **options)
+
+    def canvas(self, browser, name):
+        """What the 3-D view shows: number of colours, share of the commonest one, and all of it as a checksum."""
+        browser.eval("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        png = self.shoot(browser, name, clip=browser.eval(PLACE))
+        rows = pixels(png)
+        counts = collections.Counter(pixel for row in rows for pixel in row)
+        return len(counts), counts.most_common(1)[0][1] / sum(counts.values()), hash(tuple(map(tuple, rows)))
+
+    def choose(self, browser, which, value):
+        browser.eval(f"(() => {{ const one = {SELECTS}[{which}]; one.value = '{value}'; "
+                     "one.dispatchEvent(new Event('change')); })()")
+
+    def check(self, browser, which):
+        browser.eval(f"{CHECKS}[{which}].click()")
+
+    def test_the_page_draws_and_asks_for_nothing(self):
+        with Browser() as browser:
+            browser.open(self.page.as_uri())
+            self.assertTrue(browser.eval(f"{CANVAS} !== null"), "no 3-D view")
+            self.shoot(browser, "page", whole=True)
+            colors = self.canvas(browser, "fitted")
+            self.assertGreater(colors[0], 300, "a shaded and coloured mesh")
+            self.assertLess(colors[1], 0.98, "something before the background")
+            self.choose(browser, 0, "start")
+            start = self.canvas(browser, "start")
+            self.assertNotEqual(start, colors)
+            self.choose(browser, 0, "result")
+            self.assertEqual(self.canvas(browser, "again"), colors, "the same picture again")
+            seen = {}
+            for value in browser.eval(f"[...{SELECTS}[1].options].map((one) => one.value)"):
+                self.choose(browser, 1, value)
+                seen[value] = self.canvas(browser, "colours_" + value)
+            self.assertEqual(sorted(seen), ["color", "color_error", "photos", "shape"], "colours are told, or not")
+            self.assertNotEqual(seen["shape"], seen["color"])
+            self.assertNotEqual(seen["photos"], seen["color"])
+            self.choose(browser, 1, "color")
+            self.check(browser, 0)
+            self.assertNotEqual(self.canvas(browser, "without_shading"), colors)
+            self.check(browser, 0)
+            self.check(browser, 3)
+            self.assertNotEqual(self.canvas(browser, "environment"), colors)
+            self.check(browser, 3)
+            self.assertEqual(self.canvas(browser, "again"), colors)
+            self.look_through_a_photo(browser, colors)
+            self.fade_and_enlarge(browser)
+            self.assertEqual(browser.complaints, [])
+            outside = [url for url in browser.requests if not url.startswith("data:") and url != self.page.as_uri()]
+            self.assertEqual(outside, [])
+
+    def look_through_a_photo(self, browser, colors):
+        """A click at the frustum of a camera, and its photo over the mesh where the mesh is."""
+        browser.eval("document.querySelector('#model').scrollIntoView()")
+        self.shoot(browser, "model")
+        self.choose(browser, 2, -2)
+        outside = self.canvas(browser, "all_cameras")
+        self.check(browser, 2)
+        self.assertNotEqual(self.canvas(browser, "without_cameras"), outside)
+        self.check(browser, 2)
+        index = browser.eval("JSON.parse(document.getElementById('data').textContent).views[0].index")
+        x, y = browser.eval("(() => { const box = document.querySelector('.viewer'); const at = box.getBoundingClientRect(); "
+                            f"const [x, y] = box.view.screenOf({index}); return [at.x + x, at.y + y]; }})()")
+        browser.pointer(("pressed", x, y), ("released", x, y))
+        chosen = int(browser.eval(f"{SELECTS}[2].value"))
+        self.assertGreaterEqual(chosen, 0, "a camera was clicked")
+        self.canvas(browser, "clicked")
+        self.choose(browser, 2, index)
+        through = self.canvas(browser, "through")
+        self.assertNotEqual(through, colors)
+        browser.eval("(() => { const one = document.querySelector('.over input'); one.value = 1; "
+                     "one.dispatchEvent(new Event('input')); })()")
+        photo = self.canvas(browser, "through_photo")
+        self.assertNotEqual(photo, through)
+        browser.eval("(() => { const one = document.querySelector('.over input'); one.value = 0.5; "
+                     "one.dispatchEvent(new Event('input')); })()")
+        self.canvas(browser, "through_both")
+        box = browser.eval("(() => { const box = document.querySelector('.viewer').getBoundingClientRect(); "
+                           "return [box.x + box.width / 2, box.y + box.height / 2]; })()")
+        browser.pointer(("pressed", *box), ("moved", box[0] + 60, box[1]), ("released", box[0] + 60, box[1]))
+        self.assertEqual(browser.eval(f"{SELECTS}[2].value"), "-1", "turning leaves the photo")
+
+    def fade_and_enlarge(self, browser):
+        browser.eval("(() => { const one = document.querySelector('.fader input'); one.value = 1.5; "
+                     "one.dispatchEvent(new Event('input')); one.scrollIntoView(); })()")
+        self.assertEqual(browser.eval("[...document.querySelectorAll('.zoom img')].map((one) => one.alt)"),
+                         ["rendering", "difference"])
+        self.shoot(browser, "fader")
+        ticks = "[...document.querySelectorAll('#curves .plot')[0].querySelectorAll('.tick')].map((t) => t.textContent).join()"
+        whole = browser.eval(ticks)
+        browser.eval("document.querySelector('#curves .plot svg').scrollIntoView({block: 'center'})")
+        x, y, width = browser.eval("(() => { const b = document.querySelector('#curves .plot svg').getBoundingClientRect(); "
+                                   "return [b.x, b.y + b.height / 2, b.width]; })()")
+        ends = (x + 0.4 * width, x + 0.9 * width)
+        browser.pointer(("pressed", ends[0], y), ("moved", ends[1], y), ("released", ends[1], y))
+        self.assertNotEqual(browser.eval(ticks), whole)
+        self.shoot(browser, "enlarged")
+        browser.eval("document.querySelector('#curves .plot svg').dispatchEvent(new MouseEvent('dblclick'))")
+        self.assertEqual(browser.eval(ticks), whole)
+
+    def test_without_webgl_the_rest_works(self):
+        with Browser(webgl=False) as browser:
+            browser.open(self.page.as_uri())
+            self.assertIn("WebGL is off or missing", browser.eval("document.querySelector('.viewer').textContent"))
+            self.assertGreater(browser.eval("document.querySelectorAll('#curves svg').length"), 5)
+            self.fade_and_enlarge(browser)
+            self.shoot(browser, "without_webgl")
+            self.assertEqual(browser.complaints, [])
+
+    def test_the_page_is_small(self):
+        pictures = sum(map(len, re.findall(r'"data:image/[^"]*"', self.page.read_text())))
+        self.assertLess(self.page.stat().st_size - pictures, 3e6)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
