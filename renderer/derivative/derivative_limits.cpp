@@ -37,23 +37,25 @@ const Material& MaterialOf(const Scene& scene, const SceneMesh& mesh) {
   return scene.materials[static_cast<std::size_t>(mesh.material)];
 }
 
-// Roughness below which lobes are so narrow that boundary samples seldom meet them.
+// Roughness below which lobes are so narrow that boundary samples seldom meet them, and the share
+// of a texture from which on it is worth a word.
 constexpr double kNarrow = 0.1;
+constexpr double kNarrowShare = 0.01;
 
-/// 1 for models without roughness.
-double LeastRoughness(const Scene& scene, const Material& material) {
+bool HasNarrowLobes(const Scene& scene, const Material& material) {
   if (material.roughness_texture >= 0) {
     const Texture& texture = scene.textures[static_cast<std::size_t>(material.roughness_texture)];
-    double least = 1.0;
-    for (const Rgb& texel : texture.texels) least = std::min(least, texel.r);
-    return least;
+    const auto narrow = std::count_if(texture.texels.begin(),
+                                      texture.texels.end(),
+                                      [](const Rgb& texel) { return texel.r < kNarrow; });
+    return static_cast<double>(narrow) > kNarrowShare * static_cast<double>(texture.texels.size());
   }
   return std::visit(
       [](const auto& model) {
         if constexpr (requires { model.roughness; }) {
-          return model.roughness;
+          return model.roughness < kNarrow;
         } else {
-          return 1.0;
+          return false;
         }
       },
       material.bsdf);
@@ -212,7 +214,7 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
     return limits;
   }
   for (const SceneMesh& m : scene.meshes) {
-    if (LeastRoughness(scene, MaterialOf(scene, m)) < kNarrow) {
+    if (HasNarrowLobes(scene, MaterialOf(scene, m))) {
       limits.push_back(
           "'" + m.name +
           "' is nearly a mirror in places (roughness below 0.1): the borders of things and lights "

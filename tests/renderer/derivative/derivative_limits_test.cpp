@@ -116,6 +116,11 @@ TEST(DerivativeLimits, NarrowLobes) {
   scene.textures = {worn};
   scene.materials[0].roughness_texture = 0;
   EXPECT_EQ(Limits(scene, ParameterKind::kObjectTranslation, 1).size(), 2U);
+  worn.height = 100;
+  worn.texels = std::vector<Rgb>(200, Rgb::Constant(0.5));
+  worn.texels[7] = Rgb::Constant(0.04);
+  scene.textures = {worn};
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 1).empty()) << "a few texels";
 }
 
 TEST(DerivativeLimits, PlaneOfAParallelSensorThroughAMesh) {
