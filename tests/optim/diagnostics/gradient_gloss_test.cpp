@@ -52,9 +52,9 @@ void CheckHighlight(MicrofacetDistribution distribution,
                                 roughness * roughness);
   for (const Case& c : cases) {
     GradientCheckOptions options;
-    options.replicates = 16;
-    options.render.spp = 16;
-    options.difference_spp = 64;
+    options.replicates = 32;
+    options.render.spp = 32;
+    options.difference_spp = 128;
     options.render.spp_pixel = 64.0;
     options.render.form = form;
     options.step = 1e-3;  // the differences are sharper than 1e-4
