@@ -7,6 +7,7 @@
 
 #include "app/config/nearest_name.h"
 #include "app/config/read_config.h"
+#include "renderer/bsdf/bsdf.h"
 
 namespace pathfit::app {
 namespace {
@@ -60,8 +61,7 @@ void UseTexture(const YamlNode& name, const std::string& path, Role role, Config
 
 // What the start value of a texture without file must lie in.
 std::pair<double, double> StartRange(Role role) {
-  constexpr double kMinRoughness = 0.1;
-  if (role == Role::kRoughness) return {kMinRoughness, 1.0};
+  if (role == Role::kRoughness) return {renderer::kMinRoughness, 1.0};
   return {0.0, role == Role::kLight || role == Role::kUnused ? 1e20 : 1.0};
 }
 

@@ -128,9 +128,10 @@ struct MaterialConfig {
   Triple base_color{0.5, 0.5, 0.5};      ///< of kConstant, and the initial one of kVertexConstant
   renderer::MetallicRoughnessBsdf gltf;  ///< its roughness is that of every rough model
   std::string base_color_texture, roughness_texture, metallic_texture;  ///< names, or empty
-  std::string metal;                                                    ///< named, or empty:
-  Triple eta{0.0, 0.0, 0.0}, k{0.0, 0.0, 0.0};  ///< of conductors and mirrors
-  double ior = 1.5;                             ///< of dielectrics and glass
+  renderer::MicrofacetDistribution distribution = {};  ///< of conductors and dielectrics
+  std::string metal;                                   ///< named, or empty:
+  Triple eta{0.0, 0.0, 0.0}, k{0.0, 0.0, 0.0};         ///< of conductors and mirrors
+  double ior = 1.5;                                    ///< of dielectrics and glass
   bool two_sided = true;
 };
 

@@ -93,7 +93,7 @@ keeps it up to date (`PATHFIT_UPDATE_DOCS=1` rewrites it).
 
 constexpr const char* kUnknownsNotes = R"(
 * What a mesh, light or sensor must have is behind the name. `MESH.normals` and `MESH.uvs` need a
-  mesh that has them. Roughness below 0.1 is refused.
+  mesh that has them. Roughness below 0.03 is refused.
 * Positions and translations are in metres, rotations are rotation vectors (axis times radians),
   angles are radians, `focal` and `principal_point` are pixels. An object turns and grows about the
   middle of its bounding box, a light about its place, a camera about its centre.

@@ -9,6 +9,7 @@ namespace pathfit::app {
 namespace {
 
 using renderer::MetallicRoughnessBsdf;
+using renderer::MicrofacetDistribution;
 using renderer::ParameterKind;
 
 WordsOf<std::string> Metals() {
@@ -93,7 +94,7 @@ SchemaNode MaterialsSchema() {
              Map("",
                  {Choice("model", models, &MaterialConfig::model) |
                       Doc("`diffuse`: Lambert; `metallic_roughness`: glTF's (GGX); `conductor`: "
-                          "GGX metal; `dielectric`: rough glass (GGX); `mirror` and `glass`: "
+                          "rough metal; `dielectric`: rough glass; `mirror` and `glass`: "
                           "perfectly smooth.") |
                       Required(),
                   BaseColorSchema() | When("model", all),
@@ -102,6 +103,13 @@ SchemaNode MaterialsSchema() {
                             &MaterialConfig::roughness_texture,
                             "Perceptual roughness, alpha = roughness².") |
                       When("model", {"metallic_roughness", "conductor", "dielectric"}),
+                  Choice("distribution",
+                         {{"ggx", MicrofacetDistribution::kGgx},
+                          {"beckmann", MicrofacetDistribution::kBeckmann}},
+                         &MaterialConfig::distribution) |
+                      Doc("Of the slopes of microfacets: `ggx` has wide highlights, those of "
+                          "`beckmann` end as a Gaussian does.") |
+                      When("model", {"conductor", "dielectric"}),
                   GltfInput(ParameterKind::kMetallic,
                             &MetallicRoughnessBsdf::metallic,
                             &MaterialConfig::metallic_texture,

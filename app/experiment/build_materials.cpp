@@ -35,9 +35,9 @@ renderer::Bsdf BsdfOf(const MaterialConfig& config) {
       return config.gltf;
     case Model::kConductor:
       return renderer::RoughConductorBsdf{
-          config.gltf.roughness, MetalOf(config).eta, MetalOf(config).k};
+          config.gltf.roughness, MetalOf(config).eta, MetalOf(config).k, config.distribution};
     case Model::kDielectric:
-      return renderer::RoughDielectricBsdf{config.gltf.roughness, config.ior};
+      return renderer::RoughDielectricBsdf{config.gltf.roughness, config.ior, config.distribution};
     case Model::kMirror:
       return renderer::MirrorBsdf{MetalOf(config).eta, MetalOf(config).k};
     case Model::kGlass:

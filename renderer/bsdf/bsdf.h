@@ -9,7 +9,7 @@
 namespace pathfit::renderer {
 
 // Models of how a surface scatters light. Each is a value with its own constants; what may vary
-// over the surface comes with BsdfInputs. Roughness is perceptual, alpha = roughness^2 of GGX; an
+// over the surface comes with BsdfInputs. Roughness is perceptual, alpha = roughness^2; an
 // index of refraction is relative to the outside, which is the side the mesh's normals point to.
 
 /// Ideal diffuse reflection: base_color / pi.
@@ -27,20 +27,26 @@ struct MetallicRoughnessBsdf {
   friend bool operator==(const MetallicRoughnessBsdf&, const MetallicRoughnessBsdf&) = default;
 };
 
-/// GGX metal with the exact Fresnel reflectance of eta + i k, times base_color.
+/// How the normals of microfacets are spread. alpha is the width of GGX, and of Beckmann sqrt(2)
+/// times the standard deviation of slopes along one axis.
+enum class MicrofacetDistribution { kGgx, kBeckmann };
+
+/// Rough metal with the exact Fresnel reflectance of eta + i k, times base_color.
 struct RoughConductorBsdf {
   double roughness = 0.5;   ///< perceptual, in [kMinRoughness, 1]
   Rgb eta{0.2, 0.92, 1.1};  ///< index of refraction per channel, >= 0; here copper
   Rgb k{3.9, 2.45, 2.14};   ///< extinction coefficient per channel, >= 0
+  MicrofacetDistribution distribution = MicrofacetDistribution::kGgx;
   friend bool operator==(const RoughConductorBsdf&, const RoughConductorBsdf&) = default;
 };
 
-/// GGX interface between the outside and a medium of index `eta` on the side the normal points away
-/// from: reflects and refracts (radiance scales by the squared index ratio), times base_color.
+/// Rough interface between the outside and a medium of index `eta` on the side the normal points
+/// away from: reflects and refracts (radiance scales by the squared index ratio), times base_color.
 /// Source: [Walter2007].
 struct RoughDielectricBsdf {
   double roughness = 0.5;  ///< perceptual, in [kMinRoughness, 1]
   double eta = 1.5;        ///< inside over outside, > 0, not 1
+  MicrofacetDistribution distribution = MicrofacetDistribution::kGgx;
   friend bool operator==(const RoughDielectricBsdf&, const RoughDielectricBsdf&) = default;
 };
 
@@ -66,7 +72,7 @@ using Bsdf = std::variant<LambertBsdf,
                           SmoothDielectricBsdf>;
 
 /// Below this the lobe is nearly a delta, whose material-form derivative does not exist.
-inline constexpr double kMinRoughness = 0.1;
+inline constexpr double kMinRoughness = 0.03;
 
 /// Whether the model scatters into single directions only (mirror, smooth glass): then EvalBsdf and
 /// the densities are zero, and SampleBsdf and EvalDelta tell all.

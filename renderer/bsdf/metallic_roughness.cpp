@@ -42,7 +42,7 @@ double SpecularProbability(const MetallicRoughnessBsdf& model, const BsdfInputs&
 double MixedPdf(double specular_probability, double alpha, const BsdfCosines& c, double facing) {
   const double sum = c.cos_i + c.cos_o;
   const double cos_h2 = sum * sum / (2.0 + 2.0 * ClampedDot(c));
-  const double specular = 0.25 * VisibleNormalFactor(cos_h2, c.cos_o, alpha) * facing;
+  const double specular = 0.25 * VisibleNormalFactor<Ggx>(cos_h2, c.cos_o, alpha) * facing;
   return specular_probability * specular + (1.0 - specular_probability) * c.cos_i * kInvPi;
 }
 
@@ -116,8 +116,8 @@ std::optional<LocalSample> SampleModel(const MetallicRoughnessBsdf& model,
   const double alpha = Alpha(in);
   const double specular_probability = SpecularProbability(model, in, wo.z);
   const bool specular = u.u2 < specular_probability;
-  Vec3 drawn =
-      specular ? SampleVisibleNormal(wo, alpha, u.u0, u.u1) : SampleCosineHemisphere(u.u0, u.u1);
+  Vec3 drawn = specular ? SampleVisibleNormal(Ggx{}, wo, alpha, u.u0, u.u1)
+                        : SampleCosineHemisphere(u.u0, u.u1);
   if (u.mirrored) drawn = MirroredNormal(drawn);
   const Vec3 wi = specular ? drawn * (2.0 * Dot(wo, drawn)) - wo : drawn;
   if (wi.z <= 0.0) return std::nullopt;

@@ -9,7 +9,9 @@ namespace pathfit::renderer {
 Rgb EvalModel(const RoughConductorBsdf& model, const BsdfInputs& in, const BsdfCosines& c) {
   if (c.cos_i <= 0.0) return {};
   const double dot = ClampedDot(c);
-  const double specular = MicrofacetReflection(c.cos_i, c.cos_o, dot, Alpha(in));
+  const double specular = WithDistribution(model.distribution, [&]<class D>(D) {
+    return MicrofacetReflection<D>(c.cos_i, c.cos_o, dot, Alpha(in));
+  });
   const double half = std::sqrt(0.5 + 0.5 * dot);
   Rgb value;
   for (int i = 0; i < 3; ++i) {
@@ -25,8 +27,9 @@ BsdfPartials EvalModelPartials(const RoughConductorBsdf& model,
   BsdfPartials p;
   if (c.cos_i <= 0.0) return p;
   const double dot = ClampedDot(c);
-  const MicrofacetPartials specular =
-      MicrofacetReflectionPartials(c.cos_i, c.cos_o, dot, Alpha(in));
+  const MicrofacetPartials specular = WithDistribution(model.distribution, [&]<class D>(D) {
+    return MicrofacetReflectionPartials<D>(c.cos_i, c.cos_o, dot, Alpha(in));
+  });
   const double half = std::sqrt(0.5 + 0.5 * dot);
   const double half_by_dot = 0.25 / half;
   const double by_roughness = specular.d_alpha * AlphaByRoughness(in);
@@ -47,7 +50,7 @@ BsdfPartials EvalModelPartials(const RoughConductorBsdf& model,
   return p;
 }
 
-double ModelPdf(const RoughConductorBsdf&,
+double ModelPdf(const RoughConductorBsdf& model,
                 const BsdfInputs& in,
                 const BsdfCosines& c,
                 bool mirrored) {
@@ -55,14 +58,19 @@ double ModelPdf(const RoughConductorBsdf&,
   const double dot = ClampedDot(c);
   const double sum = c.cos_i + c.cos_o;
   const double facing = mirrored ? MirroredFacing(c.cos_i, c.cos_o, dot) : 1.0;
-  return 0.25 * facing * VisibleNormalFactor(sum * sum / (2.0 + 2.0 * dot), c.cos_o, Alpha(in));
+  const double cos_h2 = sum * sum / (2.0 + 2.0 * dot);
+  return 0.25 * facing * WithDistribution(model.distribution, [&]<class D>(D) {
+           return VisibleNormalFactor<D>(cos_h2, c.cos_o, Alpha(in));
+         });
 }
 
 std::optional<LocalSample> SampleModel(const RoughConductorBsdf& model,
                                        const BsdfInputs& in,
                                        const Vec3& wo,
                                        const UnitSample& u) {
-  Vec3 h = SampleVisibleNormal(wo, Alpha(in), u.u0, u.u1);
+  Vec3 h = WithDistribution(model.distribution, [&](auto distribution) {
+    return SampleVisibleNormal(distribution, wo, Alpha(in), u.u0, u.u1);
+  });
   if (u.mirrored) h = MirroredNormal(h);
   const Vec3 wi = h * (2.0 * Dot(wo, h)) - wo;
   if (wi.z <= 0.0) return std::nullopt;

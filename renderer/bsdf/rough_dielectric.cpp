@@ -12,15 +12,17 @@ double ChoiceOfReflection(double facing, double e) {
   return ReflectionProbability(FresnelDielectric(std::max(facing, 0.0), e));
 }
 
+template <class Distribution>
 double ReflectionPdf(double e, double alpha, const BsdfCosines& c, bool mirrored) {
   const double dot = ClampedDot(c);
   const double sum = c.cos_i + c.cos_o;
   const double ratio = mirrored ? MirroredFacing(c.cos_i, c.cos_o, dot) : 1.0;
   const double facing = ratio * std::sqrt(0.5 + 0.5 * dot);
   return ChoiceOfReflection(facing, e) * 0.25 * ratio *
-         VisibleNormalFactor(sum * sum / (2.0 + 2.0 * dot), c.cos_o, alpha);
+         VisibleNormalFactor<Distribution>(sum * sum / (2.0 + 2.0 * dot), c.cos_o, alpha);
 }
 
+template <class Distribution>
 double TransmissionPdf(double e, double alpha, const BsdfCosines& c, bool mirrored) {
   const double sum = c.cos_o + e * c.cos_i;
   const double side = sum > 0.0 ? 1.0 : -1.0;
@@ -33,15 +35,16 @@ double TransmissionPdf(double e, double alpha, const BsdfCosines& c, bool mirror
       (mirrored ? std::max(0.0, 2.0 * side * sum * c.cos_o - facing_o) : facing_o) / length;
   // Solid angle of h per solid angle of wi: e^2 |wi.h| / |wo + e wi|^2.  [Walter2007, eq. 17]
   return (1.0 - ChoiceOfReflection(drawn_at, e)) *
-         VisibleNormalFactor(sum * sum / length2, c.cos_o, alpha) * drawn_at * e * e * facing_i /
-         (length * length2);
+         VisibleNormalFactor<Distribution>(sum * sum / length2, c.cos_o, alpha) * drawn_at * e * e *
+         facing_i / (length * length2);
 }
 
+template <class Distribution>
 BsdfPartials ReflectionPartials(double eta, const BsdfInputs& in, const BsdfCosines& c) {
   using D2 = Dual<2>;
   const double dot = ClampedDot(c);
   const MicrofacetPartials specular =
-      MicrofacetReflectionPartials(c.cos_i, c.cos_o, dot, Alpha(in));
+      MicrofacetReflectionPartials<Distribution>(c.cos_i, c.cos_o, dot, Alpha(in));
   const double half = std::sqrt(0.5 + 0.5 * dot);
   const D2 fresnel =
       FresnelDielectric(D2::Variable(half, 0), D2::Variable(BeyondOverHere(eta, in), 1));
@@ -59,13 +62,14 @@ BsdfPartials ReflectionPartials(double eta, const BsdfInputs& in, const BsdfCosi
   return p;
 }
 
+template <class Distribution>
 BsdfPartials TransmissionPartials(double eta, const BsdfInputs& in, const BsdfCosines& c) {
   using D5 = Dual<5>;
-  const D5 f = MicrofacetTransmission(D5::Variable(c.cos_i, 0),
-                                      D5::Variable(c.cos_o, 1),
-                                      D5::Variable(c.dot_io, 2),
-                                      D5::Variable(Alpha(in), 3),
-                                      D5::Variable(BeyondOverHere(eta, in), 4));
+  const D5 f = MicrofacetTransmission<Distribution>(D5::Variable(c.cos_i, 0),
+                                                    D5::Variable(c.cos_o, 1),
+                                                    D5::Variable(c.dot_io, 2),
+                                                    D5::Variable(Alpha(in), 3),
+                                                    D5::Variable(BeyondOverHere(eta, in), 4));
   const Rgb& base = in.base_color;
   BsdfPartials p;
   p.value = base * f.v;
@@ -82,23 +86,27 @@ BsdfPartials TransmissionPartials(double eta, const BsdfInputs& in, const BsdfCo
 
 Rgb EvalModel(const RoughDielectricBsdf& model, const BsdfInputs& in, const BsdfCosines& c) {
   const double e = BeyondOverHere(model.eta, in);
-  if (c.cos_i > 0.0) {
-    const double dot = ClampedDot(c);
-    return in.base_color * (FresnelDielectric(std::sqrt(0.5 + 0.5 * dot), e) *
-                            MicrofacetReflection(c.cos_i, c.cos_o, dot, Alpha(in)));
-  }
-  if (c.cos_i < 0.0) {
-    return in.base_color * MicrofacetTransmission(c.cos_i, c.cos_o, c.dot_io, Alpha(in), e);
-  }
-  return {};
+  return WithDistribution(model.distribution, [&]<class D>(D) -> Rgb {
+    if (c.cos_i > 0.0) {
+      const double dot = ClampedDot(c);
+      return in.base_color * (FresnelDielectric(std::sqrt(0.5 + 0.5 * dot), e) *
+                              MicrofacetReflection<D>(c.cos_i, c.cos_o, dot, Alpha(in)));
+    }
+    if (c.cos_i < 0.0) {
+      return in.base_color * MicrofacetTransmission<D>(c.cos_i, c.cos_o, c.dot_io, Alpha(in), e);
+    }
+    return {};
+  });
 }
 
 BsdfPartials EvalModelPartials(const RoughDielectricBsdf& model,
                                const BsdfInputs& in,
                                const BsdfCosines& c) {
-  if (c.cos_i > 0.0) return ReflectionPartials(model.eta, in, c);
-  if (c.cos_i < 0.0) return TransmissionPartials(model.eta, in, c);
-  return {};
+  return WithDistribution(model.distribution, [&]<class D>(D) -> BsdfPartials {
+    if (c.cos_i > 0.0) return ReflectionPartials<D>(model.eta, in, c);
+    if (c.cos_i < 0.0) return TransmissionPartials<D>(model.eta, in, c);
+    return {};
+  });
 }
 
 double ModelPdf(const RoughDielectricBsdf& model,
@@ -106,8 +114,10 @@ double ModelPdf(const RoughDielectricBsdf& model,
                 const BsdfCosines& c,
                 bool mirrored) {
   const double e = BeyondOverHere(model.eta, in);
-  if (c.cos_i > 0.0) return ReflectionPdf(e, Alpha(in), c, mirrored);
-  return c.cos_i < 0.0 ? TransmissionPdf(e, Alpha(in), c, mirrored) : 0.0;
+  return WithDistribution(model.distribution, [&]<class D>(D) {
+    if (c.cos_i > 0.0) return ReflectionPdf<D>(e, Alpha(in), c, mirrored);
+    return c.cos_i < 0.0 ? TransmissionPdf<D>(e, Alpha(in), c, mirrored) : 0.0;
+  });
 }
 
 std::optional<LocalSample> SampleModel(const RoughDielectricBsdf& model,
@@ -115,7 +125,9 @@ std::optional<LocalSample> SampleModel(const RoughDielectricBsdf& model,
                                        const Vec3& wo,
                                        const UnitSample& u) {
   const double e = BeyondOverHere(model.eta, in);
-  Vec3 h = SampleVisibleNormal(wo, Alpha(in), u.u0, u.u1);
+  Vec3 h = WithDistribution(model.distribution, [&](auto distribution) {
+    return SampleVisibleNormal(distribution, wo, Alpha(in), u.u0, u.u1);
+  });
   const bool reflect = u.u2 < ChoiceOfReflection(Dot(wo, h), e);
   if (u.mirrored) h = MirroredNormal(h);
   const double facing = Dot(wo, h);

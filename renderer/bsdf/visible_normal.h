@@ -1,16 +1,26 @@
 #pragma once
 
+#include <numbers>
+
+#include "renderer/bsdf/microfacet_distribution.h"
 #include "renderer/math/vector.h"
 
 namespace pathfit::renderer {
 
-/// Microfacet normal of a GGX surface as seen from the unit direction `wo`, all in the frame of the
-/// surface normal (+z), wo.z > 0. Source: [Dupuy2023], spherical caps.
-Vec3 SampleVisibleNormal(const Vec3& wo, double alpha, double u0, double u1);
+/// Microfacet normal as seen from the unit direction `wo`, all in the frame of the surface normal
+/// (+z), wo.z > 0. GGX by spherical caps [Dupuy2023]. Beckmann by slopes of the surface stretched
+/// to alpha = 1: the one across wo has the distribution of all slopes, the one along wo that times
+/// the area seen [Heitz2014b, eqs. 11 and following].
+Vec3 SampleVisibleNormal(Ggx distribution, const Vec3& wo, double alpha, double u0, double u1);
+Vec3 SampleVisibleNormal(Beckmann distribution, const Vec3& wo, double alpha, double u0, double u1);
 
 /// D(h) G1(wo) / cos_o: the density of SampleVisibleNormal per solid angle of h, but for the factor
 /// max(wo . h, 0). Source: [Heitz2018, eq. 3].
-double VisibleNormalFactor(double cos_h2, double cos_o, double alpha);
+template <class Distribution>
+double VisibleNormalFactor(double cos_h2, double cos_o, double alpha) {
+  return 2.0 * Distribution::Density(cos_h2, alpha) /
+         (cos_o + Distribution::ProjectedArea(cos_o, alpha));
+}
 
 /// The antithetic partner: slopes negated, that is, h reflected about the surface normal.
 inline Vec3 MirroredNormal(const Vec3& h) { return {-h.x, -h.y, h.z}; }

@@ -37,6 +37,30 @@ const Material& MaterialOf(const Scene& scene, const SceneMesh& mesh) {
   return scene.materials[static_cast<std::size_t>(mesh.material)];
 }
 
+// Roughness below which lobes are so narrow that boundary samples seldom meet them, and the share
+// of a texture from which on it is worth a word.
+constexpr double kNarrow = 0.1;
+constexpr double kNarrowShare = 0.01;
+
+bool HasNarrowLobes(const Scene& scene, const Material& material) {
+  if (material.roughness_texture >= 0) {
+    const Texture& texture = scene.textures[static_cast<std::size_t>(material.roughness_texture)];
+    const auto narrow = std::count_if(texture.texels.begin(),
+                                      texture.texels.end(),
+                                      [](const Rgb& texel) { return texel.r < kNarrow; });
+    return static_cast<double>(narrow) > kNarrowShare * static_cast<double>(texture.texels.size());
+  }
+  return std::visit(
+      [](const auto& model) {
+        if constexpr (requires { model.roughness; }) {
+          return model.roughness < kNarrow;
+        } else {
+          return false;
+        }
+      },
+      material.bsdf);
+}
+
 std::string Degrees(double radians) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.0f", radians * 180.0 * std::numbers::inv_pi);
@@ -175,7 +199,9 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
         "derivative by the index");
   }
   for (const SceneMesh& m : scene.meshes) {
-    if (std::holds_alternative<RoughDielectricBsdf>(MaterialOf(scene, m).bsdf) &&
+    // Beckmann has no upright microfacets.
+    const auto* glass = std::get_if<RoughDielectricBsdf>(&MaterialOf(scene, m).bsdf);
+    if (glass != nullptr && glass->distribution == MicrofacetDistribution::kGgx &&
         (AnyMoves(layout) || layout.FirstBlock(ParameterKind::kEta, m.material) >= 0)) {
       limits.push_back(
           "'" + m.name +
@@ -186,6 +212,15 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
   }
   if (!AnyMoves(layout)) {
     return limits;
+  }
+  for (const SceneMesh& m : scene.meshes) {
+    if (HasNarrowLobes(scene, MaterialOf(scene, m))) {
+      limits.push_back(
+          "'" + m.name +
+          "' is nearly a mirror in places (roughness below 0.1): the borders of things and lights "
+          "seen in it are seldom met by boundary samples: with few of them most of what they do "
+          "is missing from the derivative by moving things");
+    }
   }
   for (const std::string& name : DeltaMeshes(scene)) {
     limits.push_back("'" + name +

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 namespace pathfit::renderer {
 
@@ -52,6 +53,17 @@ struct Dual {
     const double s = std::sqrt(a.v);
     Dual r(s);
     for (std::size_t i = 0; i < N; ++i) r.d[i] = 0.5 * a.d[i] / s;
+    return r;
+  }
+  friend Dual exp(const Dual& a) {
+    Dual r(std::exp(a.v));
+    for (std::size_t i = 0; i < N; ++i) r.d[i] = r.v * a.d[i];
+    return r;
+  }
+  friend Dual erf(const Dual& a) {
+    Dual r(std::erf(a.v));
+    const double slope = 2.0 * std::numbers::inv_sqrtpi * std::exp(-a.v * a.v);
+    for (std::size_t i = 0; i < N; ++i) r.d[i] = slope * a.d[i];
     return r;
   }
 };

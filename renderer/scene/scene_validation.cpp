@@ -155,26 +155,22 @@ class SceneValidator {
               where,
               "texture '" + texture->name + "' is too bright for a base colour");
     }
-    const auto check_scalar =
-        [&](int index, const std::string& role, bool fits_model, double low, const char* range) {
-          const Texture* texture = FindTexture(index, where, role);
-          if (texture == nullptr) return;
-          Require(fits_model, where, "its model has no " + role + " that a texture could replace");
-          Require(texture->scalar, where, "its " + role + " texture must be a scalar one");
-          Require(InRange(texture->texels, low, 1.0),
-                  where,
-                  "the " + role + " texture '" + texture->name + "' must lie in " + range);
-        };
-    check_scalar(material.roughness_texture,
-                 "roughness",
-                 HasRoughness(material.bsdf),
-                 kMinRoughness,
-                 "[0.1, 1]");
+    const auto check_scalar = [&](int index, const std::string& role, bool fits_model, double low) {
+      const Texture* texture = FindTexture(index, where, role);
+      if (texture == nullptr) return;
+      Require(fits_model, where, "its model has no " + role + " that a texture could replace");
+      Require(texture->scalar, where, "its " + role + " texture must be a scalar one");
+      Require(
+          InRange(texture->texels, low, 1.0),
+          where,
+          "the " + role + " texture '" + texture->name + "' must lie in [" + TextOf(low) + ", 1]");
+    };
+    check_scalar(
+        material.roughness_texture, "roughness", HasRoughness(material.bsdf), kMinRoughness);
     check_scalar(material.metallic_texture,
                  "metallic",
                  std::holds_alternative<MetallicRoughnessBsdf>(material.bsdf),
-                 0.0,
-                 "[0, 1]");
+                 0.0);
   }
 
   /// The numbers of a material that have a range of their own: roughness and the like.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "renderer/math/inverse_erf.h"
+
 namespace pathfit::renderer {
 namespace {
 
@@ -49,14 +51,6 @@ class CutGaussian {
 
   double scale_, a_, floor_, half_mass_;
 };
-
-/// Inverse of the error function to about 2e-3, from 1 - its value [Winitzki2008].
-double RoughInverseErf(double complement) {
-  constexpr double kShape = 0.147;
-  const double log = std::log(complement * (2.0 - complement));
-  const double middle = 2.0 / (std::numbers::pi * kShape) + 0.5 * log;
-  return std::sqrt(std::sqrt(middle * middle - log / kShape) - middle);
-}
 
 /// b with 1 - Share(b) = tail, by Newton's method on sqrt(1 - Share), which is nearly straight up
 /// to the end of the support where the density vanishes; bisection keeps it inside its bracket.

@@ -64,9 +64,9 @@ TEST(ConfigMistakes, RangesAndChoicesSayWhatIsAllowed) {
         "loss.relative_floor: 0 is out of range (allowed: a number above 0)"},
        {"loss.silhouette.weight=-1",
         "loss.silhouette.weight: -1 is out of range (allowed: a number of at least 0)"},
-       {"scene.materials.glaze.roughness.constant=0.05",
-        "scene.materials.glaze.roughness.constant: 0.05 is out of range (allowed: a number from "
-        "0.1 to 1)"},
+       {"scene.materials.glaze.roughness.constant=0.02",
+        "scene.materials.glaze.roughness.constant: 0.02 is out of range (allowed: a number from "
+        "0.03 to 1)"},
        {"scene.materials.paint.base_color.constant=[0.1, 0.2]",
         "scene.materials.paint.base_color.constant: a list of 3 numbers from 0 to 1 is needed, "
         "not 2 items"},
@@ -157,6 +157,12 @@ TEST(ConfigMistakes, KeysThatDependOnOthersAreChecked) {
        {"scene.materials.paint.roughness={constant: 0.5}",
         "scene.materials.paint: key 'roughness' does not belong to model 'diffuse', only to "
         "metallic_roughness, conductor, dielectric"},
+       {"scene.materials.glaze.distribution=beckmann",
+        "scene.materials.glaze: key 'distribution' does not belong to model 'metallic_roughness', "
+        "only to conductor, dielectric"},
+       {"scene.materials.paint={model: conductor, metal: gold, distribution: bekmann}",
+        "scene.materials.paint.distribution: 'bekmann' is not allowed; one of ggx, beckmann is "
+        "needed (did you mean 'beckmann'?)"},
        {"scene.geometry.disc.transform={rotate: {axis: [0, 0, 0], angle_deg: 1}}",
         "scene.geometry.disc.transform.rotate.axis: the axis must not be [0, 0, 0]"},
        {"scene.materials.a b={}",

@@ -148,8 +148,8 @@ TEST(SceneMistakes, MaterialsAndTexturesAreChecked) {
        {"scene.materials.wall.base_color={texture: worn}",
         "scene.materials.wall.base_color.texture: texture 'worn' is used as roughness or metallic "
         "already, so it cannot be a colour; name its file twice"},
-       {"scene.textures.worn.init.constant=0.05",
-        "scene.textures.worn.init.constant: 0.05 is out of range (allowed for roughness: from 0.1 "
+       {"scene.textures.worn.init.constant=0.02",
+        "scene.textures.worn.init.constant: 0.02 is out of range (allowed for roughness: from 0.03 "
         "to 1)"},
        {"scene.textures.worn.init.constant=[0.3, 0.4, 0.5]",
         "scene.textures.worn.init.constant: roughness and metallic are one number, not a colour"},

@@ -71,9 +71,10 @@ TEST(BuildScene, BuildsEveryTestScene) {
 TEST(BuildScene, BuildsEveryModel) {
   const Experiment experiment = Build(SceneOf(
       "a: {primitive: {cube: {}}, material: gold}",
-      "gold: {model: conductor, metal: gold, roughness: {constant: 0.2}}, "
+      "gold: {model: conductor, metal: gold, roughness: {constant: 0.2}, distribution: beckmann}, "
       "own: {model: conductor, eta: [1, 2, 3], k: [4, 5, 6]}, "
       "plain: {model: mirror}, glass: {model: glass, ior: 1.4}, "
+      "milky: {model: dielectric, distribution: beckmann}, "
       "frost: {model: dielectric, roughness: {constant: 0.3}, base_color: {constant: [1, 0, 0]}}"));
   const auto& materials = experiment.scene.materials;
   const auto& gold = std::get<renderer::RoughConductorBsdf>(Named(materials, "gold").bsdf);
@@ -83,6 +84,10 @@ TEST(BuildScene, BuildsEveryModel) {
   EXPECT_EQ(Named(materials, "gold").base_color, Rgb::Constant(1.0)) << "a factor";
   const auto& own = std::get<renderer::RoughConductorBsdf>(Named(materials, "own").bsdf);
   EXPECT_EQ(own.k, (Rgb{4, 5, 6}));
+  EXPECT_EQ(gold.distribution, renderer::MicrofacetDistribution::kBeckmann);
+  EXPECT_EQ(own.distribution, renderer::MicrofacetDistribution::kGgx);
+  EXPECT_EQ(std::get<renderer::RoughDielectricBsdf>(Named(materials, "milky").bsdf).distribution,
+            renderer::MicrofacetDistribution::kBeckmann);
   EXPECT_EQ(std::get<renderer::MirrorBsdf>(Named(materials, "plain").bsdf), renderer::MirrorBsdf{});
   EXPECT_DOUBLE_EQ(std::get<renderer::SmoothDielectricBsdf>(Named(materials, "glass").bsdf).eta,
                    1.4);

@@ -103,7 +103,7 @@ TEST(ReadUnknowns, DefaultsFollowTheUse) {
   expect("mug.vertices", -infinity, infinity, false);
   expect("mug.colors", 0.01, 0.99, false);
   expect("wall.base_color", 0.01, 0.99, false);
-  expect("glaze.roughness", 0.1, 1.0, false);
+  expect("glaze.roughness", 0.03, 1.0, false);
   expect("glaze.specular", 0.0, 1.0, false);
   expect("room.texels", 1e-4, infinity, true);
   expect("front.focal", 1.0, infinity, false);
@@ -323,8 +323,8 @@ TEST(ReadUnknowns, NamesMustFitTheScene) {
 
 TEST(ReadUnknowns, SettingsMustFitTheKindAndAreListedTogether) {
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"glaze.roughness: {bounds: [0.05, 1]}",
-       "38:30: unknowns.glaze.roughness.bounds: 0.05 is out of range (allowed: from 0.1 to 1)"},
+      {"glaze.roughness: {bounds: [0.02, 1]}",
+       "38:30: unknowns.glaze.roughness.bounds: 0.02 is out of range (allowed: from 0.03 to 1)"},
       {"clear.eta: {bounds: [0.5, 2]}",
        "38:24: unknowns.clear.eta.bounds: 0.5 is out of range (allowed: at least 1.001)"},
       {"mug.colors: {bounds: [0.5, 0.5]}",

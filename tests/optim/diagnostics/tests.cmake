@@ -2,6 +2,7 @@ pathfit_test(optim/diagnostics/gradient_comparison_test LABEL unit LINK pathfit_
 pathfit_test(optim/diagnostics/gradient_check_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_matrix_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_scenes_test LABEL statistical LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/diagnostics/gradient_gloss_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_contacts_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_bounces_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/diagnostics/gradient_borders_test LABEL statistical LINK pathfit_optim pathfit_test_support)

@@ -46,9 +46,9 @@ TEST(AntitheticPair, ReachesTheKnownVarianceRatiosForATiltOfSlopes) {
     for (int i = 0; i < kSamples; ++i) {
       // At normal view, visible normals have the GGX distribution of slopes.
       const double u0 = rng.Next();
-      const Vec3 h = SampleVisibleNormal({0, 0, 1}, alpha, u0, rng.Next());
+      const Vec3 h = SampleVisibleNormal(Ggx{}, {0, 0, 1}, alpha, u0, rng.Next());
       const double u2 = rng.Next();
-      const Vec3 other = SampleVisibleNormal({0, 0, 1}, alpha, u2, rng.Next());
+      const Vec3 other = SampleVisibleNormal(Ggx{}, {0, 0, 1}, alpha, u2, rng.Next());
       independent.push_back(0.5 * (derivative(h) + derivative(other)));
       pairs.push_back(0.5 * (derivative(h) + derivative(MirroredNormal(h))));
     }

@@ -23,8 +23,11 @@ constexpr std::array<const char*, kArguments> kNames = {
 
 enum class Kind { kMetallicRoughness, kConductor, kDielectric };
 
+constexpr auto kGgx = MicrofacetDistribution::kGgx;
+constexpr auto kBeckmann = MicrofacetDistribution::kBeckmann;
+
 /// One channel of the models as formulas of all arguments, written a second time.
-template <class T>
+template <class Distribution, class T>
 T Formula(Kind kind, bool from_inside, const std::array<T, kArguments>& x) {
   using std::sqrt;
   const auto& [cos_i, cos_o, dot_io, base, roughness, metallic, eta, k, specular_share] = x;
@@ -32,11 +35,12 @@ T Formula(Kind kind, bool from_inside, const std::array<T, kArguments>& x) {
   const T half = sqrt((T(1.0) + dot_io) * T(0.5));
   if (kind == Kind::kDielectric) {
     const T e = from_inside ? T(1.0) / eta : eta;
-    return ScalarPart(cos_i) < 0.0 ? base * MicrofacetTransmission(cos_i, cos_o, dot_io, alpha, e)
-                                   : base * FresnelDielectric(half, e) *
-                                         MicrofacetReflection(cos_i, cos_o, dot_io, alpha);
+    return ScalarPart(cos_i) < 0.0
+               ? base * MicrofacetTransmission<Distribution>(cos_i, cos_o, dot_io, alpha, e)
+               : base * FresnelDielectric(half, e) *
+                     MicrofacetReflection<Distribution>(cos_i, cos_o, dot_io, alpha);
   }
-  const T specular = MicrofacetReflection(cos_i, cos_o, dot_io, alpha);
+  const T specular = MicrofacetReflection<Distribution>(cos_i, cos_o, dot_io, alpha);
   if (kind == Kind::kConductor) {
     return base * FresnelConductor(half, eta, k) * specular;
   }
@@ -47,35 +51,36 @@ T Formula(Kind kind, bool from_inside, const std::array<T, kArguments>& x) {
          fresnel * specular;
 }
 
-/// The same channel by EvalBsdf.
-double Value(Kind kind, bool from_inside, const std::array<double, kArguments>& x) {
-  const BsdfInputs in{Rgb::Constant(x[3]), x[4], x[5], from_inside};
-  const BsdfCosines c{x[0], x[1], x[2]};
-  // The constants of the model must not matter: the inputs replace them.
-  switch (kind) {
-    case Kind::kMetallicRoughness:
-      return EvalBsdf(MetallicRoughnessBsdf{0.9, 0.1, x[8]}, in, c).g;
-    case Kind::kConductor:
-      return EvalBsdf(RoughConductorBsdf{0.9, Rgb::Constant(x[6]), Rgb::Constant(x[7])}, in, c).g;
-    case Kind::kDielectric:
-      return EvalBsdf(RoughDielectricBsdf{0.9, x[6]}, in, c).g;
-  }
-  return 0.0;
-}
+struct Model {
+  Kind kind;
+  bool from_inside;
+  MicrofacetDistribution distribution = kGgx;
+};
 
-BsdfPartials Partials(Kind kind, bool from_inside, const std::array<double, kArguments>& x) {
-  const BsdfInputs in{Rgb::Constant(x[3]), x[4], x[5], from_inside};
-  const BsdfCosines c{x[0], x[1], x[2]};
-  switch (kind) {
+/// The constants of the model that are also inputs must not matter: the inputs replace them.
+Bsdf BsdfOf(const Model& model, const std::array<double, kArguments>& x) {
+  switch (model.kind) {
     case Kind::kMetallicRoughness:
-      return EvalBsdfPartials(MetallicRoughnessBsdf{0.9, 0.1, x[8]}, in, c);
+      return MetallicRoughnessBsdf{0.9, 0.1, x[8]};
     case Kind::kConductor:
-      return EvalBsdfPartials(
-          RoughConductorBsdf{0.9, Rgb::Constant(x[6]), Rgb::Constant(x[7])}, in, c);
+      return RoughConductorBsdf{0.9, Rgb::Constant(x[6]), Rgb::Constant(x[7]), model.distribution};
     case Kind::kDielectric:
-      return EvalBsdfPartials(RoughDielectricBsdf{0.9, x[6]}, in, c);
+      return RoughDielectricBsdf{0.9, x[6], model.distribution};
   }
   return {};
+}
+
+/// The same channel by EvalBsdf.
+double Value(const Model& model, const std::array<double, kArguments>& x) {
+  const BsdfInputs in{Rgb::Constant(x[3]), x[4], x[5], model.from_inside};
+  const BsdfCosines c{x[0], x[1], x[2]};
+  return EvalBsdf(BsdfOf(model, x), in, c).g;
+}
+
+BsdfPartials Partials(const Model& model, const std::array<double, kArguments>& x) {
+  const BsdfInputs in{Rgb::Constant(x[3]), x[4], x[5], model.from_inside};
+  const BsdfCosines c{x[0], x[1], x[2]};
+  return EvalBsdfPartials(BsdfOf(model, x), in, c);
 }
 
 std::array<double, kArguments> AsArray(const BsdfPartials& p) {
@@ -91,8 +96,7 @@ std::array<double, kArguments> AsArray(const BsdfPartials& p) {
 }
 
 struct Case {
-  Kind kind;
-  bool from_inside;
+  Model model;
   std::array<double, kArguments> x;
 };
 
@@ -106,10 +110,16 @@ std::vector<Case> Cases() {
         wo = Normalized(wo);
         for (const double metallic : {0.0, 0.3, 1.0}) {
           const double specular = 0.3 + 0.6 * metallic;
-          cases.push_back({kind,
-                           inside,
+          cases.push_back({{kind, inside},
                            {wi.z, wo.z, Dot(wi, wo), 0.7, roughness, metallic, eta, k, specular}});
-          if (kind != Kind::kMetallicRoughness) return;
+          if (kind != Kind::kMetallicRoughness) break;
+        }
+        if (kind == Kind::kMetallicRoughness) return;
+        // Beckmann's lobe has an end: not where nothing is left of it.
+        const Vec3 h = Normalized(wi.z > 0.0 ? wi + wo : wo + wi * (inside ? 1.0 / eta : eta));
+        if ((1.0 / (h.z * h.z) - 1.0) / std::pow(roughness, 4) < 30.0) {
+          cases.push_back(cases.back());
+          cases.back().model.distribution = kBeckmann;
         }
       };
   const std::array<std::array<Vec3, 2>, 5> reflections = {{{{{0.5, 0.2, 0.8}, {-0.3, 0.1, 0.7}}},
@@ -140,8 +150,10 @@ std::vector<Case> Cases() {
 }
 
 std::string Name(const Case& at, std::size_t argument) {
-  return std::string(kNames[argument]) + " of model " + std::to_string(static_cast<int>(at.kind)) +
-         (at.from_inside ? " inside" : " outside") + " cos_i " + std::to_string(at.x[0]) +
+  return std::string(kNames[argument]) + " of model " +
+         std::to_string(static_cast<int>(at.model.kind)) +
+         (at.model.distribution == kBeckmann ? " (Beckmann)" : "") +
+         (at.model.from_inside ? " inside" : " outside") + " cos_i " + std::to_string(at.x[0]) +
          " cos_o " + std::to_string(at.x[1]) + " roughness " + std::to_string(at.x[4]);
 }
 
@@ -150,9 +162,11 @@ TEST(BsdfPartials, EqualJetsOfTheFormulasAndDifferencesOfTheValues) {
   for (const Case& at : Cases()) {
     std::array<J, kArguments> jets;
     for (std::size_t i = 0; i < kArguments; ++i) jets[i] = J(at.x[i], static_cast<int>(i));
-    const J by_jet = Formula(at.kind, at.from_inside, jets);
-    const BsdfPartials p = Partials(at.kind, at.from_inside, at.x);
-    const double value = Value(at.kind, at.from_inside, at.x);
+    const auto [kind, from_inside, distribution] = at.model;
+    const J by_jet = distribution == kBeckmann ? Formula<Beckmann>(kind, from_inside, jets)
+                                               : Formula<Ggx>(kind, from_inside, jets);
+    const BsdfPartials p = Partials(at.model, at.x);
+    const double value = Value(at.model, at.x);
     ASSERT_GT(value, 0.0) << Name(at, 0);
     EXPECT_LT(tests::RelativeError(p.value.g, value, 0.0), 1e-12);
     EXPECT_LT(tests::RelativeError(by_jet.a, value, 0.0), 1e-12);
@@ -161,7 +175,7 @@ TEST(BsdfPartials, EqualJetsOfTheFormulasAndDifferencesOfTheValues) {
       const auto along = [&](double y) {
         std::array<double, kArguments> moved = at.x;
         moved[i] = y;
-        return Value(at.kind, at.from_inside, moved);
+        return Value(at.model, moved);
       };
       const double alpha = at.x[4] * at.x[4];
       const double scale = value / alpha;
@@ -191,14 +205,14 @@ TEST(BsdfPartials, HoldBelowTheLeastCosineToo) {
       x[0] = cos_i;
       x[1] = cos_o;
       x[2] = cos_i * cos_o - 0.9 * std::sqrt((1.0 - cos_i * cos_i) * (1.0 - cos_o * cos_o));
-      const std::array<double, kArguments> partials = AsArray(Partials(at.kind, at.from_inside, x));
-      const double value = Value(at.kind, at.from_inside, x);
+      const std::array<double, kArguments> partials = AsArray(Partials(at.model, x));
+      const double value = Value(at.model, x);
       EXPECT_TRUE(std::isfinite(value));
       for (std::size_t i = 0; i < kArguments; ++i) {
         const auto along = [&](double y) {
           std::array<double, kArguments> moved = x;
           moved[i] = y;
-          return Value(at.kind, at.from_inside, moved);
+          return Value(at.model, moved);
         };
         const double alpha = x[4] * x[4];
         EXPECT_LT(tests::RelativeError(
@@ -245,9 +259,12 @@ TEST(BsdfPartials, ActChannelByChannel) {
 }
 
 TEST(BsdfPartials, RoughnessBelowTheLeastCountsAsTheLeast) {
-  for (const Bsdf& bsdf :
-       {Bsdf{MetallicRoughnessBsdf{}}, Bsdf{RoughConductorBsdf{}}, Bsdf{RoughDielectricBsdf{}}}) {
-    const BsdfCosines c{0.7, 0.7, -0.02};
+  for (const Bsdf& bsdf : {Bsdf{MetallicRoughnessBsdf{}},
+                           Bsdf{RoughConductorBsdf{}},
+                           Bsdf{RoughDielectricBsdf{}},
+                           Bsdf{RoughConductorBsdf{.distribution = kBeckmann}},
+                           Bsdf{RoughDielectricBsdf{.distribution = kBeckmann}}}) {
+    const BsdfCosines c{0.7, 0.7, -0.02 + 1e-6};
     const BsdfInputs least{{1, 1, 1}, kMinRoughness, 0.5};
     const BsdfInputs below{{1, 1, 1}, 0.0, 0.5};
     EXPECT_EQ(EvalBsdf(bsdf, below, c), EvalBsdf(bsdf, least, c));

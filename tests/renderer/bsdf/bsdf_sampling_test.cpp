@@ -21,6 +21,9 @@ constexpr int kColumns = 16;  // in azimuth
 constexpr int kDraws = 60000;
 constexpr int kNarrowRows = 60;
 
+constexpr auto kGgx = MicrofacetDistribution::kGgx;
+constexpr auto kBeckmann = MicrofacetDistribution::kBeckmann;
+
 struct Case {
   std::string name;
   Bsdf bsdf;
@@ -29,13 +32,21 @@ struct Case {
   int fine_rows, fine_columns;  // integration points per cell: no lobe may fall between them
 };
 
+bool IsBeckmann(const Bsdf& bsdf) {
+  const auto* metal = std::get_if<RoughConductorBsdf>(&bsdf);
+  const auto* glass = std::get_if<RoughDielectricBsdf>(&bsdf);
+  return (metal != nullptr && metal->distribution == kBeckmann) ||
+         (glass != nullptr && glass->distribution == kBeckmann);
+}
+
 std::vector<Case> Cases() {
   std::vector<Case> list;
   const Rgb base{0.9, 0.6, 0.2};
   const auto add = [&](const char* name, const Bsdf& bsdf, const BsdfInputs& in, double cos_o) {
     const bool narrow = in.roughness < 0.2 || (IsTransmissive(bsdf) && in.roughness < 0.4);
     const bool grazing = cos_o < 0.05;  // the density is large at the horizon only
-    list.push_back({name + (" roughness " + std::to_string(in.roughness)) + " metallic " +
+    list.push_back({std::string(name) + (IsBeckmann(bsdf) ? " (Beckmann)" : "") +
+                        (" roughness " + std::to_string(in.roughness)) + " metallic " +
                         std::to_string(in.metallic) + (in.from_inside ? " inside" : "") +
                         " cos_o " + std::to_string(cos_o),
                     bsdf,
@@ -65,6 +76,12 @@ std::vector<Case> Cases() {
     add("dielectric", RoughDielectricBsdf{}, {base, 0.5}, cos_o);
   }
   for (const double cos_o : {0.9, 0.1, -0.1}) add("lambert", LambertBsdf{}, {base}, cos_o);
+  for (const double roughness : {0.3, 0.6, 1.0}) {
+    for (const double cos_o : {0.15, 0.6, 0.98}) {
+      add("conductor", RoughConductorBsdf{.distribution = kBeckmann}, {base, roughness}, cos_o);
+      add("dielectric", RoughDielectricBsdf{0.5, 1.5, kBeckmann}, {base, roughness}, cos_o);
+    }
+  }
   return list;
 }
 
@@ -147,6 +164,89 @@ TEST(BsdfSampling, MirroredFollowsItsDensity) {
   }
 }
 
+/// The same where lobes are narrow, in cells of the half vector's slope over alpha; reflected and
+/// refracted draws apart. The density of wi is taken to that of h by its solid angle per that of h:
+/// 4 wo.h for reflection, (wo + e wi)^2 / (e^2 |wi.h|) for refraction [Walter2007].
+TEST(BsdfSampling, NarrowLobesFollowTheirDensity) {
+  constexpr int kRadii = 12;  // in r^2 / (1 + r^2), where GGX seen from above is even
+  constexpr int kTurns = 8;
+  constexpr int kFine = 24;  // integration points per cell and axis
+  constexpr int kNarrowDraws = 40000;
+  constexpr int kSuite = 36;
+  const auto cell = [](double share, double turn, bool refracted) {
+    const int radius = std::min(kRadii - 1, static_cast<int>(share * kRadii));
+    const int column = std::min(kTurns - 1, static_cast<int>(turn * kTurns));
+    return static_cast<std::size_t>(((refracted ? kRadii : 0) + radius) * kTurns + column);
+  };
+  std::uint64_t seed = 500;
+  for (const MicrofacetDistribution distribution : {kGgx, kBeckmann}) {
+    for (const double eta : {0.0, 1.5, 1.0 / 1.5}) {  // 0: metal
+      const Bsdf bsdf = eta == 0.0 ? Bsdf{RoughConductorBsdf{.distribution = distribution}}
+                                   : Bsdf{RoughDielectricBsdf{0.5, eta, distribution}};
+      for (const double roughness : {kMinRoughness, 0.1}) {
+        for (const double cos_o : {kMinCosO, 0.1, 0.9}) {
+          const double alpha = roughness * roughness;
+          const BsdfInputs in{{1, 1, 1}, roughness};
+          const Vec3 wo = DirectionAt(cos_o, 0.4);
+          std::vector<double> observed(2 * kRadii * kTurns + 1);
+          std::vector<double> expected(observed.size());
+          CounterRng rng(++seed);
+          for (int i = 0; i < kNarrowDraws; ++i) {
+            const double u0 = rng.Next();
+            const double u1 = rng.Next();
+            const auto sample = SampleBsdf(bsdf, in, {0, 0, 1}, wo, u0, u1, rng.Next());
+            if (!sample) {
+              observed.back() += 1.0;
+              continue;
+            }
+            const bool refracted = sample->wi.z < 0.0;
+            Vec3 h = Normalized(refracted ? wo + sample->wi * eta : wo + sample->wi);
+            if (h.z < 0.0) h = -h;
+            const double r2 = (h.x * h.x + h.y * h.y) / (h.z * h.z * alpha * alpha);
+            const double turn = std::atan2(h.y, h.x) * 0.5 * std::numbers::inv_pi + 0.5;
+            observed[cell(r2 / (1.0 + r2), turn, refracted)] += 1.0;
+          }
+          double total = 0.0;
+          for (int i = 0; i < kRadii * kFine; ++i) {
+            for (int j = 0; j < kTurns * kFine; ++j) {
+              const double share = (i + 0.5) / (kRadii * kFine);
+              const double turn = (j + 0.5) / (kTurns * kFine);
+              const double r = alpha * std::sqrt(share / (1.0 - share));
+              const double phi = 2.0 * std::numbers::pi * (turn - 0.5);
+              const Vec3 h = Normalized(Vec3{r * std::cos(phi), r * std::sin(phi), 1.0});
+              const double facing = Dot(wo, h);
+              if (facing <= 0.0) continue;
+              // d(share) d(turn) to area of slopes to solid angle of h.
+              const double solid_angle = std::numbers::pi * alpha * alpha /
+                                         ((1.0 - share) * (1.0 - share)) * h.z * h.z * h.z /
+                                         (kRadii * kFine * kTurns * kFine);
+              const auto add = [&](const Vec3& wi, double by_h, bool refracted) {
+                const double p = BsdfPdf(bsdf, in, {wi.z, cos_o, Dot(wi, wo)}) * by_h * solid_angle;
+                expected[cell(share, turn, refracted)] += kNarrowDraws * p;
+                total += p;
+              };
+              const Vec3 mirrored = h * (2.0 * facing) - wo;
+              if (mirrored.z > 0.0) add(mirrored, 4.0 * facing, false);
+              const double refracted2 =
+                  eta == 0.0 ? -1.0 : 1.0 - (1.0 - facing * facing) / (eta * eta);
+              if (refracted2 <= 0.0) continue;
+              const double cos_refracted = std::sqrt(refracted2);
+              const Vec3 wi = h * (facing / eta - cos_refracted) - wo / eta;
+              const double sum = facing - eta * cos_refracted;
+              if (wi.z < 0.0) add(wi, sum * sum / (eta * eta * cos_refracted), true);
+            }
+          }
+          ASSERT_LT(total, 1.0 + 2e-3);
+          expected.back() = kNarrowDraws * std::max(0.0, 1.0 - total);
+          EXPECT_TRUE(tests::ChiSquareAccepts(observed, expected, kSuite))
+              << (distribution == kBeckmann ? "Beckmann" : "GGX") << " eta " << eta << " roughness "
+              << roughness << " cos_o " << cos_o << " total " << total;
+        }
+      }
+    }
+  }
+}
+
 /// Directional albedo of a white surface by the product of sampling: never above one.
 double Albedo(const Bsdf& bsdf, const BsdfInputs& in, double cos_o) {
   const Vec3 n{0, 0, 1};
@@ -166,13 +266,14 @@ double Albedo(const Bsdf& bsdf, const BsdfInputs& in, double cos_o) {
   return sum / kSamples;
 }
 
-/// A white metal is the bare GGX lobe. (White dielectrics may gain at grazing angles: glTF's mix of
+/// A white metal is the bare lobe. (White dielectrics may gain at grazing angles: glTF's mix of
 /// diffuse and specular takes its Fresnel factor at the half vector for both, see THEORY.md.)
-TEST(BsdfSampling, GgxReflectsNoMoreThanItReceives) {
+TEST(BsdfSampling, MetalsReflectNoMoreThanTheyReceive) {
   const RoughConductorBsdf perfect{0.5, {0, 0, 0}, {0, 0, 0}};
-  for (const double roughness : {0.15, 0.3, 0.6, 1.0}) {
+  const RoughConductorBsdf beckmann{0.5, {0, 0, 0}, {0, 0, 0}, kBeckmann};
+  for (const double roughness : {kMinRoughness, 0.15, 0.3, 0.6, 1.0}) {
     for (const double cos_o : {0.15, 0.6, 0.98}) {
-      for (const Bsdf& bsdf : {Bsdf{MetallicRoughnessBsdf{}}, Bsdf{perfect}}) {
+      for (const Bsdf& bsdf : {Bsdf{MetallicRoughnessBsdf{}}, Bsdf{perfect}, Bsdf{beckmann}}) {
         const double albedo = Albedo(bsdf, {{1, 1, 1}, roughness, 1.0}, cos_o);
         // Five standard errors at 5e4 samples of a weight below 1/0.9.
         EXPECT_LT(albedo, 1.0 + 8e-3) << roughness << " " << cos_o;

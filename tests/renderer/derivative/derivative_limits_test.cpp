@@ -96,6 +96,31 @@ TEST(DerivativeLimits, RoughGlassByMotionAndByItsIndex) {
   ExpectOne(Limits(scene, ParameterKind::kObjectTranslation, 0), "is rough glass");
   ExpectOne(Limits(scene, ParameterKind::kEta, 0), "is rough glass");
   EXPECT_TRUE(Limits(scene, ParameterKind::kRoughness, 0).empty());
+  // Its lobe ends smoothly.
+  scene.materials[0].bsdf = RoughDielectricBsdf{0.5, 1.4, MicrofacetDistribution::kBeckmann};
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 0).empty());
+}
+
+TEST(DerivativeLimits, NarrowLobes) {
+  Scene scene = BallAboveFloor();
+  scene.materials[0].bsdf = RoughConductorBsdf{0.1};
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 1).empty());
+  scene.materials[0].bsdf = RoughConductorBsdf{0.05};
+  const std::vector<std::string> limits = Limits(scene, ParameterKind::kObjectTranslation, 1);
+  ASSERT_EQ(limits.size(), 2U) << "floor and ball";
+  EXPECT_NE(limits[0].find("'floor' is nearly a mirror in places"), std::string::npos);
+  EXPECT_TRUE(Limits(scene, ParameterKind::kRoughness, 0).empty()) << "nothing moves";
+  scene.materials[0].bsdf = MetallicRoughnessBsdf{1.0};
+  Texture worn{"worn", 2, 1, {}, TextureWrap::kClamp, true};
+  worn.texels = {Rgb::Constant(0.5), Rgb::Constant(0.04)};
+  scene.textures = {worn};
+  scene.materials[0].roughness_texture = 0;
+  EXPECT_EQ(Limits(scene, ParameterKind::kObjectTranslation, 1).size(), 2U);
+  worn.height = 100;
+  worn.texels = std::vector<Rgb>(200, Rgb::Constant(0.5));
+  worn.texels[7] = Rgb::Constant(0.04);
+  scene.textures = {worn};
+  EXPECT_TRUE(Limits(scene, ParameterKind::kObjectTranslation, 1).empty()) << "a few texels";
 }
 
 TEST(DerivativeLimits, PlaneOfAParallelSensorThroughAMesh) {

@@ -356,7 +356,7 @@ TEST(GltfReader, FactorsAreMultipliedIntoTextures) {
   GltfMaker maker;
   maker.AddUvs();
   const int colors = maker.AddTexture({{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {188, 188, 188}});
-  const int numbers = maker.AddTexture({{9, 255, 0}, {9, 128, 255}, {9, 51, 51}, {9, 0, 102}});
+  const int numbers = maker.AddTexture({{9, 255, 0}, {9, 128, 255}, {9, 51, 51}, {9, 15, 102}});
   maker.Material()["pbrMetallicRoughness"] = {{"baseColorFactor", {0.5, 0.25, 1.0, 0.5}},
                                               {"baseColorTexture", {{"index", colors}}},
                                               {"roughnessFactor", 0.5},
@@ -370,7 +370,7 @@ TEST(GltfReader, FactorsAreMultipliedIntoTextures) {
   ExpectNear({texel(material.base_color_texture, 0).r, 0, 0}, {0.5, 0, 0});
   ExpectNear({texel(material.base_color_texture, 1).g, 0, 0}, {0.25, 0, 0});
   EXPECT_NEAR(texel(material.base_color_texture, 3).b, LinearFromSrgb(188 / 255.0), 1e-6);
-  const std::vector<double> roughness = {0.5, 64 / 255.0, 0.1, 0.1};
+  const std::vector<double> roughness = {0.5, 64 / 255.0, 0.1, kMinRoughness};
   const std::vector<double> metallic = {0.0, 0.5, 0.1, 0.2};
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_NEAR(texel(material.roughness_texture, i).r, roughness[i], 1e-7);
@@ -379,9 +379,11 @@ TEST(GltfReader, FactorsAreMultipliedIntoTextures) {
   EXPECT_EQ(file.scene.textures.at(0).name, "picture0");
   EXPECT_EQ(file.scene.textures.at(1).name, "picture1-roughness");
   EXPECT_EQ(file.scene.textures.at(2).name, "picture1-metallic");
-  // 51/255 x 0.5 is the least roughness itself, but for rounding.
-  EXPECT_TRUE(Mentions(file.warnings, "material 0 'skin': ")) << file.warnings.size();
-  EXPECT_TRUE(Mentions(file.warnings, " texels of metallicRoughnessTexture are smoother than"));
+  // 15/255 x 0.5 is just below 0.03.
+  EXPECT_TRUE(Mentions(file.warnings,
+                       "material 0 'skin': 1 of 4 texels of metallicRoughnessTexture are smoother "
+                       "than the least roughness, 0.03; they have that"))
+      << file.warnings.size();
 }
 
 TEST(GltfReader, AConstantRoughnessBelowTheLeastIsNamed) {

@@ -144,8 +144,8 @@ TEST(ValidateScene, RefusesBadTextures) {
                         "'gloss': its base colour texture does not exist");
   ExpectTexturedRefused([](Scene& s) { s.materials[1].roughness_texture = -2; }, "roughness");
   ExpectTexturedRefused([](Scene& s) { s.materials[1].roughness_texture = 0; }, "scalar");
-  ExpectTexturedRefused([](Scene& s) { s.textures[1].texels[0] = Rgb::Constant(0.05); },
-                        "roughness texture 'worn' must lie in [0.1, 1]");
+  ExpectTexturedRefused([](Scene& s) { s.textures[1].texels[0] = Rgb::Constant(0.02); },
+                        "roughness texture 'worn' must lie in [0.03, 1]");
   ExpectTexturedRefused([](Scene& s) { s.textures[1].texels[0] = Rgb::Constant(1.5); }, "'worn'");
   ExpectTexturedRefused([](Scene& s) { s.materials[1].bsdf = LambertBsdf{}; }, "no roughness");
   ExpectTexturedRefused([](Scene& s) { s.materials[1].bsdf = RoughConductorBsdf{}; },
@@ -165,7 +165,7 @@ TEST(ValidateScene, RefusesBadModels) {
     ExpectRefused([&](Scene& s) { s.materials[1].bsdf = bsdf; }, "'gloss'");
   };
   const double nan = std::nan("");
-  refused(With(RoughConductorBsdf{}, &RoughConductorBsdf::roughness, 0.05));
+  refused(With(RoughConductorBsdf{}, &RoughConductorBsdf::roughness, 0.02));
   refused(With(RoughConductorBsdf{}, &RoughConductorBsdf::eta, Rgb{1, -1, 1}));
   refused(With(RoughConductorBsdf{}, &RoughConductorBsdf::k, Rgb{1, 1, nan}));
   refused(With(RoughDielectricBsdf{}, &RoughDielectricBsdf::roughness, nan));
