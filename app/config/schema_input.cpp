@@ -112,17 +112,20 @@ SchemaNode ExposureSchema() {
   SchemaNode known =
       ByCheck(binding::Make(SchemaNode::Type::kNamedMap, "ev") |
               Doc("Exposures that are known, of photos by name or glob: the brightness factor is 2 "
-                  "to this. With `gain` they are where it starts."));
+                  "to this. With `gain` they are where it starts; the photos' EXIF is not used "
+                  "then (`{\"*\": 0}` if it is wrong)."));
   known.children = {binding::Make(SchemaNode::Type::kNumber, "PHOTO") | Doc("Its exposure.") |
                     From(-20, 20) | Unit("EV")};
   return Map("exposure",
              {Choice("model", {{"none", false}, {"gain", true}}, &InputConfig::exposure_gain) |
-                  Doc("`gain`: each photo has its own brightness factor.") |
+                  Doc("`gain`: each photo has its own brightness factor. It starts as EXIF says "
+                      "(exposure time, aperture, ISO), where all photos have it and differ.") |
                   Refuse({{"gain_rgb", "; write gain"}, {"gain_rgb_vignette", "; write gain"}}),
               Key("prior_sigma_ev", &InputConfig::exposure, &optim::ExposurePrior::sigma_ev) |
-                  Doc("How far from 0 an exposure is believed to be.") | Above(0.0) | Unit("EV"),
+                  Doc("How far from its start an exposure is believed to be.") | Above(0.0) |
+                  Unit("EV"),
               Key("max_ev", &InputConfig::exposure, &optim::ExposurePrior::max_ev) |
-                  Doc("Largest magnitude.") | Above(0.0) | Unit("EV"),
+                  Doc("Largest distance from its start.") | Above(0.0) | Unit("EV"),
               known | FreeNames()}) |
          Doc("Differences of exposure between the photos; their mean is kept.") | Always() |
          Refuse({{"init", "; write ev"},

@@ -129,6 +129,26 @@ void SetKnownExposures(const ExperimentConfig& config, optim::ObservationSet& ob
   if (!problems.empty()) throw ConfigError(config.source, problems);
 }
 
+/// The gains start as the cameras noted, unless the config says exposures of its own.
+void UseExifExposures(const ExperimentConfig& config, Experiment& experiment) {
+  std::vector<optim::View>& views = experiment.observations.views;
+  const auto [low, high] = std::ranges::minmax_element(views, {}, &optim::View::exif_ev);
+  if (views.empty() || low->exif_ev == high->exif_ev) return;
+  if (!config.input->exposure_gain || !config.input->known_ev.empty()) {
+    experiment.assumptions.push_back(fmt::format(
+        "Exposure: EXIF is not used, since {}.",
+        config.input->known_ev.empty() ? "input.exposure.model is none; with gain it is the start"
+                                       : "input.exposure.ev says exposures"));
+    return;
+  }
+  for (optim::View& view : views) view.camera.gain *= std::exp2(static_cast<double>(view.exif_ev));
+  experiment.assumptions.push_back(
+      fmt::format("Exposure: the gains start as EXIF says, from {:.2f} to {:+.2f} EV around their "
+                  "mean; for another start write input.exposure.ev.",
+                  low->exif_ev,
+                  high->exif_ev));
+}
+
 /// Nothing tells what a light does that is off in all photos that are fitted.
 void WarnOfUnseenLights(Experiment& experiment) {
   const auto& views = experiment.observations.views;
@@ -201,6 +221,7 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
     SetKnownExposures(config, experiment.observations);
     for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
     experiment.assumptions = experiment.observations.assumptions;
+    UseExifExposures(config, experiment);
   }
   try {
     experiment.scene = BuildScene(config, experiment);

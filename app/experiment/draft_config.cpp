@@ -1,5 +1,7 @@
 #include "app/experiment/draft_config.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "app/config/near_path.h"
@@ -121,10 +123,14 @@ std::string DraftConfig(const FoundInput& input,
                           ? fmt::format("; 1 unit = {:.4g} m", input.metres_per_unit)
                           : "; it does not say how long its unit is");
   text += MaskLines(input, folder);
+  text += fmt::format(
+      "  exposure: {{model: gain}}  # each photo has a brightness of its own{}; none: all the "
+      "same\n",
+      std::ranges::any_of(views, [](const optim::View& v) { return v.exif_ev != 0.0F; })
+          ? ", which starts as EXIF says"
+          : "");
   text +=
-      "  exposure: {model: gain}  # each photo has a brightness of its own; none: all the same\n"
-      "\nscene:\n  geometry:\n" +
-      GeometryLines(input, folder, mesh) +
+      "\nscene:\n  geometry:\n" + GeometryLines(input, folder, mesh) +
       "  materials:\n"
       "    surface: {model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}  # one colour per "
       "vertex\n"

@@ -315,9 +315,12 @@ class InputFinder {
     return small;
   }
 
-  /// Median over pairs of neighbouring views of the median over pixels.
+  /// Median over pairs of neighbouring views of the median over pixels, at equal exposures.
   [[nodiscard]] std::optional<double> BackgroundChange() const {
     const auto& views = input_.observations.views;
+    const auto gain = [&](std::size_t view) {
+      return std::exp2(static_cast<double>(views[view].exif_ev));
+    };
     std::vector<double> changes;
     for (std::size_t i = 0; i + 1 < views.size(); ++i) {
       const Small a = MakeSmall(views[i]), b = MakeSmall(views[i + 1]);
@@ -326,8 +329,8 @@ class InputFinder {
       for (std::size_t p = 0; p < a.background.data.size(); ++p) {
         if (a.background.data[p] * b.background.data[p] == 0.0F) continue;
         for (std::size_t c = 3 * p; c < 3 * p + 3; ++c) {
-          const auto u = static_cast<double>(a.photo.data[c]);
-          const auto v = static_cast<double>(b.photo.data[c]);
+          const auto u = static_cast<double>(a.photo.data[c]) / gain(i);
+          const auto v = static_cast<double>(b.photo.data[c]) / gain(i + 1);
           differences.push_back(std::abs(u - v));
           brightness.push_back(0.5 * (u + v));
         }

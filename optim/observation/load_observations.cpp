@@ -93,6 +93,7 @@ struct FrameFacts {
   int bits = 0;
   bool srgb = false;
   int exif_orientation = 1;
+  std::optional<ExifExposure> exif_exposure;
   bool distorted = false;
   bool reduced = false;       ///< area-averaged to the largest size allowed
   std::string rescaled_from;  ///< size of its camera, if that was another
@@ -227,6 +228,7 @@ class FrameLoader {
     result.facts.bits = photo.bits;
     result.facts.srgb = photo.srgb;
     result.facts.exif_orientation = photo.exif_orientation;
+    result.facts.exif_exposure = photo.exif_exposure;
     for (const float v : photo.clipped.data) result.facts.clipped_pixels += v > 0.0F ? 1 : 0;
     result.facts.pixels = static_cast<std::int64_t>(photo.photo.width) * photo.photo.height;
     const int longest = std::max(photo.photo.width, photo.photo.height);
@@ -454,10 +456,12 @@ void DescribeMasks(const ObservationOptions& options,
 std::vector<std::string> SummariseInput(const ObservationOptions& options,
                                         const ImportedCameras& cameras,
                                         const ObservationSet& set,
-                                        const std::vector<FrameFacts>& facts) {
+                                        const std::vector<FrameFacts>& facts,
+                                        const std::string& exif) {
   std::vector<std::string> out;
   DescribeCameras(options, cameras, facts, out);
   DescribePhotos(options, facts, out);
+  if (!exif.empty()) out.push_back(exif);
   DescribeMasks(options, set, facts, out);
   const auto validation = static_cast<std::size_t>(
       std::ranges::count_if(set.views, [](const View& v) { return v.validation; }));
@@ -518,7 +522,13 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
     problems.emplace_back("masks: none of the photos has one, and at least one is required");
   }
   if (!problems.empty()) throw ObservationError(std::move(problems));
-  set.assumptions = SummariseInput(options, cameras, set, facts);
+  std::vector<std::optional<ExifExposure>> exif;
+  for (const FrameFacts& f : facts) exif.push_back(f.exif_exposure);
+  const ExifComparison exposures = CompareExifExposures(exif);
+  for (std::size_t i = 0; i < exposures.ev.size(); ++i) {
+    set.views[i].exif_ev = static_cast<float>(exposures.ev[i]);
+  }
+  set.assumptions = SummariseInput(options, cameras, set, facts, exposures.seen);
   if (files != nullptr) *files = std::move(used);
   return set;
 }

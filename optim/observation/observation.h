@@ -23,6 +23,9 @@ struct View {
   /// none is.
   PackedImage clipped;
   bool validation = false;  ///< never fitted, always reported
+  /// What EXIF says of its exposure, in EV around the mean of all; 0 unless every photo has a
+  /// plausible one.
+  float exif_ev = 0.0F;
 };
 
 struct ObservationSet {

@@ -86,6 +86,7 @@ PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options)
   PhotoFile file;
   file.bits = decoded.bits;
   file.exif_orientation = decoded.exif_orientation;
+  file.exif_exposure = ParseExifExposure(decoded.exif);
   const bool is_integer = decoded.bits <= 16;
   if (is_integer && options.clip_above < 1.0) {
     file.clipped = ClippedPixels(decoded.image, options.clip_above);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "optim/observation/camera_import.h"
+#include "optim/observation/exif_exposure.h"
 #include "optim/observation/load_observations.h"
 #include "renderer/image/image.h"
 
@@ -19,6 +20,7 @@ struct PhotoFile {
   int bits = 0;             ///< per channel in the file; 32 for floats
   bool srgb = false;        ///< the sRGB curve was undone
   int exif_orientation = 1;
+  std::optional<ExifExposure> exif_exposure;
 };
 
 /// Throws IoError: unreadable, or a value that is not finite.

@@ -164,18 +164,21 @@ ImageKind KindOfImage(std::string_view bytes) {
   return ImageKind::kUnknown;
 }
 
-int ReadJpegOrientation(std::string_view bytes) {
-  if (KindOfImage(bytes) != ImageKind::kJpeg) return 1;
+std::string_view ExifOfJpeg(std::string_view bytes) {
+  if (KindOfImage(bytes) != ImageKind::kJpeg) return {};
   JpegSegments segments(bytes);
   while (const std::optional<JpegSegment> segment = segments.Next()) {
     // Metadata stands before the first scan.
-    if (segment->marker == 0xda || segment->marker == 0xd9) return 1;
+    if (segment->marker == 0xda || segment->marker == 0xd9) return {};
     if (segment->marker != 0xe1 || !segment->payload.starts_with(kExif)) continue;
-    const std::uint32_t value =
-        FindTiffTag(segment->payload.substr(kExif.size()), kTiffOrientation).value_or(1);
-    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+    return segment->payload.substr(kExif.size());
   }
-  return 1;
+  return {};
+}
+
+int ReadJpegOrientation(std::string_view bytes) {
+  const std::uint32_t value = FindTiffTag(ExifOfJpeg(bytes), kTiffOrientation).value_or(1);
+  return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
 }
 
 void CheckContainer(std::string_view bytes, ImageKind kind, const std::string& name) {

@@ -29,6 +29,9 @@ enum class ImageKind { kUnknown, kJpeg, kPng, kTiff, kHdr, kExr };
 /// By the first bytes; the extension is not trusted.
 ImageKind KindOfImage(std::string_view bytes);
 
+/// What cameras note in a JPEG file (a TIFF structure, unchecked), within `bytes`; empty without.
+std::string_view ExifOfJpeg(std::string_view bytes);
+
 /// EXIF orientation (tag 0x0112) of a JPEG file, 1 to 8; 1 when absent or malformed.
 int ReadJpegOrientation(std::string_view bytes);
 

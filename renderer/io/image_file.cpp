@@ -151,6 +151,7 @@ DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_or
     if (!place.empty()) throw IoError(path.string() + ": " + place + " is not finite");
   }
   decoded.exif_orientation = ReadJpegOrientation(bytes);
+  decoded.exif = ExifOfJpeg(bytes);
   if (apply_exif_orientation && decoded.exif_orientation != 1) {
     decoded.image = ApplyOrientation(decoded.image, decoded.exif_orientation);
     if (!decoded.alpha.Empty()) {

@@ -17,6 +17,7 @@ struct DecodedImage {
       false;     ///< HDR, EXR and float TIFF; otherwise encoded (nearly always by the sRGB curve)
   int bits = 8;  ///< per channel in the file: 8, 16 or 32
   int exif_orientation = 1;  ///< of JPEG, 1 to 8; 1 when unknown
+  std::string exif;          ///< of JPEG: the TIFF structure as stored; empty without one
 };
 
 /// JPEG, PNG, TIFF (8 and 16 bit, float), HDR, EXR, told apart by their first bytes. Rows stay as

@@ -1,6 +1,9 @@
 #include "app/experiment/draft_config.h"
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -10,7 +13,9 @@
 #include "app/output/report_images.h"
 #include "optim/observation/camera_import.h"
 #include "renderer/core/error.h"
+#include "renderer/image/color.h"
 #include "renderer/io/image_file.h"
+#include "tests/optim/observation/exif_bytes.h"
 #include "tests/optim/observation/observation_files.h"
 #include "tests/optim/round/synthetic_fit.h"
 
@@ -175,6 +180,64 @@ TEST_F(DraftConfigTest, GuessesWhoTurned) {
   input = FindInput({.photos = top()});
   EXPECT_GT(*input.background_change, kStillBackground);
   EXPECT_EQ(Built(input).scene.emitters[0].frame, renderer::LightFrame::kWorld);
+}
+
+bool AnySays(const std::vector<std::string>& texts, const std::string& part) {
+  return std::ranges::any_of(texts, [&](const std::string& t) { return Says(t, part); });
+}
+
+TEST_F(DraftConfigTest, ExposuresStartAsExifSays) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "masks", false);
+  const auto write = [&](std::size_t i, const std::string& block) {
+    const Image photo = EncodedImage(views_[i].photo.Unpack());
+    folder_.WriteText(paths_[i], optim::WithExif(renderer::EncodeJpeg(photo, 95), block));
+  };
+  for (std::uint32_t i = 0; i < kViews; ++i) {
+    write(i, optim::ExifBlock({.time = {i % 2 + 1, 60}}));
+  }
+  const FoundInput input = FindInput({.photos = top()});
+  EXPECT_TRUE(AnySays(input.observations.assumptions, "they differ by 1 EV"));
+  const fs::path config = top() / "draft.yaml";
+  const std::string text = DraftConfig(input, config, "ball", {});
+  EXPECT_TRUE(Says(text, "which starts as EXIF says"));
+  const auto gains = [&](std::string changed, const std::string& old, const std::string& now) {
+    for (auto at = changed.find(old); at != std::string::npos; at = changed.find(old)) {
+      changed.replace(at, old.size(), now);
+    }
+    std::ofstream(config) << changed;
+    const Experiment experiment = BuildExperiment(LoadExperimentConfig(config, {}));
+    EXPECT_TRUE(AnySays(experiment.assumptions, "Exposure: "));
+    return std::pair(experiment.scene.sensors[0].gain, experiment.scene.sensors[1].gain);
+  };
+  const auto used = gains(text, "(not there)", "");
+  EXPECT_NEAR(used.first, std::sqrt(0.5), 1e-6);
+  EXPECT_NEAR(used.second, std::sqrt(2.0), 1e-6);
+  const auto none = std::pair(1.0, 1.0);
+  EXPECT_EQ(gains(text, "{model: gain}", "{model: gain, ev: {\"*\": 0}}"), none);
+  const std::string unfitted = text.substr(0, text.find("unknowns:"));
+  EXPECT_EQ(gains(unfitted, "model: gain", "model: none"), none);
+  std::ofstream(config) << text;
+
+  // A grey background in photos that differ by their exposure stood still.
+  for (std::uint32_t i = 0; i < kViews; ++i) {
+    Image photo = EncodedImage(views_[i].photo.Unpack());
+    const Image mask = views_[i].mask.Unpack();
+    const double grey = renderer::SrgbFromLinear(i % 2 == 0 ? 0.2 : 0.4);
+    for (std::size_t c = 0; c < photo.data.size(); ++c) {
+      if (mask.data[c / 3] == 0.0F) photo.data[c] = static_cast<float>(grey);
+    }
+    folder_.WriteText(paths_[i],
+                      optim::WithExif(renderer::EncodeJpeg(photo, 95),
+                                      optim::ExifBlock({.time = {i % 2 + 1, 60}})));
+  }
+  EXPECT_LT(*FindInput({.photos = top()}).background_change, kStillBackground);
+
+  // One photo whose block is cut off: all as without EXIF.
+  write(3, optim::ExifBlock({}).substr(0, 50));
+  const Experiment experiment = BuildExperiment(LoadExperimentConfig(config, {}));
+  EXPECT_EQ(experiment.scene.sensors[1].gain, 1.0);
+  EXPECT_TRUE(AnySays(experiment.assumptions, "the others have none"));
 }
 
 TEST_F(DraftConfigTest, SaysWhatIsMissing) {
