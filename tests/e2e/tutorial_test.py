@@ -15,8 +15,8 @@ import sys
 import tempfile
 import unittest
 
-PATHFIT = pathlib.Path(sys.argv[1])
-SOURCE = pathlib.Path(sys.argv[2])
+PATHFIT = pathlib.Path(sys.argv[1]).resolve()
+SOURCE = pathlib.Path(sys.argv[2]).resolve()
 TUTORIALS = SOURCE / "configs" / "tutorials"
 HEADINGS = ("## With your own data", "## What may go wrong")
 MOST_BYTES_OF_PICTURE = 60000
