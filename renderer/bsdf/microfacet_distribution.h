@@ -14,7 +14,7 @@ namespace pathfit::renderer {
 //     normal, per area of surface: c (1 + 2 Lambda(c)) by Smith's Lambda. With A = ProjectedArea,
 //     G1 = 2 c / (c + A) and G2 = 2 c_i c_o / (c_i A_o + c_o A_i), height-correlated.
 // The same with partials by hand: those of log D (finite where D underflows), and those of A.
-// Source: [Heitz2014, eqs. 71, 72 (GGX), 67, 68 (Beckmann), 99].
+// Source: [Walter2007], [Heitz2014, eqs. 71, 99].
 
 struct DensityPartials {
   double value, log_by_cos_h2, log_by_alpha;
@@ -54,7 +54,9 @@ struct Beckmann {
   template <class T>
   static T Density(const T& cos_h2, const T& alpha) {
     using std::exp;
+    constexpr double kUnderflow = 700.0;
     const T alpha2 = alpha * alpha;
+    if (ScalarPart(cos_h2) * (1.0 + kUnderflow * ScalarPart(alpha2)) < 1.0) return T(0.0);
     return exp((T(1.0) - T(1.0) / cos_h2) / alpha2) /
            (T(std::numbers::pi) * alpha2 * cos_h2 * cos_h2);
   }

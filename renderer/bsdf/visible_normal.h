@@ -10,7 +10,7 @@ namespace pathfit::renderer {
 /// Microfacet normal as seen from the unit direction `wo`, all in the frame of the surface normal
 /// (+z), wo.z > 0. GGX by spherical caps [Dupuy2023]. Beckmann by slopes of the surface stretched
 /// to alpha = 1: the one across wo has the distribution of all slopes, the one along wo that times
-/// the area seen [Heitz2014b, eqs. 11 and following].
+/// the area seen [Heitz2014b].
 Vec3 SampleVisibleNormal(Ggx distribution, const Vec3& wo, double alpha, double u0, double u1);
 Vec3 SampleVisibleNormal(Beckmann distribution, const Vec3& wo, double alpha, double u0, double u1);
 

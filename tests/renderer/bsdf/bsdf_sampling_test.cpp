@@ -168,7 +168,7 @@ TEST(BsdfSampling, MirroredFollowsItsDensity) {
 /// refracted draws apart. The density of wi is taken to that of h by its solid angle per that of h:
 /// 4 wo.h for reflection, (wo + e wi)^2 / (e^2 |wi.h|) for refraction [Walter2007].
 TEST(BsdfSampling, NarrowLobesFollowTheirDensity) {
-  constexpr int kRadii = 12;  // in r^2 / (1 + r^2), where GGX seen from above is even
+  constexpr int kRadii = 12;  // in 1 - 1 / sqrt(1 + r^2): of GGX at grazing view all are full
   constexpr int kTurns = 8;
   constexpr int kFine = 24;  // integration points per cell and axis
   constexpr int kNarrowDraws = 40000;
@@ -204,21 +204,22 @@ TEST(BsdfSampling, NarrowLobesFollowTheirDensity) {
             if (h.z < 0.0) h = -h;
             const double r2 = (h.x * h.x + h.y * h.y) / (h.z * h.z * alpha * alpha);
             const double turn = std::atan2(h.y, h.x) * 0.5 * std::numbers::inv_pi + 0.5;
-            observed[cell(r2 / (1.0 + r2), turn, refracted)] += 1.0;
+            observed[cell(1.0 - 1.0 / std::sqrt(1.0 + r2), turn, refracted)] += 1.0;
           }
           double total = 0.0;
           for (int i = 0; i < kRadii * kFine; ++i) {
             for (int j = 0; j < kTurns * kFine; ++j) {
               const double share = (i + 0.5) / (kRadii * kFine);
               const double turn = (j + 0.5) / (kTurns * kFine);
-              const double r = alpha * std::sqrt(share / (1.0 - share));
+              const double rest = 1.0 - share;
+              const double r = alpha * std::sqrt(1.0 / (rest * rest) - 1.0);
               const double phi = 2.0 * std::numbers::pi * (turn - 0.5);
               const Vec3 h = Normalized(Vec3{r * std::cos(phi), r * std::sin(phi), 1.0});
               const double facing = Dot(wo, h);
               if (facing <= 0.0) continue;
               // d(share) d(turn) to area of slopes to solid angle of h.
-              const double solid_angle = std::numbers::pi * alpha * alpha /
-                                         ((1.0 - share) * (1.0 - share)) * h.z * h.z * h.z /
+              const double solid_angle = 2.0 * std::numbers::pi * alpha * alpha /
+                                         (rest * rest * rest) * h.z * h.z * h.z /
                                          (kRadii * kFine * kTurns * kFine);
               const auto add = [&](const Vec3& wi, double by_h, bool refracted) {
                 const double p = BsdfPdf(bsdf, in, {wi.z, cos_o, Dot(wi, wo)}) * by_h * solid_angle;

@@ -259,6 +259,16 @@ TYPED_TEST(MicrofacetKernel, HoldsInTheNarrowestLobe) {
   }
 }
 
+/// Beckmann has no microfacets across the surface, however h gets there.
+TEST(Beckmann, EndsWithoutNotANumber) {
+  for (const double cos_h2 : {0.0, 1e-300, 1e-20, 1e-3}) {
+    EXPECT_EQ(Beckmann::Density(cos_h2, 0.03), 0.0);
+    const auto d = Beckmann::Density(Dual<2>::Variable(cos_h2, 0), Dual<2>::Variable(0.03, 1));
+    EXPECT_EQ(d.d[0], 0.0);
+    EXPECT_EQ(d.d[1], 0.0);
+  }
+}
+
 TEST(SchlickWeight, DualJetAndDifferencesAgree) {
   for (const double dot : {-0.9, -0.3, 0.0, 0.6, 0.95}) {
     const auto by_dual = SchlickWeight(Dual<1>::Variable(dot, 0));
