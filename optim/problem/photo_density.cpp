@@ -25,11 +25,13 @@ class PointSights {
     caster_.Build(pointers);
   }
 
-  /// Calls wanted(i, density) of each point that lies in the view's valid pixels, and seen(i,
-  /// density) if that is true and nothing is before the point; from several threads, once a point.
-  template <class Wanted, class Seen>
+  /// Of the points with open(i) calls wanted(i, density) where one lies in the view's valid pixels,
+  /// and seen(i, density) if that is true and nothing is before it; from several threads, once a
+  /// point.
+  template <class Open, class Wanted, class Seen>
   void LookThrough(int view,
                    const PackedLevel& level,
+                   const Open& open,
                    const Wanted& wanted,
                    const Seen& seen) const {
     // The pose may be fitted: it is the scene's, the size that of the photo.
@@ -40,6 +42,7 @@ class PointSights {
     const renderer::CameraModel model(camera);
     const renderer::Image weights = level.ColorWeight();
     const auto look = [&](std::size_t i) {
+      if (!open(i)) return;
       const SurfacePoint& point = points_[i];
       const auto pixel_of = model.Project(point.x);
       if (!pixel_of || pixel_of->u < 0.0 || pixel_of->v < 0.0 || pixel_of->u >= camera.width ||
@@ -86,9 +89,8 @@ std::vector<double> PhotoDensities(const renderer::Scene& scene,
     sights.LookThrough(
         v,
         views.levels[static_cast<std::size_t>(v)],
-        [&](std::size_t i, double density) {
-          return densities[i] < stop_at && density > densities[i];
-        },
+        [&](std::size_t i) { return densities[i] < stop_at; },
+        [&](std::size_t i, double density) { return density > densities[i]; },
         [&](std::size_t i, double density) { densities[i] = density; });
   }
   return densities;
@@ -105,6 +107,7 @@ std::vector<int> PhotoCounts(const renderer::Scene& scene,
     sights.LookThrough(
         v,
         PackedLevel(view, observations, scale),
+        [](std::size_t) { return true; },
         [](std::size_t, double) { return true; },
         [&](std::size_t i, double) { ++counts[i]; });
   }

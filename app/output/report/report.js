@@ -424,7 +424,7 @@ function showLarge(row, image) {
   const zoom = largeAbove(row);
   zoom.firstChild.src = image.src;
   zoom.firstChild.alt = image.alt;
-  for (const other of zoom.children) if (other.classList.contains("upper")) other.remove();
+  zoom.children[1]?.remove(); // what the slider laid over it
 }
 
 /** Where large pictures of a row are. */
