@@ -93,7 +93,7 @@ TEST(ReadUnknowns, DefaultsFollowTheUse) {
     EXPECT_EQ(unknown.parameterization == Parameterization::kLog, log) << name;
   };
   expect("oak.texels", 0.01, 0.99, false);
-  expect("worn.texels", 0.1, 1.0, false);
+  expect("worn.texels", 0.03, 1.0, false);
   expect("slide.texels", 1e-4, infinity, true);
   expect("brass.eta", 0.02, 20.0, true);
   expect("clear.eta", 1.01, 3.0, true);
