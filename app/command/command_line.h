@@ -77,6 +77,7 @@ struct CommandLine {
   int jpeg_quality = 95;
 
   double max_size_mb = 8.0;  ///< of report
+  int port = 8321;           ///< of serve; 0: any
   // Of convert: words for formats; `to` empty: by the name of the output.
   std::string from = "auto", to;
   std::filesystem::path images;

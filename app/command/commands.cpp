@@ -20,9 +20,9 @@ bool IsOneOf(const std::exception& error) {
 }  // namespace
 
 extern const Command kInitCommand, kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand,
-    kExportCommand, kReportCommand, kCompareCommand, kEvalCommand, kSweepCommand, kSynthCommand,
-    kConvertCommand, kGradcheckCommand, kConfigCommand, kCompletionCommand, kInfoCommand,
-    kVersionCommand;
+    kExportCommand, kReportCommand, kServeCommand, kCompareCommand, kEvalCommand, kSweepCommand,
+    kSynthCommand, kConvertCommand, kGradcheckCommand, kConfigCommand, kCompletionCommand,
+    kInfoCommand, kVersionCommand;
 
 const std::vector<const Command*>& AllCommands() {
   static const std::vector<const Command*> commands = {&kInitCommand,
@@ -32,6 +32,7 @@ const std::vector<const Command*>& AllCommands() {
                                                        &kRenderCommand,
                                                        &kExportCommand,
                                                        &kReportCommand,
+                                                       &kServeCommand,
                                                        &kCompareCommand,
                                                        &kEvalCommand,
                                                        &kSweepCommand,

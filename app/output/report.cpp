@@ -189,6 +189,36 @@ std::string EmbeddedJson(const Json& json) {
   return text;
 }
 
+std::string Page(const Json& json, bool with_library, bool live) {
+  std::string hashes = "'" + CspHash(ReportJs()) + "'";
+  std::string library, follower;
+  if (live) {
+    hashes += " '" + CspHash(LiveJs()) + "'";
+    follower.append("<script id=\"follower\">").append(LiveJs()).append("</script>");
+  }
+  if (with_library) {
+    hashes += " '" + CspHash(ThreeJs()) + "'";
+    library.append("<script id=\"three\">").append(ThreeJs()).append("</script>");
+  }
+  const std::map<std::string_view, std::string> parts = {
+      {"style", std::string(ReportCss())},
+      {"style-hash", CspHash(ReportCss())},
+      {"script", std::string(ReportJs())},
+      {"script-hashes", hashes},
+      {"library", library},
+      {"follower", follower},
+      {"connect", live ? "connect-src 'self'; " : ""},
+      {"data", EmbeddedJson(json)}};
+  std::string page;
+  std::string_view rest = ReportHtml();
+  for (std::size_t at = rest.find("{{"); at != std::string_view::npos; at = rest.find("{{")) {
+    const std::size_t end = rest.find("}}", at);
+    page.append(rest.substr(0, at)).append(parts.at(rest.substr(at + 2, end - at - 2)));
+    rest.remove_prefix(end + 2);
+  }
+  return page.append(rest);
+}
+
 }  // namespace
 
 fs::path ThumbnailPath(const RunDirectory& run,
@@ -292,27 +322,10 @@ Json ReportJson(const ReportData& data, const ReportOptions& options) {
 std::string ReportPage(const Json& json) {
   const bool has_model =
       json.contains("model") && json["model"].is_object() && !json["model"].at("result").is_null();
-  std::string hashes = "'" + CspHash(ReportJs()) + "'";
-  std::string library;
-  if (has_model) {
-    hashes += " '" + CspHash(ThreeJs()) + "'";
-    library.append("<script id=\"three\">").append(ThreeJs()).append("</script>");
-  }
-  const std::map<std::string_view, std::string> parts = {{"style", std::string(ReportCss())},
-                                                         {"style-hash", CspHash(ReportCss())},
-                                                         {"script", std::string(ReportJs())},
-                                                         {"script-hashes", hashes},
-                                                         {"library", library},
-                                                         {"data", EmbeddedJson(json)}};
-  std::string page;
-  std::string_view rest = ReportHtml();
-  for (std::size_t at = rest.find("{{"); at != std::string_view::npos; at = rest.find("{{")) {
-    const std::size_t end = rest.find("}}", at);
-    page.append(rest.substr(0, at)).append(parts.at(rest.substr(at + 2, end - at - 2)));
-    rest.remove_prefix(end + 2);
-  }
-  return page.append(rest);
+  return Page(json, has_model, false);
 }
+
+std::string LivePage(const Json& json) { return Page(json, true, true); }
 
 void WriteReport(const RunDirectory& run, const ReportOptions& options) {
   renderer::WriteFileAtomically(run.Report(), ReportPage(ReportJson(LoadReportData(run), options)));

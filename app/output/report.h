@@ -51,6 +51,10 @@ Json ReportJson(const ReportData& data, const ReportOptions& options);
 /// of the data can become markup or script.
 std::string ReportPage(const Json& json);
 
+/// The page that `pathfit serve` shows: it asks for `data.json` beside it, the newest ReportJson,
+/// and loads nothing else.
+std::string LivePage(const Json& json);
+
 /// Loads the run directory and writes its report.html. Throws IoError as LoadReportData, or when
 /// not writable.
 void WriteReport(const RunDirectory& run, const ReportOptions& options = {});
@@ -67,6 +71,8 @@ std::filesystem::path ThumbnailPath(const RunDirectory& run,
 std::string_view ReportHtml();
 std::string_view ReportCss();
 std::string_view ReportJs();
+/// What follows a run, which only LivePage contains.
+std::string_view LiveJs();
 /// The 3-D library with its licence, which only pages with a model contain.
 std::string_view ThreeJs();
 

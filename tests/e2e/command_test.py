@@ -58,9 +58,9 @@ class Commands(unittest.TestCase):
             self.assertIn(out.returncode, (0, 7) if words[0] == "gradcheck" else (0,), f"{words}: {out.stderr}")
             self.assertEqual(json.loads(out.stdout)["schema"], f"pathfit-{words[0]}-1", words)
             self.assertEqual(out.stderr, "", f"{words}: -q is quiet")
-        # All commands but those that print text.
+        # All commands but those that print text, and the one that goes on (page_test.py).
         listed = re.findall(r"^  (\w+) ", self.done("--help").stdout.split("Subcommands:")[1], re.M)
-        self.assertEqual(set(listed), {words[0] for words in commands} | {"completion", "help"})
+        self.assertEqual(set(listed), {words[0] for words in commands} | {"completion", "help", "serve"})
 
     def test_config_show_says_where_each_value_comes_from(self):
         out = self.done("config", "show", self.config, "--set", "render.spp=9", "--seed", "4").stdout

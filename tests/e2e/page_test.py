@@ -1,17 +1,23 @@
-"""Looks at the report of a real fit with a browser, where there is one.
+"""Looks at the report of a real fit with a browser, where there is one, and at a run that is served.
 
 Usage: page_test.py PATHFIT SOURCE_DIR [FOLDER FOR SCREENSHOTS]. Unittest output; exits 1 if anything fails.
 """
 import collections
+import http.client
+import json
+import os
 import pathlib
 import re
 import shutil
+import signal
+import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 SHOTS = pathlib.Path(sys.argv.pop(3)) if len(sys.argv) > 3 else None
-from program_test import fit  # noqa: E402
+from program_test import DEMO, PATHFIT, QUICK, fit, run  # noqa: E402
 from browser import CHROMIUM, Browser, pixels  # noqa: E402
 
 CANVAS = "document.querySelector('.viewer canvas')"
@@ -145,6 +151,108 @@ class Page(unittest.TestCase):
     def test_the_page_is_small(self):
         pictures = sum(map(len, re.findall(r'"data:image/[^"]*"', self.page.read_text())))
         self.assertLess(self.page.stat().st_size - pictures, 3e6)
+
+
+class Serve(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="pathfit_serve_"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        out = fit(cls.folder / "run", "--stop-after", "light")
+        assert out.returncode == 0, out.stderr
+
+    def serve(self, folder, *more):
+        """The process and its port."""
+        process = subprocess.Popen([PATHFIT, "serve", folder, "--port", "0", "--json", "-q", *more], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+        answer = json.loads("".join(iter(process.stdout.readline, "}\n")) + "}")
+        self.assertEqual((answer["schema"], answer["run"]), ("pathfit-serve-1", str(folder)))
+        return process, int(re.fullmatch(r"http://127\.0\.0\.1:(\d+)/", answer["url"])[1])
+
+    @staticmethod
+    def get(port, path, **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        connection.request("GET", path, headers={"Host": "localhost", **headers})
+        answer = connection.getresponse()
+        return answer.status, answer.read(), answer.headers
+
+    def test_the_page_of_a_run_and_nothing_else(self):
+        process, port = self.serve(self.folder / "run")
+        status, page, headers = self.get(port, "/")
+        self.assertEqual(status, 200)
+        self.assertIn("connect-src 'self'", page.decode())
+        self.assertEqual(headers["Content-Type"], "text/html; charset=utf-8")
+        status, text, headers = self.get(port, "/data.json")
+        data = json.loads(text)
+        self.assertEqual((status, data["status"], data["run_path"]), (200, "finished", str(self.folder / "run")))
+        self.assertEqual(self.get(port, "/data.json", **{"If-None-Match": headers["ETag"]})[:2], (304, b""))
+        # A longer history is news.
+        history = self.folder / "run" / "history.json"
+        os.utime(history, ns=(1, 1))
+        self.assertEqual(self.get(port, "/data.json", **{"If-None-Match": headers["ETag"]})[0], 200)
+        for path in ("/run.json", "/../run.json", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd", "/data.json/../run.json",
+                     "/images/", "/" + "a" * 20000):
+            self.assertIn(self.get(port, path)[0], (400, 404, 414), path)
+        self.assertEqual(self.get(port, "/data.json", Host="example.org")[0], 403, "another name for this machine")
+        listening = [line.split()[1] for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]
+                     if line.split()[3] == "0A"]
+        self.assertIn(f"0100007F:{port:04X}", listening)
+        self.assertNotIn(f"00000000:{port:04X}", listening)
+        taken = run("serve", self.folder / "run", "--port", port)
+        self.assertEqual(taken.returncode, 4, taken.stderr)
+        self.assertIn(f"127.0.0.1:{port} cannot be served: another program uses this port", taken.stderr)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(20), 0)
+
+    def test_ends_on_sigterm_and_refuses_what_is_no_run(self):
+        process, port = self.serve(self.folder / "run")
+        waiting = http.client.HTTPConnection("127.0.0.1", port)
+        waiting.connect()  # and asks for nothing
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(20), 0)
+        (self.folder / "empty").mkdir()
+        self.assertEqual(run("serve", self.folder / "empty").returncode, 4)
+        self.assertEqual(run("serve", self.folder / "run", "--port", "70000").returncode, 2)
+
+    def test_damaged_files_are_an_answer(self):
+        shutil.copytree(self.folder / "run", self.folder / "damaged")
+        process, port = self.serve(self.folder / "damaged")
+        (self.folder / "damaged" / "history.json").write_text("{")
+        status, text, _ = self.get(port, "/data.json")
+        self.assertEqual(status, 500)
+        self.assertIn("history.json", text.decode())
+        self.assertIsNone(process.poll())
+
+    @unittest.skipUnless(CHROMIUM, "no Chromium")
+    def test_the_page_follows_a_fit(self):
+        folder = self.folder / "followed"
+        fitting = subprocess.Popen([PATHFIT, "fit", DEMO, "-o", folder, "-q", *QUICK], stdout=subprocess.DEVNULL)
+        self.addCleanup(fitting.wait)
+        self.addCleanup(fitting.kill)
+        while not (folder / "run.json").exists():
+            time.sleep(0.05)
+            self.assertIsNone(fitting.poll())
+        serving, port = self.serve(folder)
+        with Browser() as browser:
+            browser.open(f"http://127.0.0.1:{port}/")
+            badge = "document.querySelector('.badge').textContent"
+            self.assertEqual(browser.eval(badge), "running")
+            browser.wait("document.querySelector('.viewer canvas') !== null", 300)
+            browser.eval("(() => { const one = document.querySelectorAll('#model select')[1]; one.value = 'shape'; "
+                         "one.dispatchEvent(new Event('change')); })()")
+            browser.wait(f"{badge} === 'finished'", 300)
+            self.assertEqual(fitting.wait(60), 0)
+            self.assertEqual(browser.eval("document.querySelectorAll('#stages tbody tr').length"), 4)
+            self.assertEqual(browser.eval("document.querySelectorAll('.viewer canvas').length"), 1)
+            self.assertEqual(browser.eval("document.querySelectorAll('#model select')[1].value"), "shape", "is kept")
+            self.assertEqual(browser.complaints, [])
+            self.assertEqual({url.rsplit("/", 1)[0] for url in browser.requests if not url.startswith("data:")},
+                             {f"http://127.0.0.1:{port}"})
+            serving.send_signal(signal.SIGINT)
+            serving.wait(20)
+            browser.wait("document.getElementById('live')?.textContent.includes('does not answer')")
 
 
 if __name__ == "__main__":

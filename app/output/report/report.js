@@ -670,16 +670,41 @@ function reproductionSection(data) {
     inputs));
 }
 
+/** What makes each section, and the part of the data that it shows. */
+const SECTIONS = [
+  [stagesSection, (data) => data.history.stages],
+  [modelSection, (data) => [data.model, data.environment.final, data.views]],
+  [viewsSection, (data) => [data.views, data.views_note, startStage(data), lastStage(data)]],
+  [curvesSection, (data) => data.history.rounds],
+  [parametersSection, (data) => data.history.parameters],
+  [exposureSection, (data) => [data.history.gain_errors, lastStage(data)]],
+  [environmentSection, (data) => [data.environment, data.history.environment_exposure]],
+  [timingSection, (data) => data.history.rounds],
+  [(data) => listSection("assumptions", "Assumptions", data.run.assumptions), (data) => data.run.assumptions],
+  [(data) => listSection("attribution", "Attribution", data.run.attributions), (data) => data.run.attributions],
+  [reproductionSection, (data) => [data.run.sessions, data.run.inputs, data.config]]];
+const drawnSections = []; // in the order of SECTIONS: {shown, one}
+
+/** Draws the page, or, of newer data of the same run, what has changed. */
 function draw(data) {
-  const sections = [stagesSection(data), modelSection(data), viewsSection(data), curvesSection(data),
-    parametersSection(data), exposureSection(data), environmentSection(data), timingSection(data),
-    listSection("assumptions", "Assumptions", data.run.assumptions),
-    listSection("attribution", "Attribution", data.run.attributions), reproductionSection(data)].filter((one) => one);
+  const started = [];
+  SECTIONS.forEach(([make, part], i) => {
+    const shown = JSON.stringify(part(data));
+    const before = drawnSections[i];
+    if (before?.shown === shown) return;
+    const one = make(data);
+    drawnSections[i] = { shown, one };
+    if (one?.start) started.push([one, before?.one?.kept?.()]);
+  });
+  const sections = drawnSections.map(({ one }) => one).filter((one) => one);
+  const main = document.querySelector("main");
+  const scrolled = globalThis.scrollY ?? 0;
   document.title = data.run.name + " – pathfit report";
-  document.querySelector("main").append(header(data), verdict(data),
+  main.replaceChildren(header(data), verdict(data),
     h("nav", { "aria-label": "Sections" }, sections.map((one) => h("a", { href: "#" + one.id }, one.title))),
     ...sections.map((one) => one.node));
-  sections.forEach((one) => one.start?.()); // what needs its size
+  started.forEach(([one, kept]) => one.start(kept)); // what needs its size
+  if (scrolled > 0) scrollTo(0, scrolled);
 }
 
 // ---- several runs on one page (app/output/comparison.cpp)

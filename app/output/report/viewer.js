@@ -441,6 +441,17 @@ function makeView(box, models, environment, onChoose) {
       const at = new THREE.Vector3(0, 0, -0.06 * (distances[distances.length >> 1] || 1)).applyMatrix4(matrices[index]).project(camera);
       return [0.5 * (at.x + 1) * box.clientWidth, 0.5 * (1 - at.y) * box.clientHeight];
     },
+    place: () => [camera.position.toArray(), controls.target.toArray()],
+    goTo: ([position, target]) => {
+      camera.position.fromArray(position);
+      controls.target.fromArray(target);
+      controls.update();
+    },
+    end: () => {
+      controls.dispose();
+      renderer.dispose();
+      renderer.forceContextLoss(); // browsers have few
+    },
     onResize: (action) => new ResizeObserver(action).observe(box),
     show: ({ shape, viewed, shaded, marked, fields: withFields, environment: withSky }) => {
       const { meshes, model } = shapes[shape];
@@ -513,9 +524,18 @@ function modelSection(data) {
     "through it, without its lens distortion. The shading is the viewer's, not the fit's light." +
     (withSky && models.result.environment.frame === "camera" ? " The environment goes with the camera: it is that of the chosen photo." : ""))));
 
-  const start = () => {
+  // Of a section that is drawn anew as its run goes on, what was chosen stays.
+  const chosenBy = [shape, viewed, photo, over];
+  const boxes = [shaded.box, marked.box, fields.box, sky.box];
+  let view = null;
+  const kept = () => {
+    const place = view?.place();
+    view?.end();
+    return { values: chosenBy.map((one) => one.value), checks: boxes.map((one) => one.checked), place };
+  };
+  const start = (before) => {
     let chosen = -1;
-    const view = makeView(box, models, data.environment.final, (index) => pick(index));
+    view = makeView(box, models, data.environment.final, (index) => pick(index));
     if (!view) {
       box.append(h("p", { class: "empty" }, "This browser draws no 3-D pictures here (WebGL is off or missing). The meshes " +
         "are in the run's folder result; everything else on this page works without it."));
@@ -567,14 +587,23 @@ function modelSection(data) {
     });
     over.addEventListener("input", fade);
     view.onResize(fit);
+    before?.values.forEach((value, i) => {
+      const one = chosenBy[i];
+      if (one.tagName === "INPUT" || [...one.options].some((given) => given.value === value)) one.value = value;
+    });
+    before?.checks.forEach((checked, i) => { boxes[i].checked = checked; });
+    const wanted = photo.value;
+    pick(Math.max(Number(wanted), -1));
+    photo.value = wanted;
+    if (before?.place && Number(wanted) < 0) view.goTo(before.place);
     fade();
-    pick(-1);
     update();
     view.canvas.addEventListener("webglcontextlost", () => {
+      if (!box.isConnected) return;
       box.replaceChildren(h("p", { class: "empty" }, "The browser gave the 3-D view up; load the page again to have it back."));
     });
     box.view = view; // for scripts
   };
-  return { ...node, start };
+  return { ...node, start, kept };
 }
 

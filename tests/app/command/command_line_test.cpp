@@ -172,7 +172,8 @@ TEST(CommandLine, EnvironmentGivesDefaultsOnly) {
 TEST(CommandLine, MistakesAreNamed) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{},
-       "pathfit: a command is needed: init, check, fit, resume, render, export, report, compare, "
+       "pathfit: a command is needed: init, check, fit, resume, render, export, report, serve, "
+       "compare, "
        "eval, sweep, synth, convert, gradcheck, config, completion, info, version, help"},
       {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
       {{"fit", "c.yaml", "-o", ""}, "pathfit fit: --output: '' is not a path"},

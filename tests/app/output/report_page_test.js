@@ -324,6 +324,27 @@ function testNumbers(script) {
   assert.strictEqual(duration(7620), "2 h 07 min");
 }
 
+function testNewerDataReplaceWhatChanged(script) {
+  const data = someData();
+  const { main, context } = draw(script, data);
+  const find = (id) => main.tagged("section").find((one) => one.attributes.id === id);
+  const before = Object.fromEntries(["stages", "model", "views", "curves", "timing"].map((id) => [id, find(id)]));
+  const newer = structuredClone(data);
+  newer.history.rounds.push({ ...newer.history.rounds[2], step: 4, cost_total: 0.1 });
+  context.draw(newer);
+  for (const [id, node] of Object.entries(before)) {
+    assert.strictEqual(find(id) === node, !["curves", "timing"].includes(id), id);
+  }
+  assert.ok(main.textContent.includes("4 rounds"));
+  newer.history.parameters = [];
+  newer.model = null;
+  context.draw(newer);
+  assert.ok(!find("parameters") && !find("model"));
+  newer.model = someModel("later");
+  context.draw(newer);
+  assert.strictEqual(main.tagged("section").map((one) => one.attributes.id).indexOf("model"), 2, "in its place");
+}
+
 function testComparison(script) {
   const data = (word = "a") => ({
     columns: [{ key: "psnr_srgb_val_db", heading: "PSNR" }, { key: "rounds", heading: "Rounds" }],
@@ -375,7 +396,7 @@ function testEvaluation(script) {
 const script = fs.readFileSync(process.argv[2], "utf8") + fs.readFileSync(process.argv[3], "utf8");
 for (const test of [testAllSections, testNothing, testHostileWords, testPicturesEnlargeInPlace,
   testSliderFadesFromPhotoToRenderingToDifference, testModelWithoutWebGl, testRampOfValues, testChartsEnlarge, testPlots, testBars,
-  testTicks, testNumbers, testComparison, testEvaluation]) {
+  testTicks, testNumbers, testNewerDataReplaceWhatChanged, testComparison, testEvaluation]) {
   test(script);
 }
 for (const path of process.argv.slice(4)) {

@@ -176,6 +176,15 @@ TEST(Report, HasTheModelOfItsRun) {
   EXPECT_EQ(ReportJson(data, {})["model"]["start"]["meshes"][0]["triangles"], "other");
 }
 
+TEST(Report, TheServedPageAsksItsServerOnly) {
+  const std::string html = LivePage(ReportJson(SomeData(2, 10), {}));
+  EXPECT_EQ(HtmlFault(html), "");
+  EXPECT_EQ(Count(html, "default-src 'none'; connect-src 'self'; img-src data:;"), 1);
+  EXPECT_EQ(Count(html, CspHash(LiveJs())), 1);
+  EXPECT_EQ(Count(html, ThreeJs()), 1) << "a model may come";
+  EXPECT_EQ(Count(LiveJs(), "fetch("), 1);
+}
+
 TEST(Report, SaysWhichModelsAreTooLarge) {
   ReportData data = SomeData(4, 1000);
   data.model = SomeModel(std::string(2'000'000, 'a'), "both");
