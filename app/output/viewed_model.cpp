@@ -20,6 +20,7 @@
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/mesh_assembly.h"
+#include "renderer/math/box.h"
 #include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::app {
@@ -106,24 +107,33 @@ std::vector<float> BlockErrors(const Scene& scene,
   return roots;
 }
 
-std::vector<optim::SurfacePoint> VertexPoints(Mesh world) {
-  renderer::ComputeVertexNormals(world);
-  const Mesh& mesh = world;
+/// How many fitted photos show each vertex, mesh after mesh.
+std::vector<std::vector<int>> VertexCounts(const Scene& scene,
+                                           const optim::ObservationSet& observations,
+                                           double scale) {
   std::vector<optim::SurfacePoint> points;
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    points.push_back({mesh.positions[i], mesh.normals[i]});
+  for (const renderer::SceneMesh& placed : scene.meshes) {
+    Mesh world = renderer::WorldMesh(placed);
+    renderer::ComputeVertexNormals(world);
+    const Mesh& mesh = world;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      points.push_back({mesh.positions[i], mesh.normals[i]});
+    }
   }
-  return points;
+  // Of all at once: each photo is decoded, and the scene made ready for rays, one time.
+  const std::vector<int> all = optim::PhotoCounts(scene, observations, scale, points);
+  std::vector<std::vector<int>> counts;
+  auto next = all.begin();
+  for (const renderer::SceneMesh& placed : scene.meshes) {
+    const auto end = next + static_cast<std::ptrdiff_t>(placed.mesh.positions.size());
+    counts.emplace_back(next, end);
+    next = end;
+  }
+  return counts;
 }
 
 void AddPositions(const Mesh& mesh, const SplitMesh& split, Json& json) {
-  Vec3 low = mesh.positions[0], high = low;
-  for (const Vec3& position : mesh.positions.Items()) {
-    for (int c = 0; c < 3; ++c) {
-      low[c] = std::min(low[c], position[c]);
-      high[c] = std::max(high[c], position[c]);
-    }
-  }
+  const auto [low, high] = renderer::BoxAround(mesh.positions.Items());
   std::vector<std::uint16_t> steps;
   for (const renderer::SplitVertex& vertex : split.vertices) {
     const Vec3& position = mesh.positions[Size(vertex.position)];
@@ -189,14 +199,11 @@ void AddSurface(const Mesh& mesh,
 
 Json MeshJson(std::size_t index,
               const Scene& scene,
-              const optim::ObservationSet& observations,
-              double scale,
+              const std::vector<int>& counts,
               const StandardErrorsByName& errors) {
   const renderer::SceneMesh& placed = scene.meshes[index];
   const renderer::Material& material = scene.materials.at(Size(placed.material));
   Mesh world = renderer::WorldMesh(placed);
-  const std::vector<int> counts =
-      optim::PhotoCounts(scene, observations, scale, VertexPoints(world));
   if (!world.normal_triangles.empty()) renderer::NormalizeVertexNormals(world);
   // What the material does not use would split vertices.
   if (!material.vertex_colors) {
@@ -282,8 +289,9 @@ Json ViewedModel(const Scene& scene,
   }
   const double scale = std::min(1.0, static_cast<double>(kThumbnailPx) / longest);
   Json json = {{"version", kModelVersion}, {"meshes", Json::array()}};
+  const std::vector<std::vector<int>> counts = VertexCounts(scene, observations, scale);
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-    json["meshes"].push_back(MeshJson(i, scene, observations, scale, errors));
+    json["meshes"].push_back(MeshJson(i, scene, counts[i], errors));
   }
   json["cameras"] = std::move(cameras);
   for (const renderer::Emitter& emitter : scene.emitters) {

@@ -54,21 +54,16 @@ void ExpectContains(const std::string& text, const std::vector<std::string>& par
   }
 }
 
-class ColmapText : public ::testing::Test {
+/// A model in files that end in `ending`.
+class ColmapFiles : public ::testing::Test {
  protected:
+  explicit ColmapFiles(const std::string& ending)
+      : cameras_name_("cameras" + ending), images_name_("images" + ending) {}
   void Write(const std::string& cameras, const std::string& images) {
-    folder_.WriteText("cameras.txt", cameras);
-    folder_.WriteText("images.txt", images);
+    folder_.WriteText(cameras_name_, cameras);
+    folder_.WriteText(images_name_, images);
   }
-  ImportedCameras Read() { return ReadColmapModel(folder_.path() / "cameras.txt"); }
-  void ExpectModel(const std::string& model_and_parameters, double u, double v) {
-    Write("# comment\n7 " + model_and_parameters + "\n",
-          std::string("1 ") + kColmapPose + " 7 a photo.jpg\n\n");
-    const ImportedCameras cameras = Read();
-    ASSERT_EQ(cameras.cameras.size(), 1U);
-    EXPECT_EQ(cameras.cameras[0].image, "a photo.jpg");
-    ExpectProjectsTo(cameras.cameras[0], u, v);
-  }
+  ImportedCameras Read() { return ReadColmapModel(folder_.path() / cameras_name_); }
   void ExpectError(const std::string& cameras,
                    const std::string& images,
                    const std::vector<std::string>& parts) {
@@ -77,6 +72,23 @@ class ColmapText : public ::testing::Test {
   }
 
   TempFolder folder_;
+
+ private:
+  std::string cameras_name_, images_name_;
+};
+
+class ColmapText : public ColmapFiles {
+ protected:
+  ColmapText() : ColmapFiles(".txt") {}
+  void ExpectModel(const std::string& model_and_parameters, double u, double v) {
+    Write("# comment\n7 " + model_and_parameters + "\n",
+          std::string("1 ") + kColmapPose + " 7 a photo.jpg\n\n");
+    const ImportedCameras cameras = Read();
+    ASSERT_EQ(cameras.cameras.size(), 1U);
+    EXPECT_EQ(cameras.cameras[0].image, "a photo.jpg");
+    ExpectProjectsTo(cameras.cameras[0], u, v);
+  }
+
   const std::string good_cameras_ = "7 SIMPLE_PINHOLE 200 120 200 100.5 60.25\n";
   const std::string good_images_ = std::string("1 ") + kColmapPose + " 7 a.jpg\n\n";
 };
@@ -158,8 +170,9 @@ TEST_F(ColmapText, NamesFileAndLineOfWhatIsMalformed) {
 }
 
 /// Little-endian numbers one after the other, as COLMAP writes them.
-class ColmapBinary : public ::testing::Test {
+class ColmapBinary : public ColmapFiles {
  protected:
+  ColmapBinary() : ColmapFiles(".bin") {}
   template <class... Values>
   static std::string Bytes(Values... values) {
     std::string bytes;
@@ -184,19 +197,7 @@ class ColmapBinary : public ::testing::Test {
     for (const std::string& image : images) bytes += image;
     return bytes;
   }
-  void Write(const std::string& cameras, const std::string& images) {
-    folder_.WriteText("cameras.bin", cameras);
-    folder_.WriteText("images.bin", images);
-  }
-  ImportedCameras Read() { return ReadColmapModel(folder_.path() / "cameras.bin"); }
-  void ExpectError(const std::string& cameras,
-                   const std::string& images,
-                   const std::vector<std::string>& parts) {
-    Write(cameras, images);
-    ExpectContains(MessageOf([&] { Read(); }), parts);
-  }
 
-  TempFolder folder_;
   const std::string good_cameras_ = OneCamera(7, 0, {200.0, 100.5, 60.25});
   const std::string good_images_ = Images({Image(1, 0.5, 7, "a.jpg")});
 };
