@@ -49,11 +49,11 @@ SchemaNode PriorSchema() {
 void CheckStage(StageSpec& stage, const CheckedMap& map) {
   const YamlNode* spp = map.Find("spp");
   const YamlNode* max_spp = map.Find("max_spp");
-  if (spp == nullptr || max_spp == nullptr || stage.samples.spp <= stage.max_spp) return;
+  if (spp == nullptr || max_spp == nullptr || *stage.samples.spp <= stage.max_spp) return;
   const bool max_given = max_spp->place.source != Place::Source::kDefault;
   map.Report("max_spp",
              max_given ? *max_spp : *spp,
-             fmt::format("max_spp {} is below spp {}", stage.max_spp, stage.samples.spp));
+             fmt::format("max_spp {} is below spp {}", stage.max_spp, *stage.samples.spp));
 }
 
 }  // namespace
@@ -296,7 +296,9 @@ SchemaNode StagesSchema() {
                       Doc("Solves at most, each with new samples; a stage ends by itself.") |
                       From(1, 10000),
                   Key("spp", kSamples, &StageBudget::spp) |
-                      Doc("Samples per pixel in the first round, of both halves together.") |
+                      Doc("Samples per pixel in the first round, of both halves together. Unless "
+                          "given, 8, and fewer where few unknowns are seen by more than some "
+                          "50 000 pixels.") |
                       From(2, kMost),
                   Key("max_spp", &StageSpec::max_spp) |
                       Doc("Samples per pixel that no round passes.") | From(2, kMost),

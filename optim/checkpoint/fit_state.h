@@ -48,6 +48,8 @@ struct FitState {
   int round = 0;            ///< finished rounds of the current stage
   int level = 0;            ///< of the stage's image scales (ScalesOfStage), coarsest first
   int level_start = 0;      ///< rounds of the stage before this level
+  /// How much finer than the stage's first photos its meshes are at least, by side (FirstLevel).
+  double mesh_detail = 1.0;
   int accepted = 0;         ///< rounds of the stage with a step
   int growths = 0;          ///< of the samples, in the level
   double wall_s = 0.0;

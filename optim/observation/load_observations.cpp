@@ -243,6 +243,7 @@ class FrameLoader {
       if (photo.bits <= kMaxBitsOfRounded) RoundTo16Bits(photo.photo);
       result.facts.reduced = true;
     }
+    view.straight_alpha = result.facts.mask_source == MaskSource::kAlpha && photo.straight_alpha;
     view.photo = photo.photo;
     view.clipped = photo.clipped;
     view.mask = mask;

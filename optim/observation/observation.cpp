@@ -14,6 +14,8 @@ using renderer::Image;
 
 // A photo of at most this share of the full one's pixels is kept beside it.
 constexpr double kKeptShare = 1.0 / 16.0;
+// Pixels around one of the object's edge whose mean is its background.
+constexpr int kBackgroundReach = 3;
 
 Image Resized(Image image, int width, int height) {
   if (image.Empty() || (image.width == width && image.height == height)) return image;
@@ -37,6 +39,72 @@ PackedImage FullColorWeight(const View& view, const ObservationSet& observations
              : view.mask;
 }
 
+/// Mean colour of the pixels around (x, y) that the mask leaves out; black where there is none.
+renderer::Rgb BackgroundAround(const Image& photo, const Image& mask, int x, int y) {
+  renderer::Rgb sum;
+  int bare = 0;
+  for (int v = std::max(0, y - kBackgroundReach);
+       v <= std::min(photo.height - 1, y + kBackgroundReach);
+       ++v) {
+    for (int u = std::max(0, x - kBackgroundReach);
+         u <= std::min(photo.width - 1, x + kBackgroundReach);
+         ++u) {
+      if (mask.At(u, v, 0) > 0.0F) continue;
+      sum += photo.ColorAt(u, v);
+      ++bare;
+    }
+  }
+  return bare > 0 ? sum / bare : sum;
+}
+
+/// The photo as it would be before black: of each pixel the share that its mask leaves to the
+/// background is taken off. Where pixels are averaged, an edge then holds of the object's colour
+/// what the rendering does, whatever was behind it.
+Image BeforeBlack(const View& view) {
+  const Image whole = view.photo.Unpack();
+  const Image mask = view.mask.Unpack();
+  Image photo = whole;
+  for (int y = 0; y < photo.height; ++y) {
+    for (int x = 0; x < photo.width; ++x) {
+      const float inside = mask.At(x, y, 0);
+      if (inside >= 1.0F) continue;
+      const renderer::Rgb behind = inside <= 0.0F || view.straight_alpha
+                                       ? whole.ColorAt(x, y)
+                                       : BackgroundAround(whole, mask, x, y);
+      for (int c = 0; c < 3; ++c) {
+        float& value = photo.At(x, y, c);
+        value = std::max(0.0F, value - (1.0F - inside) * static_cast<float>(behind[c]));
+      }
+    }
+  }
+  return photo;
+}
+
+/// Means over the pixels that are data; over all where none is.
+Image MeanOfData(const View& view, int width, int height) {
+  const Image mask = view.mask.Unpack();
+  Image weighted = view.photo.Unpack();
+  Image mean = Resized(weighted, width, height);
+  for (std::size_t i = 0; i < weighted.data.size(); ++i) weighted.data[i] *= mask.data[i / 3];
+  weighted = Resized(std::move(weighted), width, height);
+  const Image share = Resized(mask, width, height);
+  for (std::size_t i = 0; i < mean.data.size(); ++i) {
+    if (share.data[i / 3] > 0.0F) mean.data[i] = weighted.data[i] / share.data[i / 3];
+  }
+  return mean;
+}
+
+/// `meaning`: kNone leaves the photo's background in it.
+Image PhotoAt(const View& view, MaskMeaning meaning, int width, int height) {
+  const bool is_full = view.photo.width() == width && view.photo.height() == height;
+  if (meaning == MaskMeaning::kSilhouette && !view.mask.Empty()) {
+    return Resized(BeforeBlack(view), width, height);
+  }
+  return meaning == MaskMeaning::kIgnore && !view.mask.Empty() && !is_full
+             ? MeanOfData(view, width, height)
+             : Resized(view.photo.Unpack(), width, height);
+}
+
 renderer::Camera CameraAt(const View& view, double scale) {
   PATHFIT_CHECK(std::isfinite(scale) && scale > 0.0 && !view.photo.Empty());
   const int width = std::max(1, static_cast<int>(std::lround(view.photo.width() * scale)));
@@ -47,7 +115,10 @@ renderer::Camera CameraAt(const View& view, double scale) {
 }  // namespace
 
 PackedLevel::PackedLevel(const View& view, const ObservationSet& observations, double scale)
-    : camera_(CameraAt(view, scale)), view_(&view) {
+    : camera_(CameraAt(view, scale)), view_(&view), masks_(observations.mask_meaning) {
+  if (masks_ == MaskMeaning::kSilhouette && !observations.black_background) {
+    masks_ = MaskMeaning::kNone;
+  }
   const auto resized = [&](const PackedImage& image) {
     return Resized(image, camera_.width, camera_.height);
   };
@@ -56,7 +127,7 @@ PackedLevel::PackedLevel(const View& view, const ObservationSet& observations, d
   color_weight_ = resized(FullColorWeight(view, observations));
   const double full = static_cast<double>(view.photo.width()) * view.photo.height();
   if (static_cast<double>(camera_.width) * camera_.height <= kKeptShare * full) {
-    photo_ = resized(view.photo);
+    photo_ = PhotoAt(view, masks_, camera_.width, camera_.height);
     bytes_ += photo_.MemoryBytes();
   }
   for (const PackedImage* image : {&mask_, &clipped_, &color_weight_}) {
@@ -76,8 +147,7 @@ PackedLevel::PackedLevel(const ViewLevel& level)
 
 ViewLevel PackedLevel::Unpack() const {
   return {camera_,
-          photo_.Empty() ? Resized(view_->photo.Unpack(), camera_.width, camera_.height)
-                         : photo_.Unpack(),
+          photo_.Empty() ? PhotoAt(*view_, masks_, camera_.width, camera_.height) : photo_.Unpack(),
           mask_.Unpack(),
           clipped_.Unpack(),
           color_weight_.Unpack()};

@@ -22,6 +22,8 @@ struct View {
   /// 1 channel: share of each pixel that was at or above the clipping level in the file; empty if
   /// none is.
   PackedImage clipped;
+  /// The mask is the photo's alpha channel and its colours are not multiplied by it (PNG).
+  bool straight_alpha = false;
   bool validation = false;  ///< never fitted, always reported
   /// What EXIF says of its exposure, in EV around the mean of all; 0 unless every photo has a
   /// plausible one.
@@ -32,10 +34,14 @@ struct ObservationSet {
   std::vector<View> views;
   MaskMeaning mask_meaning = MaskMeaning::kNone;
   int mask_erode_px = 0;  ///< colours are compared this far inside the mask, at full size
+  /// Nothing is rendered behind the object: with silhouettes, photos are compared as they would be
+  /// before black, whatever their background.
+  bool black_background = false;
   std::vector<std::string> assumptions;  ///< sentences for `check`, run.json and the report
 };
 
 /// A view area-averaged to `scale` times its size (rounded, at least 1 px).
+/// `photo`: of what masks leave out nothing is averaged into it.
 /// `color_weight`: 1 channel, share of the pixel that is valid colour evidence (eroded mask or 1).
 struct ViewLevel {
   renderer::Camera camera;
@@ -63,7 +69,8 @@ class PackedLevel {
  private:
   renderer::Camera camera_;
   PackedImage photo_, mask_, clipped_, color_weight_;
-  const View* view_ = nullptr;  ///< whose photo it is, if there is none of its own
+  const View* view_ = nullptr;              ///< whose photo it is, if there is none of its own
+  MaskMeaning masks_ = MaskMeaning::kNone;  ///< of those that change the photo
   std::size_t bytes_ = 0;
 };
 

@@ -95,6 +95,7 @@ PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options)
               (options.transfer == Transfer::kAuto && !decoded.linear);
   file.photo = std::move(decoded.image);
   file.alpha = std::move(decoded.alpha);
+  file.straight_alpha = !decoded.linear;
   if (file.srgb) MakeLinear(file.bits, file.photo);
   return file;
 }

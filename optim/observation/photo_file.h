@@ -14,11 +14,12 @@ namespace pathfit::optim {
 
 /// A photo at the size of its file, made linear.
 struct PhotoFile {
-  renderer::Image photo;    ///< 3 channels, linear
-  renderer::Image clipped;  ///< 1 channel, 1 = clipped; empty if no pixel is
-  renderer::Image alpha;    ///< 1 channel or empty
-  int bits = 0;             ///< per channel in the file; 32 for floats
-  bool srgb = false;        ///< the sRGB curve was undone
+  renderer::Image photo;        ///< 3 channels, linear
+  renderer::Image clipped;      ///< 1 channel, 1 = clipped; empty if no pixel is
+  renderer::Image alpha;        ///< 1 channel or empty
+  bool straight_alpha = false;  ///< colours are not multiplied by it: PNG and TIFF, not EXR
+  int bits = 0;                 ///< per channel in the file; 32 for floats
+  bool srgb = false;            ///< the sRGB curve was undone
   int exif_orientation = 1;
   std::optional<ExifExposure> exif_exposure;
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -28,6 +30,10 @@ namespace {
 
 constexpr int kFirstSpp = 8;   // tells most candidates apart
 constexpr int kDraftSpp = 16;  // of pictures on the way
+// A coarser mesh is judged by photos of so many times the size that it is for, and must not cost
+// more than this share above the present one.
+constexpr double kLookFiner = 4.0;
+constexpr double kLossOfDetail = 0.1;
 
 std::vector<int> Range(std::size_t count) {
   std::vector<int> indices(count);
@@ -180,6 +186,7 @@ class FitDriver {
     state_.accepted = 0;
     state_.split = kStartSplit;
     state_.stage_start = state_.scene;  // before it is refined
+    state_.mesh_detail = 1.0;
     BeginLevel();
   }
 
@@ -200,8 +207,7 @@ class FitDriver {
     }
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
     const double scale = Scales()[static_cast<std::size_t>(state_.level)];
-    SceneLevel level =
-        SceneOfLevel(state_.scene, spec_, stage.free, evaluation_.ViewsAt(scale), scale);
+    SceneLevel level = state_.level == 0 ? FirstLevel(stage, scale) : LevelAt(stage, scale);
     state_.scene = std::move(level.scene);
     state_.level_scene = state_.scene;
     const ParameterSet set = FreeSet(state_.scene, stage);
@@ -217,6 +223,47 @@ class FitDriver {
     for (const std::string& message : level.messages) {
       observer_.OnMessage("stage '" + stage.name + "': " + message);
     }
+  }
+
+  SceneLevel LevelAt(const StageSpec& stage, double scale) {
+    return SceneOfLevel(
+        state_.scene, spec_, stage.free, evaluation_.ViewsAt(scale), scale, FinerAt(scale));
+  }
+
+  /// Than photos of this scale ask for: meshes lose no detail from level to level.
+  [[nodiscard]] double FinerAt(double scale) const {
+    return std::max(1.0, state_.mesh_detail * Scales().front() / scale);
+  }
+
+  /// The coarsest meshes that lose nothing that the photos show: what is far from them is as good
+  /// coarse, what is near is not made worse first.
+  SceneLevel FirstLevel(const StageSpec& stage, double scale) {
+    const double finest = stage.image_scale / scale;
+    SceneLevel level = LevelAt(stage, scale);
+    while (state_.mesh_detail < finest && !SameShapes(level.scene, state_.scene)) {
+      const double seen_at = std::min(stage.image_scale, kLookFiner * scale);
+      const FitViews& views = evaluation_.ViewsAt(seen_at);
+      std::vector<ComparedScene> scenes;
+      scenes.push_back({evaluation_.MakeSource(level.scene, {}, views)});
+      scenes.push_back({evaluation_.MakeSource(state_.scene, {}, views)});
+      const CostComparison comparison =
+          CompareCosts(scenes, views, spec_.loss, evaluation_.Samples(state_.stage, kFirstSpp));
+      if (std::getenv("PF_DBG")) {
+        std::fprintf(stderr,
+                     "detail %g cost %g start %g worse %d\n",
+                     state_.mesh_detail,
+                     comparison.costs[0].Total(),
+                     comparison.costs[1].Total(),
+                     int(comparison.IsSurelyWorse(0, 1)));
+      }
+      if (!comparison.IsSurelyWorse(0, 1) ||
+          comparison.costs[0].Total() < (1.0 + kLossOfDetail) * comparison.costs[1].Total()) {
+        break;
+      }
+      state_.mesh_detail = std::min(2.0 * state_.mesh_detail, finest);
+      level = LevelAt(stage, scale);
+    }
+    return level;
   }
 
   [[nodiscard]] ParameterSet FreeSet(const renderer::Scene& scene, const StageSpec& stage) const {
@@ -295,18 +342,21 @@ class FitDriver {
         observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
         return true;
       }
-      end = RunRounds(
-          {spec_,
-           state_.stage,
-           views,
-           model.set,
-           exposure_,
-           model.priors,
-           fits_exposure_,
-           scale,
-           SampleFactor(scale, stage.image_scale, MovesSomething(model.set), IsFew(model.set))},
-          stage,
-          static_cast<int>(scales.size()));
+      end = RunRounds({spec_,
+                       state_.stage,
+                       views,
+                       model.set,
+                       exposure_,
+                       model.priors,
+                       fits_exposure_,
+                       scale,
+                       SampleFactor(stage,
+                                    scale,
+                                    views.num_channels / 3.0,
+                                    MovesSomething(model.set),
+                                    IsFew(model.set))},
+                      stage,
+                      static_cast<int>(scales.size()));
     }
     return end == RoundsEnd::kDone;
   }
@@ -355,7 +405,7 @@ class FitDriver {
         return RoundsEnd::kTimeLimit;
       }
       RoundReport report = RunRound(context, *source, state_);
-      const bool mended = report.accepted && Mend(stage, context.views);
+      const bool mended = report.accepted && Mend(stage, context.views, context.image_scale);
       const renderer::MeshFolds folds = CountFolds(state_.scene, context.set.layout());
       report.moving_vertices = CountMovingVertices(state_.scene, context.set.layout());
       report.folded_edges = folds.folded_edges;
@@ -378,9 +428,9 @@ class FitDriver {
   }
 
   /// New triangles where the last step has worn out the meshes. False: nowhere.
-  bool Mend(const StageSpec& stage, const FitViews& views) {
+  bool Mend(const StageSpec& stage, const FitViews& views, double scale) {
     std::optional<renderer::Scene> mended =
-        MendMeshes(state_.scene, spec_.unknowns, stage.free, views);
+        MendMeshes(state_.scene, spec_.unknowns, stage.free, views, FinerAt(scale));
     if (!mended) {
       return false;
     }

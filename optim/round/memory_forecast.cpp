@@ -106,7 +106,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   // The size of normal equations does not depend on what the pixels see.
   const int spp = ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars())
                       ? 2
-                      : stage_spec.samples.spp;
+                      : stage_spec.samples.Spp();
   options.samples =
       MakeHalves(spec.seed,
                  stage,

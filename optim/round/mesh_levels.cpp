@@ -139,8 +139,11 @@ std::string Describe(const renderer::MeshFolds& folds) {
 
 class Leveller {
  public:
-  Leveller(const std::vector<UnknownSpec>& unknowns, const FitViews& views, MeshLevels& levels)
-      : unknowns_(unknowns), views_(views), levels_(levels) {}
+  Leveller(const std::vector<UnknownSpec>& unknowns,
+           const FitViews& views,
+           double finer,
+           MeshLevels& levels)
+      : unknowns_(unknowns), views_(views), finer_(finer), levels_(levels) {}
 
   void Level(int index) {
     renderer::SceneMesh& item = levels_.scene.meshes[static_cast<std::size_t>(index)];
@@ -219,9 +222,10 @@ class Leveller {
     const Footprint footprint = FootprintOn(world, views_);
     if (footprint.size == 0.0) return 0.0;
     const double area = SurfaceArea(world);
-    const double most = std::clamp(footprint.pixels / kPixelsPerVertex, kMinVertices, kMaxVertices);
+    const double pixels = footprint.pixels * finer_ * finer_;
+    const double most = std::clamp(pixels / kPixelsPerVertex, kMinVertices, kMaxVertices);
     const double vertices =
-        std::clamp(VerticesOf(area, kEdgePixels * footprint.size), kMinVertices, most);
+        std::clamp(VerticesOf(area, kEdgePixels * footprint.size / finer_), kMinVertices, most);
     return EdgeOf(area, vertices) / item.pose.scale;
   }
 
@@ -239,6 +243,7 @@ class Leveller {
 
   const std::vector<UnknownSpec>& unknowns_;
   const FitViews& views_;
+  double finer_;
   MeshLevels& levels_;
 };
 
@@ -247,9 +252,10 @@ class Leveller {
 MeshLevels RefineMeshes(Scene scene,
                         const std::vector<UnknownSpec>& unknowns,
                         const std::vector<int>& free,
-                        const FitViews& views) {
+                        const FitViews& views,
+                        double finer) {
   MeshLevels levels{std::move(scene), {}};
-  Leveller leveller(unknowns, views, levels);
+  Leveller leveller(unknowns, views, finer, levels);
   for (const int mesh : MeshesOfLevels(unknowns, free)) {
     leveller.Level(mesh);
   }
@@ -259,9 +265,10 @@ MeshLevels RefineMeshes(Scene scene,
 std::optional<Scene> MendMeshes(const Scene& scene,
                                 const std::vector<UnknownSpec>& unknowns,
                                 const std::vector<int>& free,
-                                const FitViews& views) {
+                                const FitViews& views,
+                                double finer) {
   MeshLevels levels{scene, {}};
-  Leveller leveller(unknowns, views, levels);
+  Leveller leveller(unknowns, views, finer, levels);
   bool mended = false;
   for (const int mesh : MeshesOfLevels(unknowns, free)) {
     mended = leveller.Mend(mesh) || mended;

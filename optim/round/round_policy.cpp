@@ -28,6 +28,9 @@ constexpr double kMinDamping = 1e-6;
 constexpr double kMaxDamping = 1e2;
 constexpr double kGoodStep = 0.75;  // actual over predicted decrease
 constexpr double kPoorStep = 0.25;
+// Pixels whose samples together tell few unknowns enough for a round. Where there are more, each
+// has fewer samples.
+constexpr double kEnoughPixels = 5e4;
 // What a coarse level gains more slowly is faster gained by the next one.
 constexpr double kFallOfCoarseLevels = 0.1;
 constexpr double kWidening = 4.0;  // of a kept radius after a good step
@@ -76,12 +79,14 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
   return scales;
 }
 
-double SampleFactor(double scale, double last_scale, bool moves_something, bool few_unknowns) {
-  const double ratio = last_scale / scale;
+double SampleFactor(
+    const StageSpec& stage, double scale, double pixels, bool moves_something, bool few_unknowns) {
+  const double ratio = stage.image_scale / scale;
   if (!few_unknowns) {
     return ratio;
   }
-  return moves_something ? ratio * ratio : 1.0;
+  const double factor = moves_something ? ratio * ratio : 1.0;
+  return stage.samples.spp ? factor : std::min(factor, kEnoughPixels / std::max(1.0, pixels));
 }
 
 bool NeedsMoreSamples(const RoundReport& report, bool adds_up, bool precise) {
@@ -89,9 +94,10 @@ bool NeedsMoreSamples(const RoundReport& report, bool adds_up, bool precise) {
 }
 
 int SamplesOfRound(const StageSpec& stage, int growths, double factor) {
-  const double grown = stage.samples.spp * std::pow(std::max(1.0, stage.spp_growth), growths);
+  const int first = stage.samples.spp.value_or(std::min(StageBudget::kUsualSpp, stage.max_spp));
+  const double grown = first * std::pow(std::max(1.0, stage.spp_growth), growths);
   const double limited =
-      factor * std::min(grown, static_cast<double>(std::max(stage.samples.spp, stage.max_spp)));
+      factor * std::min(grown, static_cast<double>(std::max(first, stage.max_spp)));
   return std::max(2, 2 * static_cast<int>(std::lround(0.5 * limited)));
 }
 
@@ -100,7 +106,7 @@ renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
                                      const renderer::SampleBudget& split,
                                      const renderer::EstimatorOptions& estimators) {
   const auto budget = [&](bool exists, const std::optional<double>& given, double found) {
-    return exists ? spp * (given ? *given / std::max(1, stage.spp) : found) : 0.0;
+    return exists ? spp * (given ? *given / std::max(1, stage.Spp()) : found) : 0.0;
   };
   const renderer::DerivativeTerms& terms = estimators.terms;
   const int bounces = estimators.max_bounces;

@@ -27,10 +27,13 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
                                   bool few_unknowns,
                                   int smallest_side);
 
-/// Factor of a stage's budgets at one of its scales. With few unknowns their error depends on the
-/// samples of all pixels together, which stay the same where something moves: its small photos
-/// must find the way. Elsewhere they only bring it near. With many, that of each pixel counts, too.
-double SampleFactor(double scale, double last_scale, bool moves_something, bool few_unknowns);
+/// Factor of a stage's budgets at one of its scales, where `pixels` of all fitted photos are
+/// evidence. With few unknowns their error depends on the samples of all pixels together, which
+/// stay the same where something moves: its small photos must find the way. Elsewhere they only
+/// bring it near. Many pixels need few samples each, unless the stage says how many. With many
+/// unknowns, the error of each pixel counts, too.
+double SampleFactor(
+    const StageSpec& stage, double scale, double pixels, bool moves_something, bool few_unknowns);
 
 /// Samples per pixel of both halves together in a round, after its level's samples have grown so
 /// many times: factor * spp * growth^growths, even, at most factor * max_spp.

@@ -34,6 +34,7 @@ constexpr double kAnywhere = 0.95;
 // A step pays that lowers the cost by this share, if the cost is not noise itself.
 constexpr double kPayingStep = 0.03;
 constexpr double kHidingNoise = 0.5;
+constexpr double kSurelyMore = 10.0;  // standard deviations
 
 using Clock = std::chrono::steady_clock;
 
@@ -136,6 +137,14 @@ SolveOutcome Solve(const StageContext& context,
   report.linear_solver = LinearSolverName(options.linear_solver);
   report.trust_radius = options.radius;
   return SolveRound(problem, context.priors, proximal, theta, options);
+}
+
+/// Whether the photos' cost, which is a difference of two sums of `num_channels` squares, stands
+/// out of the noise of that difference.
+bool IsMoreThanNoise(const ImageCosts& costs, double num_channels) {
+  const double deviation =
+      2.0 * std::sqrt(costs.signal_squared * costs.noise_squared / std::max(1.0, num_channels));
+  return costs.signal_squared - costs.noise_squared > kSurelyMore * deviation;
 }
 
 double Norm(const double* values, int size) {
@@ -352,7 +361,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   state.still = is_still ? state.still + 1 : 0;
   // What the scene cannot explain leaves a cost at which badly determined unknowns wander on.
   const bool is_flat = outcome.accepted && problem.UsesGram() && !moves &&
-                       report.noise_relative < kHidingNoise &&
+                       IsMoreThanNoise(before, context.views.num_channels) &&
                        -report.cost_change_rel < stage.stop_relative_cost;
   state.flat = is_flat ? state.flat + 1 : 0;
   state.growths += NeedsMoreSamples(report, problem.UsesGram(), state.precise && !moves) ? 1 : 0;

@@ -29,12 +29,13 @@ SceneLevel PromoteSurfaces(const renderer::Scene& before,
                            double finer);
 
 /// The scene that a level of a stage begins with: its meshes refined (RefineMeshes), its properties
-/// promoted. `scale`: that of the photos in `views`.
+/// promoted. `scale`: that of the photos in `views`; `finer`: of the meshes (RefineMeshes).
 SceneLevel SceneOfLevel(const renderer::Scene& before,
                         const FitSpec& spec,
                         const std::vector<int>& free,
                         const FitViews& views,
-                        double scale);
+                        double scale,
+                        double finer = 1.0);
 
 inline constexpr double kTexelsPerPixel = 1.0;
 inline constexpr int kLargestTexture = 2048;

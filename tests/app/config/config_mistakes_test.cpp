@@ -191,7 +191,7 @@ TEST(ConfigMistakes, StagesAreChecked) {
         "stages[0].free: 'all', or a list of texts (at least 1) is needed, not 0 items"},
        {"stages.light.free=every",
         "stages[0].free: 'every' is not allowed; 'all', or a list of texts (at least 1) is needed"},
-       {"stages.light.max_spp=4", "stages[0].max_spp: max_spp 4 is below spp 8"}});
+       {"stages.all.max_spp=4", "stages[1].max_spp: max_spp 4 is below spp 16"}});
   EXPECT_EQ(ProblemOf(kSceneConfig, {"stages=[]"}), "");
   EXPECT_EQ(ProblemOf(kSceneConfig, {"stages=[{name: a, free: all}]"}),
             "--set #1: stages[0].free: there are no unknowns to free\n"

@@ -67,6 +67,50 @@ TEST(ViewLevelTest, ColoursCountInsideTheErodedMask) {
   EXPECT_EQ(PackedLevel(MakeView(), set, 1.0).Unpack().color_weight.At(4, 4, 0), 0.0F);
 }
 
+TEST(ViewLevelTest, WhatIsBehindTheObjectIsNotAveragedIntoIt) {
+  // The object is .25 before a white wall; its column 9 is half a pixel of it.
+  View view = MakeView();
+  Image photo = ConstantImage(12, 8, 3, 0.25F);
+  Image mask = view.mask.Unpack();
+  for (int y = 0; y < 8; ++y) {
+    mask.At(9, y, 0) = 0.5F;
+    for (int x = 0; x < 12; ++x) {
+      const float share = mask.At(x, y, 0);
+      for (int c = 0; c < 3; ++c) photo.At(x, y, c) = 0.25F * share + 0.9F * (1.0F - share);
+    }
+  }
+  view.photo = photo;
+  view.mask = mask;
+  ObservationSet set{
+      .views = {}, .mask_meaning = MaskMeaning::kSilhouette, .mask_erode_px = 0, .assumptions = {}};
+  EXPECT_EQ(PackedLevel(view, set, 1.0).Unpack().photo.data, photo.data) << "may be rendered";
+  set.black_background = true;
+  for (const double scale : {1.0, 0.25}) {
+    const ViewLevel level = PackedLevel(view, set, scale).Unpack();
+    for (int x = 0; x < level.photo.width; ++x) {
+      EXPECT_NEAR(level.photo.At(x, 1, 1), 0.25F * level.mask.At(x, 1, 0), 1e-6F) << x;
+    }
+  }
+  // Colours beside an alpha channel: nothing is behind them.
+  view.photo = ConstantImage(12, 8, 3, 0.25F);
+  view.straight_alpha = true;
+  EXPECT_NEAR(PackedLevel(view, set, 1.0).Unpack().photo.At(9, 1, 1), 0.125F, 1e-6F);
+}
+
+TEST(ViewLevelTest, WhatIsNoDataIsNotAveragedIntoData) {
+  View view = MakeView();
+  Image photo = ConstantImage(12, 8, 3, 0.25F);
+  for (int y = 0; y < 8; ++y) {
+    for (const int x : {0, 1, 2, 3, 10, 11}) photo.At(x, y, 0) = 0.9F;
+  }
+  view.photo = photo;
+  ObservationSet set;
+  set.mask_meaning = MaskMeaning::kIgnore;
+  const ViewLevel level = PackedLevel(view, set, 0.25).Unpack();
+  EXPECT_NEAR(level.photo.At(2, 1, 0), 0.25F, 1e-6F) << "half of it is data";
+  EXPECT_NEAR(level.photo.At(0, 1, 0), 0.9F, 1e-6F) << "counts for nothing";
+}
+
 TEST(ViewLevelTest, WithoutMasksAllColoursCount) {
   ObservationSet set;
   EXPECT_EQ(PackedLevel(MakeView(), set, 0.5).Unpack().color_weight.At(0, 0, 0), 1.0F);

@@ -181,9 +181,15 @@ TEST(ScalesOfStage, WhatMovesBeginsWithSmallPhotos) {
   stage.coarse_to_fine = false;
   EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), last);
   // As many samples in all, as few unknowns need; more per pixel for many.
-  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, true, true), 16.0);
-  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, true, false), 4.0);
-  EXPECT_EQ(optim::SampleFactor(0.125, 0.5, false, true), 1.0);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, true, true), 16.0);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, true, false), 4.0);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, false, true), 1.0);
+  // Where there are very many pixels few of each are enough, unless their number was given.
+  EXPECT_EQ(optim::SampleFactor(stage, 0.5, 1e5, false, true), 0.5);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 2e4, true, true), 2.5);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e9, true, false), 4.0);
+  stage.samples.spp = 8;
+  EXPECT_EQ(optim::SampleFactor(stage, 0.5, 1e5, false, true), 1.0);
 }
 
 TEST(StoppingRule, ComparesMeansOfRounds) {
