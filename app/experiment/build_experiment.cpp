@@ -183,13 +183,6 @@ void WarnOfUnseenLights(Experiment& experiment) {
   throw error;
 }
 
-bool ShowsEnvironment(const renderer::Scene& scene) {
-  return scene.environment_visible &&
-         std::ranges::any_of(scene.emitters, [](const renderer::Emitter& emitter) {
-           return std::holds_alternative<renderer::EnvironmentEmitter>(emitter.light);
-         });
-}
-
 }  // namespace
 
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
@@ -235,7 +228,7 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   } catch (const renderer::SceneError& error) {
     ThrowWithPlace(error, config);
   }
-  experiment.observations.black_background = !ShowsEnvironment(experiment.scene);
+  experiment.observations.black_background = !renderer::ShowsEnvironment(experiment.scene);
   experiment.fit = BuildFitSpec(config, experiment.scene);
   for (optim::UnknownSpec& unknown : experiment.fit.unknowns) {
     if (unknown.gaussian) continue;

@@ -239,7 +239,7 @@ class StartChecker {
     }
     const std::string text = "the object is in no fitted photo; " + ReasonUnseen();
     // Pictures of the surroundings alone can be fitted by them.
-    if (experiment_.scene.environment_visible &&
+    if (renderer::ShowsEnvironment(experiment_.scene) &&
         observations_.mask_meaning != MaskMeaning::kSilhouette) {
       Warn(text);
       return;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -248,14 +247,6 @@ class FitDriver {
       scenes.push_back({evaluation_.MakeSource(state_.scene, {}, views)});
       const CostComparison comparison =
           CompareCosts(scenes, views, spec_.loss, evaluation_.Samples(state_.stage, kFirstSpp));
-      if (std::getenv("PF_DBG")) {
-        std::fprintf(stderr,
-                     "detail %g cost %g start %g worse %d\n",
-                     state_.mesh_detail,
-                     comparison.costs[0].Total(),
-                     comparison.costs[1].Total(),
-                     int(comparison.IsSurelyWorse(0, 1)));
-      }
       if (!comparison.IsSurelyWorse(0, 1) ||
           comparison.costs[0].Total() < (1.0 + kLossOfDetail) * comparison.costs[1].Total()) {
         break;

@@ -204,17 +204,19 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
   if (state.flat >= kRoundsWithinError) {
     return "cost no longer falls";
   }
-  const std::size_t count = state.costs.size();
-  if (state.model.Empty() && stage.stop_relative_cost > 0.0 && count >= 2 * kStopWindow) {
-    const double before = MeanOf(state.costs, count - kStopWindow);
-    const double now = MeanOf(state.costs, count);
-    const double least =
-        last ? stage.stop_relative_cost : std::max(stage.stop_relative_cost, kFallOfCoarseLevels);
-    if (now > (1.0 - least) * before) {
-      return "cost no longer falls";
-    }
+  if (state.model.Empty() && stage.stop_relative_cost > 0.0 &&
+      NoLongerFalls(state.costs,
+                    last ? stage.stop_relative_cost
+                         : std::max(stage.stop_relative_cost, kFallOfCoarseLevels))) {
+    return "cost no longer falls";
   }
   return "";
+}
+
+bool NoLongerFalls(const std::vector<double>& costs, double least) {
+  const std::size_t count = costs.size();
+  return count >= 2 * kStopWindow &&
+         MeanOf(costs, count) > (1.0 - least) * MeanOf(costs, count - kStopWindow);
 }
 
 void AddIterate(AverageState& average,

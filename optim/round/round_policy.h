@@ -100,6 +100,10 @@ inline constexpr double kStillPixels = 0.1;
 inline constexpr int kStopWindow = 3;
 inline constexpr int kMaxRejectedRounds = 4;
 
+/// Whether the mean cost of the last kStopWindow rounds is not below that of the ones before by
+/// more than the share `least`; not while there are too few.
+bool NoLongerFalls(const std::vector<double>& costs, double least);
+
 /// Adds the scene after round `round` (from 1) with the round's samples as weight, as a mean of the
 /// unknowns of `set`; all else is that of `scene`. A scene of other shapes (SameShapes) begins a
 /// new mean.

@@ -359,13 +359,15 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   const bool is_still = outcome.accepted && report.motion < kStillPixels && !pays && !is_limited &&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
-  // What the scene cannot explain leaves a cost at which badly determined unknowns wander on.
-  const bool is_flat = outcome.accepted && problem.UsesGram() && !moves &&
-                       IsMoreThanNoise(before, context.views.num_channels) &&
-                       -report.cost_change_rel < stage.stop_relative_cost;
+  state.costs.push_back(report.cost_total);
+  // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
+  // whatever the model promises of each step.
+  const bool is_flat = stage.stop_relative_cost > 0.0 && outcome.accepted && problem.UsesGram() &&
+                       !moves && IsMoreThanNoise(before, context.views.num_channels) &&
+                       (-report.cost_change_rel < stage.stop_relative_cost ||
+                        NoLongerFalls(state.costs, stage.stop_relative_cost));
   state.flat = is_flat ? state.flat + 1 : 0;
   state.growths += NeedsMoreSamples(report, problem.UsesGram(), state.precise && !moves) ? 1 : 0;
-  state.costs.push_back(report.cost_total);
   if (!problem.UsesGram()) {
     AddIterate(
         state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);

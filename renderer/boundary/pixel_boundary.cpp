@@ -89,7 +89,7 @@ void PixelBoundary::SamplePoint(bool is_column,
                             : context_.camera.RayThrough(along, line.at);
   const PathContext& path = context_.path;
   const auto hit = path.world->caster().Intersect(ray);
-  const bool dark = !hit && !(path.lights.environment && path.lights.environment_visible);
+  const bool dark = !hit && !path.lights.ShowsEnvironment();
   if (dark || IsInImageForm(context_, hit)) {
     return;
   }

@@ -185,7 +185,7 @@ Rgb PrimaryBoundary::ShadeBackground(const EdgePoint& point,
                                      double side) const {
   if (!hit) {
     const LightSet& lights = context_.path.lights;
-    return lights.environment && lights.environment_visible
+    return lights.ShowsEnvironment()
                ? EnvironmentRadianceInWorld(*lights.environment, point.ray.direction)
                : Rgb{};
   }

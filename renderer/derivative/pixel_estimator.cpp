@@ -17,12 +17,9 @@ constexpr double kGoldenStep = 0.6180339887498949;
 // longer while paths end.
 constexpr std::size_t kImageBatch = 16;
 
-bool ShowsEnvironment(const PathContext& context) {
-  return context.lights.environment && context.lights.environment_visible;
-}
 /// What a camera ray that meets nothing finds.
 Rgba ValueOfMiss(const PathContext& context, const Ray& ray) {
-  return ShowsEnvironment(context)
+  return context.lights.ShowsEnvironment()
              ? Rgba(EnvironmentRadianceInWorld(*context.lights.environment, ray.direction), 0.0)
              : Rgba{};
 }
@@ -79,7 +76,7 @@ Rgba MeanOfSamples(const PathContext& context,
                    int group,
                    RenderStats& stats,
                    Samples samples) {
-  if (!ShowsEnvironment(context) && !context.bounds.Contains(x, y)) {
+  if (!context.lights.ShowsEnvironment() && !context.bounds.Contains(x, y)) {
     return {};
   }
   const auto pixel =
@@ -198,7 +195,7 @@ Rgba PixelDerivative::Record(const Place& place, LatticeSampler numbers) {
   const std::optional<Hit> hit = path.world->caster().Intersect(pixel_.ray);
   on_surface_ = false;
   if (!hit) {
-    if (ShowsEnvironment(path)) {
+    if (path.lights.ShowsEnvironment()) {
       adjoint_.AddMiss(pixel_);
     }
     return ValueOfMiss(path, pixel_.ray);

@@ -74,6 +74,8 @@ struct LightSet {
   std::vector<int> area_of_mesh;  ///< index into `areas` by mesh, -1 where it does not shine
   const AreaSampler* area_sampler = nullptr;  ///< null without area lights
   bool environment_visible = true;
+  /// Whether the sensor sees the environment behind the objects.
+  [[nodiscard]] bool ShowsEnvironment() const { return environment && environment_visible; }
 
   /// `lights_off`: Camera::lights_off. All pointers refer to the world, which must outlive the
   /// result.

@@ -1,6 +1,16 @@
 #include "renderer/scene/scene.h"
 
+#include <algorithm>
+#include <variant>
+
 namespace pathfit::renderer {
+
+bool ShowsEnvironment(const Scene& scene) {
+  return scene.environment_visible &&
+         std::ranges::any_of(scene.emitters, [](const Emitter& emitter) {
+           return std::holds_alternative<EnvironmentEmitter>(emitter.light);
+         });
+}
 
 Mesh WorldMesh(const SceneMesh& mesh) {
   const ObjectPose& pose = mesh.pose;

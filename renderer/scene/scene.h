@@ -52,6 +52,10 @@ struct Scene {
   bool environment_visible = true;
 };
 
+/// Whether there is an environment that sensors see, unless it is off in their photos
+/// (Camera::lights_off).
+bool ShowsEnvironment(const Scene& scene);
+
 /// The mesh in the world frame.
 Mesh WorldMesh(const SceneMesh& mesh);
 /// All meshes of a scene in the world frame, in its order.

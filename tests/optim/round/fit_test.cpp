@@ -152,6 +152,30 @@ TEST_F(FitTest, ContinuesToTheSameBitsAcrossLevelsOfTheMesh) {
   }
 }
 
+TEST_F(FitTest, EndsWhereTheCostNoLongerFallsThoughEachPixelIsNoise) {
+  // A pattern that no light explains, on enough pixels that steps do not follow their noise.
+  start_ = tests::BallScene(1, 4, 72);
+  renderer::Scene truth = start_;
+  tests::Bump(truth);
+  observations_ = tests::Photograph(truth, 16);
+  for (optim::View& view : observations_.views) {
+    renderer::Image photo = view.photo.Unpack();
+    for (std::size_t i = 0; i < photo.data.size(); ++i)
+      photo.data[i] *= i / 3 % 2 == 0 ? 1.2F : 0.8F;
+    view.photo = photo;
+  }
+  spec_.stages = {spec_.stages[0]};
+  spec_.stages[0].image_scale = 1.0;
+  spec_.stages[0].coarse_to_fine = false;
+  spec_.stages[0].max_rounds = 40;
+  spec_.stages[0].samples.spp = spec_.stages[0].max_spp = 2;
+  RecordingObserver observer;
+  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  EXPECT_GT(observer.rounds.back().noise_relative, 0.5);
+  EXPECT_LT(result.rounds, 30);
+  EXPECT_EQ(observer.stages.back().stop_reason, "cost no longer falls");
+}
+
 TEST_F(FitTest, DetailThatPhotosShowIsNotRemeshedAway) {
   // A thorn that coarse meshes lose; the start has it, or has not.
   renderer::Scene truth = tests::BallScene(4, 4, 64);
