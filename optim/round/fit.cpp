@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -25,9 +24,6 @@
 
 namespace pathfit::optim {
 namespace {
-
-constexpr int kFirstSpp = 8;   // tells most candidates apart
-constexpr int kDraftSpp = 16;  // of pictures on the way
 
 std::vector<int> Range(std::size_t count) {
   std::vector<int> indices(count);
@@ -128,7 +124,7 @@ class FitDriver {
         StageReport report;
         report.stage = report.kept = "start";
         evaluation_.ViewsAt(spec_.stages.back().image_scale);
-        Report(std::move(report), kDraftSpp);
+        Report(std::move(report), FitEvaluation::kDraftSpp);
         BeginStage();
       }
       while (state_.stage < static_cast<int>(spec_.stages.size()) && RunStage()) {
@@ -242,16 +238,13 @@ class FitDriver {
   /// Of the present stage, by the scene that it began with.
   [[nodiscard]] std::vector<double> Scales() const {
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
-    int smallest_side = std::numeric_limits<int>::max();
-    for (const View& view : observations_.views) {
-      smallest_side = std::min({smallest_side, view.photo.width(), view.photo.height()});
-    }
     const ParameterSet set = FreeSet(state_.stage_start, stage);
     const bool promotes = PromotesToTexels(stage);
     if (set.NumScalars() == 0 && !promotes) {
       return {stage.image_scale};  // and is skipped
     }
-    return ScalesOfStage(stage, MovesSomething(set), !promotes && IsFew(set), smallest_side);
+    return ScalesOfStage(
+        stage, MovesSomething(set), !promotes && IsFew(set), SmallestSide(observations_));
   }
 
   /// False when the time limit ended it.
@@ -336,7 +329,8 @@ class FitDriver {
     report.folded_edges = folds.folded_edges;
     report.crossing_triangles = folds.crossing_triangles;
     const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
-    Report(std::move(report), last ? FitEvaluation::SppOfPictures(stage) : kDraftSpp);
+    Report(std::move(report),
+           last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp);
   }
 
   /// Why rounds end: the level is done, the time limit leaves no room for another one, or the
@@ -445,7 +439,7 @@ class FitDriver {
   /// matters little.
   void KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
     std::vector<Candidate> open = StageCandidates(MakeModel(state_.scene, stage, views).set);
-    for (const int spp : {kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
+    for (const int spp : {FitEvaluation::kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
       std::vector<ComparedScene> scenes;
       for (const Candidate& candidate : open) {
         scenes.push_back(ToCompare(candidate.scene, stage, views));
