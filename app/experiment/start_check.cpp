@@ -274,7 +274,13 @@ class StartChecker {
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.white_border; });
     const double inverted =
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.inverted_iou; });
-    inverted_ = white > kWhiteBorder || inverted > kInvertedIou;
+    // A floor or wall may fill the pictures. What is carved from masks agrees with them anyway.
+    const double iou = MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    const bool carved = std::ranges::any_of(config_.geometry, [](const GeometryConfig& mesh) {
+      return std::holds_alternative<VisualHullGeometry>(mesh.geometry);
+    });
+    const bool white_object = !carved && iou > kInvertedIou;
+    inverted_ = (white > kWhiteBorder && !white_object) || inverted > kInvertedIou;
     if (inverted_) {
       Warn(
           fmt::format("{}: the masks look inverted: they are white along {:.0f} % of the pictures' "

@@ -186,6 +186,20 @@ TEST(CameraLayout, IsUnknownOfParallelAxes) {
   EXPECT_FALSE(FindCameraLayout({}));
 }
 
+TEST_F(StartCheckTest, AFloorThatFillsThePicturesIsNoInvertedMask) {
+  SetMasks([](float) { return 1.0F; });
+  renderer::Mesh& ball = experiment_.scene.meshes[0].mesh;
+  for (renderer::Vec3& p : ball.positions) p = p * 1.7;
+  StartCheck check = Check();
+  ASSERT_GT(check.views[0].iou, 0.5);
+  EXPECT_TRUE(check.warnings.empty()) << check.warnings.front();
+  // What was carved from the masks agrees with them anyway.
+  config_.geometry.emplace_back().geometry = VisualHullGeometry{};
+  check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "inverted")) << check.warnings[0];
+}
+
 TEST_F(StartCheckTest, OutlinesLieBetweenTheInsideAndTheOutside) {
   renderer::Image image(4, 3, 1);
   image.At(1, 1, 0) = 1.0F;
