@@ -9,14 +9,21 @@
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
 #include "app/experiment/start_check.h"
+#include "app/output/check_page.h"
 #include "app/output/fields.h"
+#include "app/output/progress.h"
+#include "app/output/report.h"
 #include "optim/parameter/promotion.h"
 #include "optim/round/memory_forecast.h"
+#include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
+#include "renderer/io/atomic_file.h"
 #include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::app {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Of all photos with a mask, the worst first.
 struct Overlap {
@@ -95,6 +102,18 @@ void PrintSummary(const Experiment& experiment,
     }
     fmt::print(".\n");
   }
+  double total_s = 0.0;
+  for (std::size_t i = 0; i < memory.size(); ++i) {
+    fmt::print("Time of stage {}: about {} for its first round, {} if it needs all its rounds.\n",
+               experiment.fit.stages[i].name,
+               DurationText(memory[i].first_round_s),
+               DurationText(memory[i].most_s));
+    total_s += memory[i].most_s;
+  }
+  if (!memory.empty()) {
+    fmt::print("Time of the fit: at most about {} on this machine, as busy as it is now.\n",
+               DurationText(total_s));
+  }
   const std::vector<Overlap> overlaps = OverlapsOf(start);
   if (overlaps.empty() && !experiment.observations.views.empty()) {
     fmt::print(
@@ -133,11 +152,32 @@ Json ResultOf(const Experiment& experiment,
   for (std::size_t i = 0; i < memory.size(); ++i) {
     json["stages"][i]["memory_bytes"] = optim::TotalBytes(memory[i].items);
     json["stages"][i]["jacobian_bytes"] = memory[i].jacobian_bytes;
+    json["stages"][i]["first_round_s"] = memory[i].first_round_s;
+    json["stages"][i]["most_s"] = memory[i].most_s;
     json["stages"][i]["linear_solver"] = optim::LinearSolverName(memory[i].solver);
   }
   for (const Overlap& overlap : OverlapsOf(start)) json["initial_iou"][overlap.name] = overlap.iou;
   for (const std::string& text : start.warnings) json["warnings"].push_back(text);
   return json;
+}
+
+/// Its path; null if the folder that nobody chose takes no file.
+Json WritePage(CommandContext& context,
+               const ExperimentConfig& config,
+               const Experiment& experiment,
+               const StartCheck& start,
+               const Json& summary) {
+  const bool chosen = !context.line.output.empty();
+  const fs::path page = fs::absolute(chosen ? context.line.output : "check.html");
+  const std::string text = ReportPage(CheckJson(config, experiment, start, summary));
+  try {
+    renderer::WriteFileAtomically(page, text);
+  } catch (const renderer::IoError& error) {
+    if (chosen) throw;
+    context.log.Warn(std::string("no page is written: ") + error.what() + "; -o says another file");
+    return nullptr;
+  }
+  return page.string();
 }
 
 constexpr ResultKey kResult[] = {
@@ -147,10 +187,18 @@ constexpr ResultKey kResult[] = {
     {"meshes", "list", "Maps of name, vertices and triangles"},
     {"stages",
      "list",
-     "Maps of name, unknowns, image_scale, max_rounds; with photos memory_bytes and linear_solver"},
-    {"initial_iou", "map", "By photo with a mask: overlap of the start's silhouette with it"}};
+     "Maps of name, unknowns, image_scale, max_rounds; with photos memory_bytes, jacobian_bytes, "
+     "linear_solver, first_round_s and most_s (if all rounds are needed)"},
+    {"initial_iou", "map", "By photo with a mask: overlap of the start's silhouette with it"},
+    {"page", "text or null", "The page that was written; null without photos"}};
 
-void Declare(OptionList& options, CommandLine& /*line*/) { options.ConfigOptions(); }
+void Declare(OptionList& options, CommandLine& line) {
+  options.ConfigOptions();
+  options.Path("-o,--output",
+               "FILE",
+               "Page to write, the start drawn over every photo; else check.html here",
+               line.output);
+}
 
 ExitStatus Run(CommandContext& context) {
   const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
@@ -158,10 +206,14 @@ ExitStatus Run(CommandContext& context) {
   const Experiment experiment = BuildExperiment(config);
   const StartCheck start = CheckStart(config, experiment);
   const std::vector<optim::StageMemory> memory = ForecastStages(experiment);
+  Json result = ResultOf(experiment, start, memory);
+  Json& page = result["page"] = nullptr;
+  if (!start.views.empty()) page = WritePage(context, config, experiment, start, result);
   if (context.line.json) {
-    PrintResult(context, ResultOf(experiment, start, memory));
+    PrintResult(context, result);
   } else {
     PrintSummary(experiment, start, memory);
+    if (!page.is_null()) fmt::print("The start over every photo: {}\n", page.get<std::string>());
   }
   for (const std::string& warning : experiment.warnings) context.log.Warn(warning);
   for (const std::string& warning : start.warnings) context.log.Warn(warning);

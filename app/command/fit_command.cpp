@@ -1,8 +1,11 @@
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <system_error>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 
 #include "app/command/command_line.h"
 #include "app/command/result.h"
@@ -12,6 +15,7 @@
 #include "app/experiment/experiment.h"
 #include "app/experiment/start_check.h"
 #include "app/output/export_result.h"
+#include "app/output/file_lock.h"
 #include "app/output/fit_recorder.h"
 #include "app/output/parameter_table.h"
 #include "optim/checkpoint/checkpoint.h"
@@ -19,6 +23,7 @@
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/disk_full_error.h"
 
 namespace pathfit::app {
 namespace {
@@ -71,21 +76,22 @@ struct Ending {
   ExitStatus exit;
 };
 
-Ending EndingOf(optim::FitStatus status, const StopSignals& signals, bool stage_reached) {
+Ending EndingOf(optim::FitStatus status,
+                const StopSignals& signals,
+                bool stage_reached,
+                const RunDirectory& run) {
+  const std::string how = "; continue with: pathfit resume " + run.root().string();
   if (status == optim::FitStatus::kFinished || stage_reached) {
     return {RunStatus::kFinished,
             stage_reached ? "stopped after the requested stage" : "all stages done",
             ExitStatus::kFinished};
   }
   if (status == optim::FitStatus::kTimeLimit) {
-    return {RunStatus::kStopped,
-            "time limit reached; continue with: pathfit resume",
-            ExitStatus::kStopped};
+    return {RunStatus::kStopped, "time limit reached" + how, ExitStatus::kStopped};
   }
   const ExitStatus exit = signals.Received().value_or(ExitStatus::kStopped);
   return {RunStatus::kStopped,
-          exit == ExitStatus::kInterrupted ? "interrupted; continue with: pathfit resume"
-                                           : "terminated; continue with: pathfit resume",
+          (exit == ExitStatus::kInterrupted ? "interrupted" : "terminated") + how,
           exit};
 }
 
@@ -126,11 +132,24 @@ ExitStatus RunInDirectory(CommandContext& context,
     }
     ExportResult(run.Result(), result.scene, views, recorder.history().parameters);
     WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
-    const Ending ending = EndingOf(result.status, signals, observer.reached());
+    record.SetTimes(result.wall_s, 0.0);
+    const Ending ending = EndingOf(result.status, signals, observer.reached(), run);
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
     context.log.Info(
         fmt::format("{}; {} rounds in {:.0f} s", ending.reason, result.rounds, result.wall_s));
     return ending.exit;
+  } catch (const renderer::DiskFullError& e) {
+    progress.Finish();
+    const std::string words = std::string(e.what()) +
+                              "; make room, then continue with: pathfit resume " +
+                              run.root().string();
+    try {
+      recorder.Finish(RunStatus::kStopped, words, static_cast<int>(ExitStatus::kStopped));
+    } catch (const renderer::IoError&) {
+      context.log.Warn("run.json still says that the run goes on: there is no room for more");
+    }
+    context.log.Error(words);
+    return ExitStatus::kStopped;
   } catch (const std::exception& e) {
     progress.Finish();
     recorder.Finish(RunStatus::kFailed, e.what(), static_cast<int>(StatusOfException(e)));
@@ -166,6 +185,16 @@ void DeclareFit(OptionList& options, CommandLine& line) {
   options.Text("--stop-after", "STAGE", "Ends after this stage", line.stop_after);
 }
 
+/// Held while a process works in the directory; it ends with the process.
+std::unique_ptr<FileLock> LockRun(const RunDirectory& run) {
+  auto lock =
+      std::make_unique<FileLock>(run.root(), O_RDONLY | O_DIRECTORY | O_CLOEXEC, LOCK_EX | LOCK_NB);
+  if (lock->IsTaken()) {
+    throw renderer::IoError(run.root().string() + ": is being run by another process");
+  }
+  return lock;
+}
+
 ExitStatus Fit(CommandContext& context) {
   const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
   RequireFittable(config, context.line.stop_after);
@@ -186,6 +215,7 @@ ExitStatus Fit(CommandContext& context) {
 
   const RunDirectory run =
       CreateRunDirectory(config.output.directory, config.name, std::chrono::system_clock::now());
+  const std::unique_ptr<FileLock> lock = LockRun(run);
   renderer::WriteFileAtomically(run.Config(), config.given_text);
   renderer::WriteFileAtomically(run.ResolvedConfig(), ResolvedYaml(config, experiment.scene));
   context.log.AddFile(run.LogFile());
@@ -202,6 +232,7 @@ ExitStatus Fit(CommandContext& context) {
 
 ExitStatus Resume(CommandContext& context) {
   const RunDirectory run = OpenRunDirectory(context.line.target);
+  const std::unique_ptr<FileLock> lock = LockRun(run);
   const ExperimentConfig config =
       LoadExperimentConfig(run.ResolvedConfig(), context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));

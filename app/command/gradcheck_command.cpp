@@ -156,6 +156,20 @@ Json ToJson(const Row& row) {
           {"sum_difference", sum(row.difference)}};
 }
 
+/// Noise alone has a ratio of about 1.
+constexpr double kLeastSignalToNoise = 1.5;
+
+/// A difference that drowns in its noise agrees with anything.
+bool IsInconclusive(const Row& row) {
+  return row.passed && row.not_checked.empty() && row.tiles.signal_to_noise < kLeastSignalToNoise;
+}
+
+const char* VerdictOf(const Row& row) {
+  if (!row.not_checked.empty()) return "NOT CHECKED";
+  if (!row.passed) return "DIFFERS";
+  return IsInconclusive(row) ? "inconclusive" : "agrees";
+}
+
 /// One line per parameter with the verdict, one per term below it.
 void PrintTable(const std::vector<Row>& rows) {
   fmt::print("{:<28} {:<12} {:>11} {:>8} {:>11} {:>8} {:>6} {:>6} {:>6} {:>6} {:>8}  result\n",
@@ -189,7 +203,7 @@ void PrintTable(const std::vector<Row>& rows) {
         r.tiles.z_max,
         r.tiles.z_limit,
         r.tiles.signal_to_noise,
-        r.passed ? "agrees" : "DIFFERS");
+        VerdictOf(r));
     for (const auto& [name, sum] : r.terms) {
       fmt::print("{:<28} {:>33} {:>11.5g} {:>8.2g}\n", "", name, sum.mean.g, sum.error.g);
     }
@@ -220,7 +234,8 @@ constexpr ResultKey kResult[] = {
     {"passed", "boolean", "Whether all agree"},
     {"rows",
      "list",
-     "Maps by parameter and sensor: passed, z_rms, z_max, z_limit, z_sum_max, z_sum_limit, "
+     "Maps by parameter and sensor: verdict (agrees, inconclusive, DIFFERS, NOT CHECKED), passed, "
+     "z_rms, z_max, z_limit, z_sum_max, z_sum_limit, "
      "signal_to_noise, sums of the derivative, its terms and the difference; or not_checked"}};
 
 ExitStatus Run(CommandContext& context) {
@@ -273,9 +288,20 @@ ExitStatus Run(CommandContext& context) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
   const bool passed = std::ranges::all_of(rows, [](const Row& r) { return r.passed; });
+  const auto inconclusive = std::ranges::count_if(rows, IsInconclusive);
+  if (inconclusive > 0) {
+    context.log.Warn(
+        fmt::format("{} of {} comparisons are inconclusive: the finite difference drowns in its "
+                    "noise; raise --spp, --replicates or --step",
+                    inconclusive,
+                    rows.size()));
+  }
   if (line.json) {
     Json list = Json::array();
-    for (const Row& row : rows) list.push_back(ToJson(row));
+    for (const Row& row : rows) {
+      list.push_back(ToJson(row));
+      list.back()["verdict"] = VerdictOf(row);
+    }
     PrintResult(context, {{"passed", passed}, {"rows", std::move(list)}});
   } else {
     PrintTable(rows);

@@ -33,6 +33,12 @@ extern "C" void HandleStopSignal(int signal) {
   if (signal == SIGINT) Say("\nstopping after this evaluation - press again to quit now\n");
 }
 
+/// Whether the signal was to be ignored when the program began, as under nohup.
+bool IsIgnored(int signal) {
+  struct sigaction action = {};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
 void Install(void (*handler)(int)) {
   struct sigaction action = {};
   action.sa_handler = handler;
@@ -40,6 +46,7 @@ void Install(void (*handler)(int)) {
   action.sa_flags = SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  if (!IsIgnored(SIGHUP)) sigaction(SIGHUP, &action, nullptr);
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
 #include "app/output/comparison.h"
+#include "app/output/file_lock.h"
 #include "app/output/sha256.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
@@ -202,30 +203,6 @@ Json PlanJson(const ExperimentConfig& config, const CommandLine& line, const Pla
   for (const Run& run : plan.runs) json["runs"].push_back(run.name);
   return json;
 }
-
-/// A lock on a file or folder that ends with the last process that has it open.
-class FileLock {
- public:
-  FileLock(const fs::path& path, int open_flags, int operation)
-      : file_(open(path.c_str(), open_flags, 0666)) {
-    if (file_ < 0) throw IoError(path.string() + ": " + std::generic_category().message(errno));
-    int result = 0;
-    do {
-      result = flock(file_, operation);
-    } while (result != 0 && errno == EINTR);
-    // Some file systems have no locks; a sweep that is alone needs none.
-    taken_ = result != 0 && errno == EWOULDBLOCK;
-  }
-  ~FileLock() { close(file_); }
-  FileLock(const FileLock&) = delete;
-  FileLock& operator=(const FileLock&) = delete;
-
-  [[nodiscard]] bool IsTaken() const { return taken_; }  ///< by another process
-
- private:
-  int file_;
-  bool taken_ = false;
-};
 
 /// Begins the folder, or continues in that of the same sweep.
 void OpenFolder(const fs::path& folder, const Json& plan) {

@@ -74,7 +74,7 @@ class StartChecker {
   StartChecker(const ExperimentConfig& config, const Experiment& experiment)
       : config_(config), experiment_(experiment), observations_(experiment.observations) {
     for (const renderer::Mesh& mesh : renderer::WorldMeshes(experiment.scene)) {
-      box_.Include(renderer::BoxAround(mesh.positions));
+      check_.box.Include(renderer::BoxAround(mesh.positions));
     }
   }
 
@@ -100,7 +100,13 @@ class StartChecker {
       const double scale = std::min(1.0, kSize / std::max(view.camera.width, view.camera.height));
       const optim::ViewLevel level = optim::PackedLevel(view, observations_, scale).Unpack();
       const Image coverage = renderer::CoverageImage(renderer.RenderPrimal(level.camera, options));
-      ViewStart start{.name = view.name, .validation = view.validation};
+      ViewStart start;
+      start.name = view.name;
+      start.validation = view.validation;
+      start.width = coverage.width;
+      start.height = coverage.height;
+      start.outline = Outline(coverage);
+      if (!level.mask.Empty()) start.mask_outline = Outline(level.mask);
       for (const float c : coverage.data) start.covered += static_cast<double>(c);
       start.covered /= static_cast<double>(coverage.data.size());
       for (const float w : level.color_weight.data) start.evidence += static_cast<double>(w);
@@ -186,8 +192,8 @@ class StartChecker {
   /// Why no camera sees the meshes.
   [[nodiscard]] std::string ReasonUnseen() const {
     const auto& sensors = experiment_.scene.sensors;
-    const Vec3 middle = box_.Middle();
-    const double size = 2.0 * box_.HalfDiagonal();
+    const Vec3 middle = check_.box.Middle();
+    const double size = 2.0 * check_.box.HalfDiagonal();
     std::size_t behind = 0;
     double pixels = 0.0;
     for (const renderer::Camera& camera : sensors) {
@@ -268,7 +274,13 @@ class StartChecker {
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.white_border; });
     const double inverted =
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.inverted_iou; });
-    inverted_ = white > kWhiteBorder || inverted > kInvertedIou;
+    // A floor or wall may fill the pictures. What is carved from masks agrees with them anyway.
+    const double iou = MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    const bool carved = std::ranges::any_of(config_.geometry, [](const GeometryConfig& mesh) {
+      return std::holds_alternative<VisualHullGeometry>(mesh.geometry);
+    });
+    const bool white_object = !carved && iou > kInvertedIou;
+    inverted_ = (white > kWhiteBorder && !white_object) || inverted > kInvertedIou;
     if (inverted_) {
       Warn(
           fmt::format("{}: the masks look inverted: they are white along {:.0f} % of the pictures' "
@@ -307,7 +319,6 @@ class StartChecker {
   const ExperimentConfig& config_;
   const Experiment& experiment_;
   const optim::ObservationSet& observations_;
-  renderer::Box box_;  // around all meshes
   std::size_t num_fitted_ = 0;
   StartCheck check_;
   std::vector<ViewFacts> facts_;
@@ -315,6 +326,34 @@ class StartChecker {
 };
 
 }  // namespace
+
+std::vector<OutlinePiece> Outline(const Image& image) {
+  constexpr float kLevel = 0.5F;
+  const auto value = [&](int x, int y) {
+    const bool inside = x >= 0 && y >= 0 && x < image.width && y < image.height;
+    return inside ? image.At(x, y, 0) : 0.0F;
+  };
+  std::vector<OutlinePiece> pieces;
+  // Squares between the centres of pixels, and of those beside the picture.
+  for (int y = -1; y < image.height; ++y) {
+    for (int x = -1; x < image.width; ++x) {
+      constexpr int kCorners[5][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}};
+      renderer::Vec2 crossings[4];
+      int count = 0;
+      for (int side = 0; side < 4; ++side) {
+        const auto& [ax, ay] = kCorners[side];
+        const auto& [bx, by] = kCorners[side + 1];
+        const float a = value(x + ax, y + ay);
+        const float b = value(x + bx, y + by);
+        if ((a > kLevel) == (b > kLevel)) continue;
+        const double t = static_cast<double>(kLevel - a) / static_cast<double>(b - a);
+        crossings[count++] = {x + 0.5 + ax + t * (bx - ax), y + 0.5 + ay + t * (by - ay)};
+      }
+      for (int i = 0; i + 1 < count; i += 2) pieces.push_back({crossings[i], crossings[i + 1]});
+    }
+  }
+  return pieces;
+}
 
 double WhiteBorder(const Image& mask) {
   std::int64_t white = 0, all = 0;

@@ -54,6 +54,15 @@ Json LightJson(const renderer::Emitter& emitter) {
   return light;
 }
 
+/// The light that the mesh is; null: none.
+const renderer::AreaEmitter* AreaOf(const Scene& scene, std::size_t mesh) {
+  for (const renderer::Emitter& emitter : scene.emitters) {
+    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
+    if (area != nullptr && area->mesh == static_cast<int>(mesh)) return area;
+  }
+  return nullptr;
+}
+
 // What follows DATA in the script.
 constexpr const char* kScript = R"py(
 
@@ -116,6 +125,29 @@ def set_up_material(material, data, mesh):
             links.new(colour.links[0].from_socket, matt.inputs["Color"])
         output = next(node for node in nodes if node.type == "OUTPUT_MATERIAL")
         links.new(matt.outputs["BSDF"], output.inputs["Surface"])
+    if "radiance" in mesh:
+        set_up_area_light(nodes, links, shader, mesh)
+
+
+def set_up_area_light(nodes, links, shader, mesh):
+    if "Emission Strength" in shader.inputs:
+        shader.inputs["Emission Strength"].default_value = 0.0  # what the file says is set up here
+    strength = max(mesh["radiance"])
+    emission = nodes.new("ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = strength
+    if strength > 0:
+        emission.inputs["Color"].default_value = [value / strength for value in mesh["radiance"]] + [1.0]
+    shines = emission.outputs["Emission"]
+    if not mesh["two_sided"]:
+        front = nodes.new("ShaderNodeMixShader")  # nothing in the other place: black
+        links.new(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], front.inputs["Fac"])
+        links.new(shines, front.inputs[1])
+        shines = front.outputs["Shader"]
+    surface = next(node for node in nodes if node.type == "OUTPUT_MATERIAL").inputs["Surface"]
+    both = nodes.new("ShaderNodeAddShader")
+    links.new(surface.links[0].from_socket, both.inputs[0])
+    links.new(shines, both.inputs[1])
+    links.new(both.outputs["Shader"], surface)
 
 
 def rotation_of(camera):
@@ -239,9 +271,14 @@ main()
 std::vector<std::string> BlenderGaps(const Scene& scene) {
   std::vector<std::string> gaps;
   for (const renderer::Emitter& emitter : scene.emitters) {
-    if (LightJson(emitter).is_null()) {
+    if (const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light)) {
+      if (area->texture >= 0) {
+        gaps.push_back("light '" + emitter.name +
+                       "' shines evenly in Blender: its texture is not set up there");
+      }
+    } else if (LightJson(emitter).is_null()) {
       gaps.push_back("light '" + emitter.name +
-                     "' is not set up in Blender: only environments, points and directional "
+                     "' is not set up in Blender: only environments, points, directional and area "
                      "lights are");
     }
   }
@@ -285,7 +322,12 @@ std::string BlenderScript(const Scene& scene,
   for (std::size_t i = 0; i < mesh_files.size(); ++i) {
     const auto& material = scene.materials.at(static_cast<std::size_t>(scene.meshes[i].material));
     const bool matt = !std::holds_alternative<renderer::MetallicRoughnessBsdf>(material.bsdf);
-    data["meshes"].push_back({{"file", mesh_files[i]}, {"matt", matt}});
+    Json mesh = {{"file", mesh_files[i]}, {"matt", matt}};
+    if (const renderer::AreaEmitter* area = AreaOf(scene, i)) {
+      mesh["radiance"] = Components(area->intensity);
+      mesh["two_sided"] = area->two_sided;
+    }
+    data["meshes"].push_back(std::move(mesh));
     for (const Vec3& p : renderer::WorldMesh(scene.meshes[i]).positions) {
       for (const Camera& camera : scene.sensors) {
         farthest = std::max(farthest, Norm(p - renderer::CameraPose(camera).translation));

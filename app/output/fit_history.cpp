@@ -58,8 +58,12 @@ FitHistory ReadHistory(const std::filesystem::path& path) {
     FitHistory history;
     FromJson(json, history);
     return history;
-  } catch (const Json::exception& error) {
-    throw renderer::IoError(path.string() + ": is not a run's history: " + error.what());
+  } catch (const Json::parse_error& error) {
+    throw renderer::IoError(path.string() + ": is damaged: it is no JSON from byte " +
+                            std::to_string(error.byte) + " of " + std::to_string(text.size()) +
+                            " on");
+  } catch (const Json::exception&) {
+    throw renderer::IoError(path.string() + ": is damaged: it is not a run's history");
   }
 }
 

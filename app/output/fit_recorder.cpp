@@ -8,7 +8,9 @@
 #include "app/output/report_images.h"
 #include "app/output/viewed_model.h"
 #include "renderer/core/check.h"
+#include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/disk_full_error.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/image_filter.h"
@@ -81,6 +83,7 @@ void FitRecorder::WriteRounds() const {
 
 void FitRecorder::OnRound(const optim::RoundReport& report) {
   progress_.OnRound(report);
+  log_.Write(LogLevel::kDebug, RoundWords(report));
   AddRound(report, history_);
   WriteRounds();
   record_.SetTimes(report.wall_s, report.peak_rss_mb);
@@ -135,7 +138,20 @@ void FitRecorder::OnStage(const optim::StageReport& report) {
   WriteHistory(run_.History(), history_);
   UpdateRecord();
   progress_.OnStage(report);
-  if (options_.report) WriteReport(run_);
+  log_.Write(LogLevel::kDebug, StageWords(report));
+  WritePage();
+}
+
+void FitRecorder::WritePage() {
+  if (!options_.report) return;
+  try {
+    WriteReport(run_);
+  } catch (const renderer::DiskFullError&) {
+    throw;  // nothing else can be written either
+  } catch (const renderer::IoError& error) {
+    log_.Warn(std::string("no report is written: ") + error.what() +
+              "; `pathfit report` writes it from what is recorded");
+  }
 }
 
 void FitRecorder::OnMessage(const std::string& text) { log_.Info(text); }
@@ -177,7 +193,7 @@ void FitRecorder::Finish(RunStatus status, const std::string& reason, int exit_c
   progress_.Finish();
   UpdateRecord();
   record_.Finish(status, reason, exit_code);
-  if (options_.report) WriteReport(run_);
+  WritePage();
 }
 
 }  // namespace pathfit::app

@@ -66,6 +66,8 @@ class FitRecorder final : public optim::FitObserver {
   void UpdateRecord();
   /// history.json and metrics.csv
   void WriteRounds() const;
+  /// A page that cannot be written ends no fit.
+  void WritePage();
 
   const RunDirectory& run_;
   const optim::ObservationSet& observations_;

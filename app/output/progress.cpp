@@ -89,11 +89,6 @@ std::string StageSentence(const optim::StageReport& report) {
          DurationText(report.wall_s);
 }
 
-std::string StagePlainLine(const optim::StageReport& report, const std::string& time) {
-  return fmt::format("{} info stage={} end=true", time, WithoutControls(report.stage)) +
-         FigureText(report, &Figure::plain);
-}
-
 std::string StageJsonLine(const optim::StageReport& report, const std::string& time) {
   Json line = FigureLine(report, time);
   line["end"] = true;
@@ -161,14 +156,22 @@ std::string StatusLine(const optim::RoundReport& report,
 std::string PlainLine(const optim::RoundReport& report,
                       double seconds_per_round,
                       const std::string& time) {
-  return fmt::format("{} info stage={} it={}/{}{} s_per_it={:.1f} eta_s={:.0f}",
+  return fmt::format("{} info {} s_per_it={:.1f} eta_s={:.0f}",
                      time,
-                     WithoutControls(report.stage),
-                     report.round,
-                     report.max_rounds,
-                     FigureText(report, &Figure::plain),
+                     RoundWords(report),
                      seconds_per_round,
                      RemainingSeconds(report, seconds_per_round));
+}
+
+std::string RoundWords(const optim::RoundReport& report) {
+  return fmt::format(
+             "stage={} it={}/{}", WithoutControls(report.stage), report.round, report.max_rounds) +
+         FigureText(report, &Figure::plain);
+}
+
+std::string StageWords(const optim::StageReport& report) {
+  return "stage=" + WithoutControls(report.stage) + " end=true" +
+         FigureText(report, &Figure::plain);
 }
 
 std::string JsonLine(const optim::RoundReport& report,
@@ -225,7 +228,7 @@ void Progress::OnStage(const optim::StageReport& report) {
   } else if (mode == ProgressMode::kJson) {
     terminal_.PrintLine(StageJsonLine(report, UtcIsoNow()));
   } else if (mode != ProgressMode::kNone) {
-    terminal_.PrintLine(StagePlainLine(report, UtcIsoNow()));
+    terminal_.PrintLine(UtcIsoNow() + " info " + StageWords(report));
   }
   last_output_s_ = clock_();
 }

@@ -45,6 +45,9 @@ std::string StatusLine(
 std::string PlainLine(const optim::RoundReport& report,
                       double seconds_per_round,
                       const std::string& time);
+/// The same of a round or of a stage's end without time, level and what is to come, for logs.
+std::string RoundWords(const optim::RoundReport& report);
+std::string StageWords(const optim::StageReport& report);
 /// One JSON object with every figure of the round, named as in metrics.csv.
 std::string JsonLine(const optim::RoundReport& report,
                      double seconds_per_round,

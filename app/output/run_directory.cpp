@@ -42,13 +42,19 @@ fs::path CreateNewFolder(const fs::path& path) {
   throw renderer::IoError(path.string() + ": no free name for a new run directory");
 }
 
+void CheckLatest(const fs::path& link) {
+  std::error_code error;
+  const fs::file_status status = fs::symlink_status(link, error);
+  if (fs::exists(status) && !fs::is_symlink(status)) {
+    throw renderer::IoError(link.string() +
+                            ": must be a symbolic link to the newest run, but is something else; "
+                            "rename it, or write the run elsewhere (-o)");
+  }
+}
+
 void PointLatestTo(const fs::path& run) {
   const fs::path link = run.parent_path() / "latest";
   std::error_code error;
-  if (fs::exists(fs::symlink_status(link, error)) && !fs::is_symlink(fs::symlink_status(link))) {
-    throw renderer::IoError(link.string() +
-                            ": must be a symbolic link to the newest run, but is something else");
-  }
   const fs::path temporary = run.parent_path() / (".latest." + std::to_string(getpid()));
   fs::remove(temporary, error);
   fs::create_directory_symlink(run.filename(), temporary, error);
@@ -82,6 +88,7 @@ RunDirectory CreateRunDirectory(const fs::path& pattern,
   if (path.filename().empty()) path = path.parent_path();
   if (!path.has_parent_path()) path = fs::path(".") / path;
   renderer::CreateFolders(path.parent_path());
+  CheckLatest(path.parent_path() / "latest");
   RunDirectory run(CreateNewFolder(path));
   for (const fs::path& folder : {run.Checkpoints(), run.Images(), run.Result()}) {
     renderer::CreateFolders(folder);

@@ -97,6 +97,10 @@ RunRecord ReadRunRecord(const std::filesystem::path& path) {
     FromJson(json, record);
     if (record.sessions.empty()) throw renderer::IoError("sessions is empty");
     return record;
+  } catch (const Json::parse_error& error) {
+    throw renderer::IoError(path.string() + ": is not a run's record: it is no JSON from byte " +
+                            std::to_string(error.byte) + " of " + std::to_string(text.size()) +
+                            " on");
   } catch (const std::exception& error) {
     throw renderer::IoError(path.string() + ": is not a run's record: " + error.what());
   }

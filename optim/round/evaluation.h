@@ -83,6 +83,8 @@ class FitEvaluation {
   /// Of reports and of candidates for the end of a stage: one set per stage, apart from every
   /// round's. Edges play no part in images.
   [[nodiscard]] SampleHalves Samples(int stage, int spp) const;
+  static constexpr int kFirstSpp = 8;   ///< tells most candidates for a stage's end apart
+  static constexpr int kDraftSpp = 16;  ///< of pictures on the way
   /// Enough for pictures that people look at.
   static int SppOfPictures(const StageSpec& stage) { return std::max(64, stage.max_spp); }
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <limits>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -27,8 +25,6 @@
 namespace pathfit::optim {
 namespace {
 
-constexpr int kFirstSpp = 8;   // tells most candidates apart
-constexpr int kDraftSpp = 16;  // of pictures on the way
 // A coarser mesh is judged by photos of so many times the size that it is for, and must not cost
 // more than this share above the present one.
 constexpr double kLookFiner = 4.0;
@@ -133,7 +129,7 @@ class FitDriver {
         StageReport report;
         report.stage = report.kept = "start";
         evaluation_.ViewsAt(spec_.stages.back().image_scale);
-        Report(std::move(report), kDraftSpp);
+        Report(std::move(report), FitEvaluation::kDraftSpp);
         BeginStage();
       }
       while (state_.stage < static_cast<int>(spec_.stages.size()) && RunStage()) {
@@ -245,8 +241,8 @@ class FitDriver {
       std::vector<ComparedScene> scenes;
       scenes.push_back({evaluation_.MakeSource(level.scene, {}, views)});
       scenes.push_back({evaluation_.MakeSource(state_.scene, {}, views)});
-      const CostComparison comparison =
-          CompareCosts(scenes, views, spec_.loss, evaluation_.Samples(state_.stage, kFirstSpp));
+      const CostComparison comparison = CompareCosts(
+          scenes, views, spec_.loss, evaluation_.Samples(state_.stage, FitEvaluation::kFirstSpp));
       if (!comparison.IsSurelyWorse(0, 1) ||
           comparison.costs[0].Total() < (1.0 + kLossOfDetail) * comparison.costs[1].Total()) {
         break;
@@ -280,16 +276,13 @@ class FitDriver {
   /// Of the present stage, by the scene that it began with.
   [[nodiscard]] std::vector<double> Scales() const {
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
-    int smallest_side = std::numeric_limits<int>::max();
-    for (const View& view : observations_.views) {
-      smallest_side = std::min({smallest_side, view.photo.width(), view.photo.height()});
-    }
     const ParameterSet set = FreeSet(state_.stage_start, stage);
     const bool promotes = PromotesToTexels(stage);
     if (set.NumScalars() == 0 && !promotes) {
       return {stage.image_scale};  // and is skipped
     }
-    return ScalesOfStage(stage, MovesSomething(set), !promotes && IsFew(set), smallest_side);
+    return ScalesOfStage(
+        stage, MovesSomething(set), !promotes && IsFew(set), SmallestSide(observations_));
   }
 
   /// False when the time limit ended it.
@@ -377,7 +370,8 @@ class FitDriver {
     report.folded_edges = folds.folded_edges;
     report.crossing_triangles = folds.crossing_triangles;
     const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
-    Report(std::move(report), last ? FitEvaluation::SppOfPictures(stage) : kDraftSpp);
+    Report(std::move(report),
+           last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp);
   }
 
   /// Why rounds end: the level is done, the time limit leaves no room for another one, or the
@@ -486,7 +480,7 @@ class FitDriver {
   /// matters little.
   void KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
     std::vector<Candidate> open = StageCandidates(MakeModel(state_.scene, stage, views).set);
-    for (const int spp : {kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
+    for (const int spp : {FitEvaluation::kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
       std::vector<ComparedScene> scenes;
       for (const Candidate& candidate : open) {
         scenes.push_back(ToCompare(candidate.scene, stage, views));

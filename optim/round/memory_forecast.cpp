@@ -1,6 +1,7 @@
 #include "optim/round/memory_forecast.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_problem.h"
 #include "optim/problem/scene_image_source.h"
+#include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
 #include "optim/round/surface_levels.h"
@@ -73,6 +75,100 @@ ProblemSize SizeOfAll(const std::vector<ProblemSize>& sizes,
   return size;
 }
 
+constexpr std::size_t kNumTimed = 2;  // views whose derivatives and images are timed
+constexpr int kMoreSamples = 4;       // of the longer of two renderings
+constexpr double kNumCandidates = 3;  // for the end of a stage
+
+/// Of one view at a stage's last scale: a + b * samples per pixel.
+struct ViewSeconds {
+  double linearize = 0.0, linearize_sample = 0.0;
+  double render_sample = 0.0;
+  [[nodiscard]] double Round(int spp, int trials) const {
+    return linearize + spp * (linearize_sample + trials * render_sample);
+  }
+};
+
+template <class Function>
+double SecondsOf(Function function) {
+  const auto start = std::chrono::steady_clock::now();
+  function();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// From two numbers of samples. `samples_of` makes those of a round.
+template <class Samples>
+ViewSeconds TimeViews(SceneImageSource& source,
+                      FitViews& views,
+                      const ParameterSet& set,
+                      ImageProblemOptions options,
+                      const std::vector<double>& values,
+                      int spp,
+                      Samples samples_of) {
+  views.fitted.resize(std::min(kNumTimed, views.fitted.size()));
+  const auto count = static_cast<double>(views.fitted.size());
+  options.expected_views = views.fitted.size();
+  options.num_measured = std::min(options.num_measured, views.fitted.size());
+  const auto seconds = [&](int samples) {
+    options.samples = samples_of(samples);
+    return SecondsOf([&] { ImageProblem(source, views, set, options).Linearize(values); }) / count;
+  };
+  const int more = kMoreSamples * spp;
+  const double of_few = seconds(spp);
+  const double of_more = seconds(more);
+  ViewSeconds times;
+  times.linearize_sample = std::max(0.0, (of_more - of_few) / (more - spp));
+  times.linearize = std::max(0.0, of_few - spp * times.linearize_sample);
+  const SampleHalves halves = samples_of(more);
+  times.render_sample = SecondsOf([&] {
+                          for (const int view : views.fitted) source.RenderPrimal(view, halves.a);
+                        }) /
+                        (count * halves.a.spp);
+  return times;
+}
+
+struct ViewCounts {
+  double fitted = 0.0, all = 0.0;
+  double pixels = 0.0;  ///< of the fitted ones that are evidence
+};
+
+/// Fills the times of a stage that has all its rounds, whose samples grow with each.
+void ForecastTimes(const FitSpec& spec,
+                   int stage_index,
+                   const std::vector<double>& scales,
+                   bool moves,
+                   bool few,
+                   const ViewCounts& counts,
+                   const ViewSeconds& times,
+                   StageMemory& memory) {
+  const StageSpec& stage = spec.stages[static_cast<std::size_t>(stage_index)];
+  const int num_levels = static_cast<int>(scales.size());
+  int left = stage.max_rounds;
+  for (int level = 0; level < num_levels; ++level) {
+    const double scale = scales[static_cast<std::size_t>(level)];
+    const double pixels = std::pow(scale / stage.image_scale, 2);
+    const double factor = SampleFactor(stage, scale, counts.pixels * pixels, moves, few);
+    const int rounds =
+        level + 1 == num_levels ? left : std::min(left, LevelShare(stage, num_levels));
+    left -= rounds;
+    for (int round = 0; round < rounds; ++round) {
+      const int spp = SamplesOfRound(stage, round, factor);
+      const double validation =
+          (counts.all - counts.fitted) * std::min(spp, kValidationSpp) * times.render_sample;
+      const double seconds = pixels * (counts.fitted * times.Round(spp, 1) + validation);
+      if (level == 0 && round == 0) memory.first_round_s = seconds;
+      memory.most_s += seconds;
+    }
+  }
+  const StageSpec& last = spec.stages.back();
+  const double last_pixels = std::pow(last.image_scale / stage.image_scale, 2);
+  const bool is_last = stage_index + 1 == static_cast<int>(spec.stages.size());
+  const int pictures = (is_last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp) +
+                       (stage_index == 0 ? FitEvaluation::kDraftSpp : 0);
+  memory.most_s +=
+      times.render_sample * (kNumCandidates * FitEvaluation::kFirstSpp * counts.fitted +
+                             pictures * last_pixels * counts.all);
+}
+
 StageMemory ForecastStage(const renderer::Scene& scene,
                           const ObservationSet& observations,
                           const FitSpec& spec,
@@ -104,15 +200,16 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   options.max_memory_bytes = spec.max_memory_bytes;
   options.expected_views = fitted.size();
   // The size of normal equations does not depend on what the pixels see.
-  const int spp = ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars())
-                      ? 2
-                      : stage_spec.samples.Spp();
-  options.samples =
-      MakeHalves(spec.seed,
-                 stage,
-                 1,
-                 SampleUse::kFit,
-                 BudgetOfRound(stage_spec.samples, spp, kStartSplit, spec.estimators));
+  const bool few = ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
+  const int spp = few ? 2 : stage_spec.samples.Spp();
+  const auto samples_of = [&](int num) {
+    return MakeHalves(spec.seed,
+                      stage,
+                      1,
+                      SampleUse::kFit,
+                      BudgetOfRound(stage_spec.samples, num, kStartSplit, spec.estimators));
+  };
+  options.samples = samples_of(spp);
   if (!HasAllBudgets(stage_spec.samples) && set.layout().AnyKind(renderer::MovesGeometry)) {
     options.num_measured = std::min(kMeasuredViews, views.fitted.size());
   }
@@ -129,8 +226,12 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     }
   }
   size.images_bytes = 0.0;
+  double pixels = 0.0;
   for (std::size_t i = 0; i < views.levels.size(); ++i) {
     const PackedLevel& level = views.levels[i];
+    if (!observations.views[i].validation) {
+      for (const float weight : level.ColorWeight().data) pixels += static_cast<double>(weight);
+    }
     size.images_bytes += observations.views[i].validation
                              ? static_cast<double>(level.MemoryBytes())
                              : ImageProblem::BytesOfView(level, problem.UsesGram());
@@ -147,6 +248,22 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
   memory.items = ForecastMemory(size, memory.solver);
   memory.items.insert(memory.items.begin(), {"scenes", scene_bytes});
+  if (set.NumScalars() > 0) {
+    const bool moves = set.layout().AnyKind(renderer::MovesGeometry);
+    const std::vector<double> scales =
+        ScalesOfStage(stage_spec, moves, few, SmallestSide(observations));
+    const ViewSeconds times = TimeViews(source, views, set, options, values, spp, samples_of);
+    ForecastTimes(spec,
+                  stage,
+                  scales,
+                  moves,
+                  few,
+                  {static_cast<double>(fitted.size()),
+                   static_cast<double>(observations.views.size()),
+                   pixels},
+                  times,
+                  memory);
+  }
   return memory;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "renderer/sampler/counter_rng.h"
@@ -77,6 +78,18 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
   }
   std::reverse(scales.begin(), scales.end());
   return scales;
+}
+
+int SmallestSide(const ObservationSet& observations) {
+  int smallest = std::numeric_limits<int>::max();
+  for (const View& view : observations.views) {
+    smallest = std::min({smallest, view.photo.width(), view.photo.height()});
+  }
+  return smallest;
+}
+
+int LevelShare(const StageSpec& stage, int num_levels) {
+  return stage.max_rounds / (num_levels + 1) + 1;
 }
 
 double SampleFactor(
@@ -192,7 +205,7 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
   }
   const bool last = state.level + 1 >= num_levels;
   // The finest level gets its share of the rounds, and what the others leave.
-  if (!last && state.RoundsOfLevel() >= stage.max_rounds / (num_levels + 1) + 1) {
+  if (!last && state.RoundsOfLevel() >= LevelShare(stage, num_levels)) {
     return "the level's share of max_rounds";
   }
   if (last && state.within_error >= kRoundsWithinError && state.precise) {

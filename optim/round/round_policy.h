@@ -4,6 +4,7 @@
 #include <string>
 
 #include "optim/checkpoint/fit_state.h"
+#include "optim/observation/observation.h"
 #include "optim/parameter/parameter_set.h"
 #include "optim/problem/image_source.h"
 #include "optim/problem/split_half_cost.h"
@@ -26,6 +27,12 @@ std::vector<double> ScalesOfStage(const StageSpec& stage,
                                   bool moves_something,
                                   bool few_unknowns,
                                   int smallest_side);
+
+/// Of all photos, in pixels.
+int SmallestSide(const ObservationSet& observations);
+
+/// Rounds after which a level that is not the last one ends.
+int LevelShare(const StageSpec& stage, int num_levels);
 
 /// Factor of a stage's budgets at one of its scales, where `pixels` of all fitted photos are
 /// evidence. With few unknowns their error depends on the samples of all pixels together, which
@@ -53,6 +60,7 @@ renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
 /// The split that a round's budgets are of; that of `split` where there are none.
 renderer::SampleBudget SplitOfRound(const renderer::SampleBudget& round,
                                     const renderer::SampleBudget& split);
+inline constexpr int kValidationSpp = 8;  ///< of held-out photos in a round: a trend, no result
 /// Whether all boundary budgets are given.
 bool HasAllBudgets(const StageBudget& stage);
 inline constexpr std::size_t kMeasuredViews = 4;  ///< of a round, for its split

@@ -24,7 +24,6 @@
 namespace pathfit::optim {
 namespace {
 
-constexpr int kValidationSpp = 8;  // per round: a trend, not a result
 // Errors below this share of what a parameter has moved by or is (a factor, of logarithms), or of
 // the error by photos and beliefs, are not worth more samples.
 constexpr double kPrecision = 2e-3;

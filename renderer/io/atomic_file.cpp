@@ -8,9 +8,12 @@
 #include <unistd.h>
 
 #include "renderer/core/error.h"
+#include "renderer/io/disk_full_error.h"
 
 namespace pathfit::renderer {
 namespace {
+
+constexpr std::uintmax_t kLittleRoom = 65536;  // bytes
 
 /// Distinct for every call of every process that writes into the folder.
 std::filesystem::path TemporaryPathFor(const std::filesystem::path& path) {
@@ -38,6 +41,9 @@ void CheckRegularFile(const std::filesystem::path& path) {
 void CreateFolders(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
+  if (error == std::errc::no_space_on_device) {
+    throw DiskFullError(path.string() + ": cannot be created: the disk is full");
+  }
   if (error) throw IoError(path.string() + ": cannot be created: " + error.message());
 }
 
@@ -70,7 +76,11 @@ void WriteThroughTemporary(const std::filesystem::path& path,
     std::filesystem::rename(temporary, path, error);
     if (error) throw IoError(path.string() + ": cannot be written: " + error.message());
   } catch (...) {
+    // Whatever wrote, it cannot say why: the rest of a full disk is less than what it asked for.
+    const std::uintmax_t room = std::filesystem::space(folder, error).available;
+    const bool full = !error && room < kLittleRoom;
     std::filesystem::remove(temporary, error);
+    if (full) throw DiskFullError(path.string() + ": cannot be written: the disk is full");
     throw;
   }
 }

@@ -17,7 +17,7 @@ import time
 import unittest
 
 SHOTS = pathlib.Path(sys.argv.pop(3)) if len(sys.argv) > 3 else None
-from program_test import DEMO, PATHFIT, QUICK, fit, run  # noqa: E402
+from program_test import DEMO, PATHFIT, QUICK, SOURCE, fit, run  # noqa: E402
 from browser import CHROMIUM, Browser, pixels  # noqa: E402
 
 CANVAS = "document.querySelector('.viewer canvas')"
@@ -151,6 +151,68 @@ class Page(unittest.TestCase):
     def test_the_page_is_small(self):
         pictures = sum(map(len, re.findall(r'"data:image/[^"]*"', self.page.read_text())))
         self.assertLess(self.page.stat().st_size - pictures, 3e6)
+
+
+@unittest.skipUnless(CHROMIUM, "no Chromium")
+class CheckPage(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="pathfit_check_"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def look(self, config, name, *more):
+        """The page of a check in a browser, which complained of nothing and asked for nothing; and its answer."""
+        page = self.folder / (name + ".html")
+        out = run("check", config, "-o", page, "--json", *more)
+        self.assertEqual(out.returncode, 0, out.stderr)
+        answer = json.loads(out.stdout)
+        self.assertEqual(answer["page"], str(page))
+        browser = Browser()
+        self.addCleanup(browser.__exit__, None, None, None)
+        browser.open(page.as_uri())
+        browser.screenshot(SHOTS / (name + ".png") if SHOTS else None, whole=True)
+        self.assertEqual(browser.complaints, [])
+        self.assertEqual([url for url in browser.requests if not url.startswith("data:") and url != page.as_uri()], [])
+        self.assertEqual(browser.eval("document.querySelectorAll('.checked image').length"), answer["views"])
+        self.assertTrue(browser.eval(f"{CANVAS} !== null"), "no 3-D view")
+        return browser, answer
+
+    def test_the_start_over_every_photo(self):
+        browser, answer = self.look(DEMO, "check_demo", *QUICK)
+        self.assertEqual(browser.eval("document.querySelector('.badge').textContent"), "no objection")
+        self.assertEqual(len(answer["stages"]), 3)
+        for stage in answer["stages"]:
+            self.assertGreater(stage["most_s"], stage["first_round_s"])
+        box = browser.eval("(() => { const one = document.querySelector('.checked svg'); one.scrollIntoView(); "
+                           "const at = one.getBoundingClientRect(); return [at.x + scrollX, at.y + scrollY, at.width, at.height]; })()")
+        with_outline = browser.screenshot(clip=box)
+        # An outline of the start that is drawn is orange somewhere, and is gone when it is switched off.
+        orange = [p for row in pixels(with_outline) for p in row if p[0] > 200 and 70 < p[1] < 170 and p[2] < 90]
+        self.assertGreater(len(orange), 50)
+        browser.eval("document.querySelector('.over-outline input').click()")
+        self.assertNotEqual(browser.screenshot(clip=box), with_outline)
+        browser.eval("document.querySelector('.checked svg').dispatchEvent(new MouseEvent('click'))")
+        self.assertGreater(browser.eval("document.querySelector('.checked svg').getBoundingClientRect().width"), 2 * box[2])
+        browser.screenshot(SHOTS / "check_enlarged.png" if SHOTS else None)
+        self.assertEqual(browser.complaints, [])
+
+    def test_lamps_and_warnings(self):
+        cat = SOURCE / "configs" / "tutorials" / "photometric_stereo" / "cat.yaml"
+        browser, answer = self.look(cat, "check_cat", "--set", "input.max_size_px=96", "--set", "input.masks.invert=true")
+        self.assertEqual(browser.eval("document.querySelectorAll('.warnings li').length"), len(answer["warnings"]))
+        self.assertGreater(len(answer["warnings"]), 0)
+        # One lamp shines in each photo.
+        self.assertEqual(browser.eval("[...document.querySelectorAll('.checked')].map((one) => one.querySelectorAll('text.ray').length)"),
+                         [1] * 12)
+
+    def test_where_the_page_goes(self):
+        quick = ["--set", "input.max_size_px=64", *QUICK]
+        out = run("check", DEMO, *quick, cwd=self.folder)
+        self.assertEqual(out.returncode, 0, out.stderr)
+        self.assertIn(f"The start over every photo: {self.folder}/check.html", out.stdout)
+        self.assertTrue((self.folder / "check.html").is_file())
+        missing = run("check", DEMO, *quick, "-o", self.folder / "no" / "such" / "page.html")
+        self.assertEqual(missing.returncode, 4, missing.stderr)
+        self.assertIn("page.html", missing.stderr)
 
 
 class Serve(unittest.TestCase):

@@ -214,8 +214,8 @@ class Program(unittest.TestCase):
 
     def test_signals_stop_with_their_status_and_resume(self):
         self.assertEqual(fit(self.folder / "straight").returncode, 0)
-        for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 75)):
-            folder = self.folder / str(status)
+        for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 75), (signal.SIGHUP, 75)):
+            folder = self.folder / str(int(number))
             process = subprocess.Popen([PATHFIT, "fit", DEMO, "-o", folder, "--progress", "none", *QUICK],
                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             deadline = time.monotonic() + 300
@@ -226,6 +226,48 @@ class Program(unittest.TestCase):
             self.assertEqual(json.loads((folder / "run.json").read_text())["status"], "stopped")
             self.assertEqual(run("resume", folder, "--progress", "none").returncode, 0)
             self.assert_same_results(self.folder / "straight", folder)
+
+    def test_one_process_works_on_a_run(self):
+        folder = self.folder / "run"
+        process = subprocess.Popen([PATHFIT, "fit", DEMO, "-o", folder, "--progress", "none", *QUICK],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + 300
+        while not list(folder.glob("checkpoints/state_*")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        other = run("resume", folder, "--progress", "none")
+        self.assertEqual(other.returncode, 4, other.stderr)
+        self.assertIn("is being run by another process", other.stderr)
+        process.kill()
+        process.wait()
+        # The lock has died with its process.
+        self.assertEqual(run("resume", folder, "--progress", "none").returncode, 0)
+        log = (folder / "log.txt").read_text()
+        self.assertRegex(log, r"debug stage=colours it=2/2 ")
+        self.assertRegex(log, r"debug stage=colours end=true ")
+        record = json.loads((folder / "run.json").read_text())
+        said = re.search(r"all stages done; 6 rounds in (\d+) s", log)
+        self.assertEqual(int(said[1]), round(record["wall_s"]), "one time")
+
+    def test_a_full_disk_stops_with_the_last_good_state(self):
+        disk = self.folder / "disk"
+        disk.mkdir()
+        # A disk of its own in a name space of its own, filled when the fit has begun; then there is room again.
+        script = f"""
+            mount -t tmpfs -o size=64m none {disk} || exit 99
+            {PATHFIT} fit "$@" -o {disk}/run --progress none & fitting=$!
+            while [ ! -e {disk}/run/checkpoints/state_000001.cbor ]; do sleep 0.05; kill -0 $fitting || exit 98; done
+            head -c 100m /dev/zero > {disk}/filling
+            wait $fitting; echo stopped=$?
+            rm {disk}/filling
+            {PATHFIT} resume {disk}/run --progress none; echo resumed=$?
+        """
+        out = subprocess.run(["unshare", "--map-root-user", "--mount", "bash", "-c", script, "-", DEMO, *QUICK],
+                             capture_output=True, text=True, timeout=600)
+        if "stopped=" not in out.stdout:
+            self.skipTest("no name spaces here: " + out.stderr)
+        self.assertIn("stopped=75", out.stdout, out.stderr)
+        self.assertIn("resumed=0", out.stdout, out.stderr)
+        self.assertRegex(out.stderr, f"the disk is full; make room, then continue with: pathfit resume {disk}/run")
 
     def test_wrong_input_is_refused_with_its_place_and_nothing_is_written(self):
         def refused(status, pattern, *arguments):

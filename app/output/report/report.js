@@ -808,7 +808,114 @@ function drawEvaluation(data) {
     ...sections.map((one) => one.node));
 }
 
+// ---- the start of a fit over its photos (app/output/check_page.cpp)
+
+/** What is drawn over photos: its class, what it is called, whether it is shown at first. */
+const OVER = [["outline", "outline of the start"], ["mask", "outline of the mask"], ["axes", "axes x, y, z"], ["light", "lights"]];
+
+/** A photo with drawings in pixels of the check; lines keep their width at any size. */
+function checkedPhoto(view) {
+  const [width, height] = view.size;
+  const line = ([a, b], css) => s("path", { class: css, d: `M${a[0]} ${a[1]}L${b[0]} ${b[1]}` });
+  const inside = ([x, y]) => x >= 0 && y >= 0 && x <= width && y <= height;
+  const size = Math.max(width, height);
+  const axes = view.axes.map((ends, i) => (ends ? [line(ends, "axis" + i),
+    s("text", { class: "axis" + i, x: ends[1][0], y: ends[1][1] }, "xyz"[i])] : []));
+  const lights = view.lights.map(({ name, at, arrow }) => [
+    arrow ? [line(arrow, "ray"), s("text", { class: "ray", x: arrow[1][0], y: arrow[1][1] }, name)] : [],
+    at && inside(at) ? s("circle", { class: "lamp", cx: at[0], cy: at[1], r: size / 60 }) : []]);
+  const path = (css, d) => (d ? s("path", { class: css, d }) : []);
+  const drawing = s("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": "start over " + view.name, tabindex: 0 },
+    s("image", { href: view.pictures.photo, width, height }),
+    s("g", { class: "over-mask" }, path("mask", view.mask)), s("g", { class: "over-outline" }, path("outline", view.outline)),
+    s("g", { class: "over-light" }, lights), s("g", { class: "over-axes" }, axes));
+  const figure = h("figure", { class: "checked", id: "view" + view.index }, drawing, h("figcaption", {}, h("b", {}, view.name),
+    view.validation ? [" ", h("span", { class: "tag val" }, "held out")] : "",
+    ` IoU ${fixed(num(view.iou), 3)}, start covers ${fixed(100 * view.covered, 1)} %`));
+  const words = [...axes, ...lights].flat(Infinity).filter((node) => node.tagName === "text");
+  const letter = (share) => words.forEach((node) => { node.style.fontSize = share * size + "px"; });
+  const enlarge = () => letter(figure.classList.toggle("large") ? 0.022 : 0.05);
+  letter(0.05);
+  drawing.addEventListener("click", enlarge);
+  drawing.addEventListener("keydown", (event) => event.key === "Enter" && enlarge());
+  return figure;
+}
+
+function checkedViewsSection(data) {
+  const grid = h("div", { class: "grid" }, data.views.map(checkedPhoto));
+  const boxes = OVER.map(([key, words]) => {
+    const box = h("input", { type: "checkbox", checked: "" });
+    box.addEventListener("change", () => grid.classList.toggle("no-" + key, !box.checked));
+    return h("label", { class: "key over-" + key }, box, " ", words);
+  });
+  return section("views", "The start over every photo", h("div", { class: "card" }, h("div", { class: "tools" }, boxes), grid,
+    note("Where cameras and mesh are right, the outline of the start lies about that of the mask, or of the object in the photo. " +
+      "Axes are the world's (x red, y green, z blue) from the middle of all meshes; arrows from there point to lights, dots are " +
+      "where they are. Click at a photo to enlarge it.")));
+}
+
+function checkedStagesSection({ check }) {
+  if (check.stages.length === 0) return null;
+  const columns = [["Stage", (stage) => stage.name], ["Unknown numbers", (stage) => stage.unknowns],
+    ["Photos at", (stage) => fixed(100 * stage.image_scale, 1, "%")], ["Rounds, at most", (stage) => stage.max_rounds],
+    ["Memory", (stage) => bytes(num(stage.memory_bytes))], ["Solved by", (stage) => stage.linear_solver ?? "–"],
+    ["First round", (stage) => duration(num(stage.first_round_s))], ["All rounds", (stage) => duration(num(stage.most_s))]];
+  return section("stages", "Memory and time", h("div", { class: "card scroll" }, table(columns, check.stages),
+    note("Measured on a few photos of the start, on this machine as busy as it was. A stage ends sooner where nothing more is " +
+      "to be gained, which only the fit can tell.")));
+}
+
+function checkedLightsSection(data) {
+  if (data.lights.length === 0) return null;
+  const columns = [["Light", (light) => light.name], ["Kind", (light) => light.kind, "left"],
+    ["Attached to the", (light) => light.frame, "left"], ["Where, in that frame", (light) => light.place, "left"],
+    ["Shines in", (light) => `${light.photos} of ${data.views.length} photos`]];
+  return section("lights", "Lights", h("div", { class: "card scroll" }, table(columns, data.lights)));
+}
+
+function checkedUnknownsSection(data) {
+  if (data.parameters.length === 0) return null;
+  const bound = (p) => ([p.lower_bound, p.upper_bound].some((one) => Number.isFinite(num(one)))
+    ? `[${number(num(p.lower_bound))}, ${number(num(p.upper_bound))}]` : "none");
+  const columns = [["Name", (p) => p.name], ["Unit", (p) => p.unit], ["Numbers", (p) => p.num_scalars],
+    ["Start", (p) => (p.num_scalars > 1 ? `${number(num(p.minimum))} … ${number(num(p.maximum))}` : number(num(p.initial)))],
+    ["Bounds", bound], ["", (p) => (p.held ? h("span", { class: "tag" }, "held") : "")]];
+  return section("unknowns", "Unknowns", h("div", { class: "card scroll" }, table(columns, data.parameters)));
+}
+
+function drawCheck(data) {
+  const { check } = data;
+  const memory = check.stages.map((stage) => num(stage.memory_bytes)).filter(Number.isFinite);
+  const most = check.stages.map((stage) => num(stage.most_s)).filter(Number.isFinite);
+  const known = data.views.map((view) => num(view.iou)).filter(Number.isFinite).sort((a, b) => a - b);
+  const vertices = check.meshes.reduce((sum, mesh) => sum + mesh.vertices, 0);
+  const good = check.warnings.length === 0;
+  const model = modelSection(data);
+  const config = section("config", "Config", h("div", { class: "card" },
+    h("details", {}, h("summary", {}, data.config_path), h("pre", {}, data.config))));
+  const sections = [checkedViewsSection(data), model, checkedStagesSection(data), checkedUnknownsSection(data),
+    checkedLightsSection(data), listSection("assumptions", "Assumptions", check.assumptions),
+    listSection("attribution", "Attribution", data.attributions), config].filter((one) => one);
+  document.title = data.name + " – pathfit check";
+  document.querySelector("main").append(
+    h("header", {}, h("h1", {}, data.name), h("p", { class: "sub" }, `${data.config_path} · what a fit would begin with`)),
+    h("section", { class: "card verdict " + (good ? "finished" : "stopped") },
+      h("span", { class: "badge" }, good ? "no objection" : check.warnings.length === 1 ? "1 warning" : check.warnings.length + " warnings"),
+      h("div", { class: "tiles" },
+        tile("Photos", String(data.views.length), `${data.views.filter((view) => view.validation).length} held out`),
+        tile("Start and masks, IoU", fixed(known.length > 0 ? known[known.length >> 1] : NaN, 3),
+          known.length > 0 ? `median; worst ${fixed(known[0], 3)}` : "no silhouettes"),
+        tile("Start", String(vertices), `vertices of ${check.meshes.length} meshes`),
+        tile("Memory", bytes(memory.length > 0 ? Math.max(...memory) : NaN), "at its peak"),
+        tile("Time", duration(most.length > 0 ? most.reduce((a, b) => a + b, 0) : NaN), "at most")),
+      good ? null : h("ul", { class: "warnings" }, check.warnings.map((warning) => h("li", {}, warning)))),
+    h("nav", { "aria-label": "Sections" }, sections.map((one) => h("a", { href: "#" + one.id }, one.title))),
+    ...sections.map((one) => one.node));
+  model?.start?.();
+}
+
 const shown = JSON.parse(document.getElementById("data").textContent);
-if (shown.runs) drawComparison(shown);
+if (shown.check) drawCheck(shown);
+else if (shown.runs) drawComparison(shown);
 else if (shown.evaluation) drawEvaluation(shown);
 else draw(shown);

@@ -493,7 +493,7 @@ function modelSection(data) {
   const models = { result: data.model.result, start: completed(data.model.start, data.model.result) };
   const { cameras } = models.result;
   const counts = countVertices(models.result);
-  const shape = h("select", {}, option("result", "fitted"), models.start ? option("start", "start") : null);
+  const shape = h("select", {}, option("result", data.check ? "start" : "fitted"), models.start ? option("start", "start") : null);
   const known = VIEWED.filter((viewed) => !viewed.values || models.result.meshes.some((mesh) => viewed.values(mesh)));
   const viewed = h("select", {}, known.map(({ key, label }) => option(key, label)));
   const photo = h("select", {}, option("-1", "free view"), option("-2", "all cameras from outside"), cameras.map((one, i) =>
@@ -512,7 +512,7 @@ function modelSection(data) {
   const legend = h("p", { class: "scale" });
   const box = h("div", { class: "viewer" });
   const photoBox = h("p", { class: "note" });
-  const errors = known.some((one) => one.log && rampEnds(one, models.result.meshes.map((mesh) => one.values(mesh)))) ? ""
+  const errors = data.check || known.some((one) => one.log && rampEnds(one, models.result.meshes.map((mesh) => one.values(mesh)))) ? ""
     : " Standard errors of single vertices are not known: the fit has too many unknowns for them.";
   const node = section("model", "3-D view", h("div", { class: "card" },
     h("div", { class: "tools" }, h("label", {}, "shape: ", shape), h("label", {}, "colours: ", viewed),
@@ -537,8 +537,8 @@ function modelSection(data) {
     let chosen = -1;
     view = makeView(box, models, data.environment.final, (index) => pick(index));
     if (!view) {
-      box.append(h("p", { class: "empty" }, "This browser draws no 3-D pictures here (WebGL is off or missing). The meshes " +
-        "are in the run's folder result; everything else on this page works without it."));
+      box.append(h("p", { class: "empty" }, "This browser draws no 3-D pictures here (WebGL is off or missing). " +
+        (data.check ? "" : "The meshes are in the run's folder result. ") + "Everything else on this page works without it."));
       return;
     }
     const overlay = h("img", { class: "overlay", alt: "" });
@@ -562,7 +562,7 @@ function modelSection(data) {
       if (pictures.photo) {
         overlay.src = pictures.photo;
         fit();
-        photoBox.append(overLabel, " ", h("a", { href: "#view" + index }, "its photo, rendering and difference"));
+        photoBox.append(overLabel, " ", h("a", { href: "#view" + index }, data.check ? "the start over it" : "its photo, rendering and difference"));
       } else {
         photoBox.append(`The pictures of ${cameras[index].name} are not in this page, but in the run's folder images.`);
       }

@@ -186,5 +186,53 @@ TEST(CameraLayout, IsUnknownOfParallelAxes) {
   EXPECT_FALSE(FindCameraLayout({}));
 }
 
+TEST_F(StartCheckTest, AFloorThatFillsThePicturesIsNoInvertedMask) {
+  SetMasks([](float) { return 1.0F; });
+  renderer::Mesh& ball = experiment_.scene.meshes[0].mesh;
+  for (renderer::Vec3& p : ball.positions) p = p * 1.7;
+  StartCheck check = Check();
+  ASSERT_GT(check.views[0].iou, 0.5);
+  EXPECT_TRUE(check.warnings.empty()) << check.warnings.front();
+  // What was carved from the masks agrees with them anyway.
+  config_.geometry.emplace_back().geometry = VisualHullGeometry{};
+  check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "inverted")) << check.warnings[0];
+}
+
+TEST_F(StartCheckTest, OutlinesLieBetweenTheInsideAndTheOutside) {
+  renderer::Image image(4, 3, 1);
+  image.At(1, 1, 0) = 1.0F;
+  double length = 0.0;
+  for (const auto& [from, to] : Outline(image)) {
+    for (const renderer::Vec2& p : {from, to}) {
+      // A diamond about the centre of the pixel.
+      EXPECT_NEAR(std::abs(p.x - 1.5) + std::abs(p.y - 1.5), 0.5, 1e-12);
+    }
+    length += std::hypot(to.x - from.x, to.y - from.y);
+  }
+  EXPECT_NEAR(length, 4.0 * std::sqrt(0.5), 1e-12);
+  for (float& v : image.data) v = 1.0F;
+  length = 0.0;
+  for (const auto& [from, to] : Outline(image)) length += std::hypot(to.x - from.x, to.y - from.y);
+  EXPECT_GT(length, 10.0);  // closed along the border
+  EXPECT_TRUE(Outline(renderer::Image(4, 3, 1)).empty());
+}
+
+TEST_F(StartCheckTest, OutlinesTheStartAndTheMask) {
+  const StartCheck check = Check();
+  EXPECT_GT(check.box.HalfDiagonal(), 0.0);
+  for (const ViewStart& view : check.views) {
+    ASSERT_FALSE(view.outline.empty());
+    ASSERT_FALSE(view.mask_outline.empty());
+    double x = 0.0, mask_x = 0.0;
+    for (const OutlinePiece& piece : view.outline) x += piece.from.x;
+    for (const OutlinePiece& piece : view.mask_outline) mask_x += piece.from.x;
+    x /= static_cast<double>(view.outline.size());
+    mask_x /= static_cast<double>(view.mask_outline.size());
+    EXPECT_NEAR(x, mask_x, 0.05 * view.width);
+  }
+}
+
 }  // namespace
 }  // namespace pathfit::app

@@ -171,5 +171,21 @@ TEST_F(ExportFormatsTest, BlenderGetsCamerasLightsAndMeshes) {
   EXPECT_NE(gaps[0].find("light 'spot' is not set up"), std::string::npos);
 }
 
+TEST_F(ExportFormatsTest, MeshesThatShineDoSoInBlender) {
+  renderer::Scene scene = tests::BallAndWall();
+  renderer::AreaEmitter lamp{.mesh = 1, .intensity = {4.0, 2.0, 1.0}, .two_sided = true};
+  scene.emitters = {{"lamp", renderer::LightFrame::kWorld, {}, lamp}};
+  const std::vector<std::string> files(scene.meshes.size(), "m.glb");
+  const Json meshes = DataOf(BlenderScript(scene, files, 1)).at("meshes");
+  EXPECT_FALSE(meshes[0].contains("radiance"));
+  EXPECT_EQ(meshes[1].at("radiance"), Json::array({4.0, 2.0, 1.0}));
+  EXPECT_EQ(meshes[1].at("two_sided"), true);
+  EXPECT_TRUE(BlenderGaps(scene).empty());
+  lamp.texture = 0;
+  scene.emitters[0].light = lamp;
+  ASSERT_EQ(BlenderGaps(scene).size(), 1U);
+  EXPECT_NE(BlenderGaps(scene)[0].find("texture"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace pathfit::app

@@ -10,9 +10,17 @@ class Element {
   constructor(namespace, tag) {
     Object.assign(this, { namespace, tag, attributes: {}, children: [], listeners: {}, parent: null, words: "",
       style: {} });
-    this.classList = { contains: (name) => (this.attributes.class ?? "").split(" ").includes(name) };
+    const names = () => (this.attributes.class ?? "").split(" ").filter((name) => name);
+    this.classList = {
+      contains: (name) => names().includes(name),
+      toggle: (name, on = !names().includes(name)) => {
+        this.attributes.class = [...names().filter((one) => one !== name), ...(on ? [name] : [])].join(" ");
+        return on;
+      },
+    };
   }
   setAttribute(name, value) { this.attributes[name] = String(value); }
+  get tagName() { return this.namespace ? this.tag : this.tag.toUpperCase(); }
   set src(value) { this.attributes.src = value; }
   get src() { return this.attributes.src; }
   set value(value) { this.attributes.value = String(value); }
@@ -63,7 +71,7 @@ function draw(script, data) {
     for (const [name, value] of Object.entries(node.attributes)) {
       assert.ok(!name.startsWith("on") && name !== "style", `${node.tag} has ${name}`);
       if (name === "src") assert.match(value, /^data:image\/(jpeg|png);base64,/);
-      if (name === "href") assert.match(value, /^#/);
+      if (name === "href") assert.match(value, node.tag === "image" ? /^data:image\/jpeg;base64,/ : /^#/);
       if (!["class", "title", "alt", "aria-label", "src"].includes(name)) {
         assert.doesNotMatch(value, /NaN|Infinity|undefined|null/, `${node.tag} ${name}`);
       }
@@ -393,10 +401,53 @@ function testEvaluation(script) {
   assert.deepStrictEqual(draw(script, nothing).links, []);
 }
 
+function testCheck(script) {
+  const view = (index, word) => ({ index, name: word, validation: index === 0, size: [40, 30], iou: index === 0 ? null : 0.875,
+    covered: 0.25, pictures: { photo: "data:image/jpeg;base64,AA==" }, outline: "M1 2L3 4", mask: index === 0 ? "" : "M1 2L3 5",
+    axes: [[[20, 15], [30, 15]], null, [[20, 15], [20, 15]]],
+    lights: [{ name: word, at: [50, 10], arrow: [[20, 15], [30, 5]] }, { name: "sky", at: null, arrow: null },
+      { name: "flash", at: [10, 10], arrow: null }] });
+  const data = (word = "a") => ({
+    check: { warnings: [word], assumptions: [word], meshes: [{ name: word, vertices: 8, triangles: 12 }], stages: [
+      { name: word, unknowns: 24, image_scale: 0.5, max_rounds: 8, memory_bytes: 2.5e8, linear_solver: "cgnr", first_round_s: 4,
+        most_s: 118 }, { name: "b", unknowns: 3, image_scale: 1, max_rounds: 2 }] },
+    name: word, config_path: word, views: [view(0, word), view(1, word)], attributions: [word], config: word,
+    lights: [{ name: word, kind: "point", frame: "world", place: "at [0, 1, 0]", photos: 1 }],
+    parameters: [{ name: word, unit: "m", num_scalars: 3, initial: null, minimum: -1, maximum: 2, lower_bound: "-inf",
+      upper_bound: 5, held: true }],
+    environment: { initial: null, final: null }, model: { start: null, result: null, note: "too large" } });
+  const { main, links, title } = draw(script, data());
+  assert.deepStrictEqual(links, ["views", "model", "stages", "unknowns", "lights", "assumptions", "attribution", "config"]);
+  assert.strictEqual(title, "a – pathfit check");
+  for (const part of ["1 warning", "0.875", "250.0 MB", "1 min 58 s", "held out", "at [0, 1, 0]", "1 of 2 photos", "[−∞, 5]",
+    "held", "too large", "25.0 %"]) {
+    assert.ok(main.textContent.includes(part), part);
+  }
+  const photos = main.classed("checked");
+  assert.strictEqual(photos.length, 2);
+  assert.strictEqual(photos[0].classed("mask").length, 0, "there is none");
+  assert.strictEqual(photos[1].classed("mask").length, 1);
+  assert.strictEqual(photos[0].classed("axis1").length, 0, "it is not seen");
+  assert.strictEqual(photos[0].classed("lamp").length, 1, "one lies beside the picture");
+  photos[0].tagged("svg")[0].listeners.click();
+  assert.ok(photos[0].classList.contains("large"));
+  const boxes = main.tagged("input");
+  assert.strictEqual(boxes.length, 4);
+  boxes[1].checked = false;
+  boxes[1].listeners.change();
+  assert.ok(main.classed("grid")[0].classList.contains("no-mask"));
+  const nasty = "</script><img src=x onerror=alert(1)>";
+  assert.ok(draw(script, data(nasty)).main.textContent.includes(nasty));
+  const nothing = { ...data(), lights: [], parameters: [], model: null, attributions: [] };
+  Object.assign(nothing.check, { warnings: [], stages: [], assumptions: [], meshes: [] });
+  assert.deepStrictEqual(draw(script, nothing).links, ["views", "config"]);
+  assert.ok(draw(script, nothing).main.textContent.includes("no objection"));
+}
+
 const script = fs.readFileSync(process.argv[2], "utf8") + fs.readFileSync(process.argv[3], "utf8");
 for (const test of [testAllSections, testNothing, testHostileWords, testPicturesEnlargeInPlace,
   testSliderFadesFromPhotoToRenderingToDifference, testModelWithoutWebGl, testRampOfValues, testChartsEnlarge, testPlots, testBars,
-  testTicks, testNumbers, testNewerDataReplaceWhatChanged, testComparison, testEvaluation]) {
+  testTicks, testNumbers, testNewerDataReplaceWhatChanged, testComparison, testEvaluation, testCheck]) {
   test(script);
 }
 for (const path of process.argv.slice(4)) {

@@ -49,6 +49,8 @@ TEST(RunDirectory, RefusesWhatItCannotCreate) {
   fs::create_directories(folder.path() / "runs/latest");
   EXPECT_THROW(CreateRunDirectory(folder.path() / "runs/{timestamp}", "a", kTime),
                renderer::IoError);
+  const auto in_runs = fs::directory_iterator(folder.path() / "runs");
+  EXPECT_EQ(std::distance(begin(in_runs), end(in_runs)), 1) << "no run that never began";
 }
 
 TEST(RunDirectory, FileNamesAreSafe) {

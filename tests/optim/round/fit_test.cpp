@@ -457,5 +457,18 @@ TEST_F(FitTest, ForecastsTheRootsOfAllViewsFromAFew) {
   EXPECT_NEAR(kept, observer.rounds.back().jacobian_mb, 0.2 * kept);
 }
 
+TEST_F(FitTest, ForecastsTimesThatGrowWithWhatIsToBeDone) {
+  const std::vector<optim::StageMemory> few = optim::ForecastStages(start_, observations_, spec_);
+  for (optim::StageSpec& stage : spec_.stages) {
+    stage.max_rounds *= 20;
+  }
+  const std::vector<optim::StageMemory> many = optim::ForecastStages(start_, observations_, spec_);
+  for (std::size_t i = 0; i < few.size(); ++i) {
+    EXPECT_GT(few[i].first_round_s, 0.0);
+    EXPECT_GT(few[i].most_s, few[i].first_round_s);
+    EXPECT_GT(many[i].most_s, 2.0 * few[i].most_s);
+  }
+}
+
 }  // namespace
 }  // namespace pathfit
