@@ -91,7 +91,7 @@ class Sfm(unittest.TestCase):
         self.write_model("0", 24)
         (self.folder / "help").write_text("--FeatureExtraction.use_gpu arg (=1)\n")
         (self.folder / "lens.yaml").write_text(
-            "image_width: 512\nimage_height: 341\ncamera_matrix: [[900, 0, 255.5], [0, 901, 170], [0, 0, 1]]\n"
+            "image_width: 512\nimage_height: 342\ncamera_matrix: [[900, 0, 255.5], [0, 901, 170], [0, 0, 1]]\n"
             "distortion_coefficients: [0.01, 0.02, 0.03, 0.04, 0.05]\n")
         out = self.init("--calibration", "lens.yaml")
         self.assertEqual(out.returncode, 0, out.stderr)

@@ -53,7 +53,8 @@ void Watch() {
     const std::chrono::duration<double> taken =
         Clock::now() - Clock::time_point(Clock::duration(since));
     if (taken.count() < kLongestS) continue;
-    std::fprintf(stderr, "FOUND: an input took more than %.0f s\n", kLongestS);
+    std::fprintf(stdout, "FOUND: an input took more than %.0f s\n", kLongestS);
+    std::fflush(stdout);
     std::_Exit(1);
   }
 }
@@ -131,7 +132,7 @@ Outcome Run(const FuzzTarget& target, const Options& options, const fs::path& fo
     ++outcome.found;
     const fs::path kept = folder / ("found_" + target.name + "_" + std::to_string(number));
     KeepInput(input, kept);
-    std::cerr << "FOUND: " << target.name << " --first " << number << ": " << *wrong << "\n  "
+    std::cout << "FOUND: " << target.name << " --first " << number << ": " << *wrong << "\n  "
               << kept << "\n";
   }
   return outcome;
@@ -167,6 +168,8 @@ int main(int argc, char** argv) {
   constexpr rlim_t kMemory = rlim_t{4} << 30U;
   const rlimit limit{kMemory, kMemory};
   setrlimit(RLIMIT_AS, &limit);
+  // What image libraries say of each file; of the sanitizers it is wanted.
+  if (std::freopen("/dev/null", "w", stderr) == nullptr) return 2;
 #endif
   const fs::path folder = fs::temp_directory_path() / ("pathfit_fuzz_" + std::to_string(getpid()));
   fs::create_directories(folder / "seeds");
@@ -185,7 +188,7 @@ int main(int argc, char** argv) {
         target.read(at);
       } catch (const std::exception& error) {
         if (target.name != "ply" && target.name != "config") {
-          std::cerr << "FOUND: a seed of " << target.name << " is refused: " << error.what()
+          std::cout << "FOUND: a seed of " << target.name << " is refused: " << error.what()
                     << "\n";
           ++found;
         }

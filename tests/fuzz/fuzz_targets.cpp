@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <memory>
 
 #include <nlohmann/json.hpp>
 
@@ -471,7 +472,6 @@ void AddRuns(const fs::path& folder, std::vector<FuzzTarget>& targets) {
   state.standard_errors = {{"ball.translation", {0.1, 0.2, 0.3}}};
   state.scene = state.stage_start = state.level_scene = seed->start;
   state.scene.meshes[0].mesh.positions[1] = {0.5, -0.0, 5e-324};
-  state.average.newer = {12.0, state.scene};
   fs::create_directories(folder / "checkpoints");
   optim::WriteCheckpoint(folder / "checkpoints", seed->Origin(), state);
   const std::string bytes = renderer::ReadWholeFile(folder / "checkpoints" / "state_000001.cbor");
@@ -490,7 +490,9 @@ void AddRuns(const fs::path& folder, std::vector<FuzzTarget>& targets) {
   history.parameters.resize(1);
   history.gain_errors = {0.1};
   app::WriteHistory(folder / "history.json", history);
-  app::WriteViewedModel(folder / "model.json", app::ViewedModel(seed->start, {}, {}));
+  renderer::Scene unseen = seed->start;
+  unseen.sensors.clear();
+  app::WriteViewedModel(folder / "model.json", app::ViewedModel(unseen, {}, {}));
   FileSet run;
   for (const char* name : {"run.json", "history.json", "model.json"}) {
     run[name] = renderer::ReadWholeFile(folder / name);

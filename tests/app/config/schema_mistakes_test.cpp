@@ -55,11 +55,11 @@ class MistakeFinder {
         found_.push_back({entry.key_place, name, entry.key.size(), entry.key + "q"});
         Visit(*child, entry.value, name);
       }
-    } else if (schema.type == Type::kNamedMap && node.IsMap()) {
+    } else if (schema.type == Type::kNamedMap && node.IsMap() && !schema.children.empty()) {
       for (const YamlEntry& entry : node.entries) {
         Visit(schema.children[0], entry.value, path + ".*");
       }
-    } else if (schema.type == Type::kList && node.IsList()) {
+    } else if (schema.type == Type::kList && node.IsList() && !schema.children.empty()) {
       for (const YamlNode& item : node.items) Visit(schema.children[0], item, path + "[]");
     } else if (node.IsScalar() && !node.quoted && StandsAt(node.place, node.text)) {
       const auto add = [&](const std::string& text) {
