@@ -202,6 +202,7 @@ void UseCalibration(const fs::path& calibration, ImportedCameras& cameras) {
   const renderer::Camera lens = ReadOpencvIntrinsics(calibration);
   for (ImportedCamera& imported : cameras.cameras) {
     renderer::Camera& camera = imported.camera;
+    camera.projection = lens.projection;
     camera.width = lens.width;
     camera.height = lens.height;
     camera.fx = lens.fx;
