@@ -8,7 +8,7 @@ build_packages=(
   libembree-dev libtbb-dev libceres-dev libopenblas-dev libeigen3-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
   libopenexr-dev libimath-dev libopenvdb-dev libopenmesh-dev libboost-dev libboost-iostreams-dev libtinygltf-dev libstb-dev libexif-dev
-  libyaml-cpp-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libssl-dev libjs-three libcpp-httplib-dev
+  libyaml-cpp-dev libpugixml-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libssl-dev libjs-three libcpp-httplib-dev
 )
 test_packages=(
   libgtest-dev clang-format clang-tidy python3 git dpkg-dev nodejs chromium

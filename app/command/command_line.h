@@ -63,6 +63,8 @@ struct CommandLine {
   std::vector<std::string> views;        ///< indices or names of photos or sensors; empty: all
   std::vector<std::string> derivatives;  ///< parameters
   std::filesystem::path masks, mesh;     ///< of init
+  std::string sfm;                       ///< of init: program that finds the cameras; empty: none
+  std::filesystem::path calibration;     ///< of init and convert: OpenCV's
   std::filesystem::path cameras;         ///< to render instead of the scene's
   std::filesystem::path environment;     ///< that lights the scene instead of its lights
   int orbit = 0;                         ///< number of cameras on a circle; 0: none

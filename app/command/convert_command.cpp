@@ -90,6 +90,10 @@ void Declare(OptionList& options, CommandLine& line) {
                "Format of OUT; else transforms for a .json file, colmap for a folder",
                line.to);
   options.Path("--images", "DIR", "Folder of the photos, if IN does not lead there", line.images);
+  options.Path("--calibration",
+               "FILE",
+               "OpenCV calibration of the camera, in place of what IN says of it",
+               line.calibration);
   options.Flag("--force", "Overwrites existing files", line.force);
 }
 
@@ -109,7 +113,9 @@ ExitStatus Run(CommandContext& context) {
   if (!is_file && fs::exists(out) && !fs::is_directory(out)) {
     throw UsageError("convert", out.string() + " is a file, but " + to + " needs a folder");
   }
-  const optim::ImportedCameras imported = optim::ImportCameras(line.targets[1], line.from);
+  optim::ImportedCameras imported = optim::ImportCameras(line.targets[1], line.from, line.images);
+  if (!line.calibration.empty()) optim::UseCalibration(line.calibration, imported);
+  for (const std::string& note : imported.notes) context.log.Info(note);
   const Cameras cameras =
       Complete(imported, line.images.empty() ? fs::path() : fs::absolute(line.images), folder);
   if (std::ranges::any_of(imported.cameras, [](const auto& c) { return !c.mask.empty(); })) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/command/colmap_run.h"
 #include "app/command/command_line.h"
 #include "app/command/result.h"
 #include "app/config/experiment_config.h"
@@ -20,8 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Of the folder that holds everything.
-std::string NameOf(const FoundInput& input) {
-  fs::path folder = input.options.images_dir;
+std::string NameOf(fs::path folder) {
   for (const char* usual : {"images", "image", "photos", "rgb", "input"}) {
     if (folder.filename() == usual) {
       folder = folder.parent_path();
@@ -50,7 +50,13 @@ Json Describe(const FoundInput& input, const fs::path& config, const std::string
 
 void Declare(OptionList& options, CommandLine& line) {
   options.Path("-o,--output", "FILE", "Config to write; else NAME.yaml here", line.output);
+  options.Word(
+      "--sfm", "colmap", "Finds the cameras with this program, which must be installed", line.sfm);
   options.Path("--masks", "DIR", "Folder of the masks, if it is not found", line.masks);
+  options.Path("--calibration",
+               "FILE",
+               "OpenCV calibration of the camera, in place of what the camera file says of it",
+               line.calibration);
   options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", line.mesh);
   options.Flag("--force", "Overwrites an existing file", line.force);
 }
@@ -71,6 +77,30 @@ constexpr ResultKey kResult[] = {
     {"seen", "list", "What was found, in words"},
     {"guessed", "list", "What was guessed, in words"}};
 
+void RefuseToOverwrite(const fs::path& path, const CommandLine& line) {
+  if (!fs::exists(path) || line.force) return;
+  throw UsageError("init", path.string() + " exists; -o names another file, --force overwrites");
+}
+
+/// Where COLMAP found cameras, for the photos in `photos`; its workspace is beside the config.
+/// Model empty: a signal came.
+ColmapModel FindCamerasByColmap(const fs::path& photos,
+                                const StopSignals& signals,
+                                CommandContext& context) {
+  const CommandLine& line = context.line;
+  if (line.targets.size() > 1 || fs::is_regular_file(photos)) {
+    throw UsageError("init", "--sfm finds the cameras; give the folder of the photos alone");
+  }
+  const std::string name = NameOf(photos);
+  const fs::path config =
+      fs::absolute(line.output.empty() ? fs::path(name + ".yaml") : line.output);
+  const fs::path workspace = config.parent_path() / (config.stem().string() + "_colmap");
+  for (const fs::path& path : {config, workspace}) RefuseToOverwrite(path, line);
+  fs::remove_all(workspace / "sparse");
+  fs::remove(workspace / "database.db");
+  return RunColmap({photos, line.masks, line.calibration, workspace}, signals, context);
+}
+
 ExitStatus Run(CommandContext& context) {
   const CommandLine& line = context.line;
   const renderer::ThreadLimit limit(NumThreads(line, 0));
@@ -84,12 +114,22 @@ ExitStatus Run(CommandContext& context) {
   const fs::path first = line.targets.empty() ? fs::path(".") : line.targets[0];
   // A camera file alone says where its photos are.
   const bool is_file = fs::is_regular_file(first);
-  const FoundInput input = FindInput({.photos = is_file ? first.parent_path() : first,
-                                      .cameras = line.targets.size() > 1 ? line.targets[1]
-                                                 : is_file               ? first
-                                                                         : fs::path(),
-                                      .masks = line.masks});
-  const std::string name = NameOf(input);
+  InputPlaces places{.photos = is_file ? first.parent_path() : first,
+                     .cameras = line.targets.size() > 1 ? line.targets[1]
+                                : is_file               ? first
+                                                        : fs::path(),
+                     .masks = line.masks,
+                     .calibration = line.calibration};
+  if (!line.sfm.empty()) {
+    const StopSignals signals;
+    const ColmapModel found =
+        FindCamerasByColmap(fs::absolute(first).lexically_normal(), signals, context);
+    if (found.model.empty()) return signals.Received().value_or(ExitStatus::kInterrupted);
+    places.photos = found.photos;
+    places.cameras = found.model;
+  }
+  const FoundInput input = FindInput(places);
+  const std::string name = NameOf(input.options.images_dir);
   const fs::path config =
       fs::absolute(line.output.empty() ? fs::path(name + ".yaml") : line.output);
   const std::string text =
@@ -97,10 +137,7 @@ ExitStatus Run(CommandContext& context) {
                   config.lexically_normal(),
                   name,
                   line.mesh.empty() ? fs::path() : fs::absolute(line.mesh).lexically_normal());
-  if (fs::exists(config) && !line.force) {
-    throw UsageError("init",
-                     config.string() + " exists; -o names another file, --force overwrites");
-  }
+  RefuseToOverwrite(config, line);
   renderer::WriteFileAtomically(config, text);
   static_cast<void>(LoadExperimentConfig(config, {}));  // a draft that is refused is a mistake here
 

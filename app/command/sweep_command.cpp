@@ -1,20 +1,17 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <optional>
 #include <set>
 #include <system_error>
-#include <thread>
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/command/child_process.h"
 #include "app/command/command_line.h"
 #include "app/command/result.h"
 #include "app/command/run_scene.h"
@@ -223,43 +220,10 @@ void OpenFolder(const fs::path& folder, const Json& plan) {
   renderer::WriteFileAtomically(file, JsonText(plan) + "\n");
 }
 
-/// The program's own run of a command; its results are not shown. Ends with this process.
+/// The program's own run of a command; its results are not shown.
 ExitStatus RunProcess(const std::vector<std::string>& words, const StopSignals& signals) {
-  std::vector<std::string> copy = words;
-  std::vector<char*> argv;
-  for (std::string& word : copy) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  std::signal(SIGCHLD, SIG_DFL);  // if it were ignored, nobody could wait for the child
-  const pid_t parent = getpid();
-  const pid_t child = fork();
-  if (child < 0) throw IoError("no process can be started: too many, or too little memory");
-  if (child == 0) {
-    setpgid(0, 0);  // Ctrl-C comes through this process, once
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != parent) _exit(static_cast<int>(ExitStatus::kStopped));
-    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere >= 0) dup2(nowhere, STDOUT_FILENO);
-    execv("/proc/self/exe", argv.data());
-    _exit(static_cast<int>(ExitStatus::kInternalError));
-  }
-  constexpr auto kPause = std::chrono::milliseconds(20);
-  bool told = false;
-  int status = 0;
-  while (true) {
-    const pid_t ended = waitpid(child, &status, WNOHANG);
-    if (ended == child) break;
-    if (ended < 0 && errno != EINTR) {
-      throw IoError(std::string("the process of a run is lost: ") +
-                    std::generic_category().message(errno));
-    }
-    if (!told && signals.Received()) {
-      kill(child, *signals.Received() == ExitStatus::kInterrupted ? SIGINT : SIGTERM);
-      told = true;
-    }
-    std::this_thread::sleep_for(kPause);
-  }
-  return WIFEXITED(status) ? static_cast<ExitStatus>(WEXITSTATUS(status))
-                           : ExitStatus::kInternalError;
+  const std::optional<int> status = RunChild({"/proc/self/exe", words, {}, false}, signals);
+  return status ? static_cast<ExitStatus>(*status) : ExitStatus::kInternalError;
 }
 
 /// What has become of a run's folder: "missing", or the status of its record.

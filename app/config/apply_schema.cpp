@@ -244,7 +244,7 @@ class Applier {
       return report(fmt::format("key '{}' does not belong to {} '{}', only to {}",
                                 entry.key,
                                 child->when_key,
-                                map.node.Find(child->when_key)->text,
+                                DiscriminatorOf(map.schema, *child, map.node),
                                 JoinNames(child->when_values)));
     }
     if (!child->needs.empty() && map.node.Find(child->needs) == nullptr) {

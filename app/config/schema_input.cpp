@@ -26,7 +26,7 @@ WordsOf<std::string> CameraFormats() {
 SchemaNode CamerasSchema() {
   return MapOf("cameras",
                {Key("path", &ObservationOptions::cameras) |
-                    Doc("`transforms.json`, or the folder of a COLMAP model, binary or text.") |
+                    Doc("File or folder of the cameras: " + optim::CameraFormatList() + ".") |
                     OneOf("cameras"),
                 ByCheck(binding::Make(SchemaNode::Type::kName, "sensor") |
                         Doc("One of `scene.sensors`: a camera that stood still and took every "
@@ -37,8 +37,12 @@ SchemaNode CamerasSchema() {
                             "be left out.")) |
                     Needs("sensor") | DefaultIs("all"),
                 Choice("format", CameraFormats(), &ObservationOptions::camera_format) |
-                    Doc("Kind of the camera file.") |
-                    Refuse({{"bundler", ""}, {"opencv", ""}, {"list", ""}}),
+                    Doc("Kind of the camera file.") | Refuse({{"bundler", ""}, {"list", ""}}),
+                Key("calibration", &ObservationOptions::calibration) |
+                    Doc("A calibration of OpenCV (YAML or XML; also camera_info of ROS) that gives "
+                        "all cameras their size, focal lengths, principal point and lens, in place "
+                        "of the camera file's.") |
+                    Needs("path") | DefaultIs("as the camera file says"),
                 Choice("distortion",
                        {{"model", DistortionPolicy::kModel}, {"refuse", DistortionPolicy::kRefuse}},
                        &ObservationOptions::distortion) |

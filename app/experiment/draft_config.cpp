@@ -115,8 +115,11 @@ std::string DraftConfig(const FoundInput& input,
                       views.size(),
                       first.width,
                       first.height);
-  text += fmt::format("  cameras: {{path: {}{}}}  # {}{}\n",
+  text += fmt::format("  cameras: {{path: {}{}{}}}  # {}{}\n",
                       PathText(input.options.cameras, folder),
+                      input.options.calibration.empty()
+                          ? ""
+                          : ", calibration: " + PathText(input.options.calibration, folder),
                       input.options.apply_exif_orientation ? ", orientation: exif" : "",
                       input.camera_format,
                       input.metres_per_unit > 0.0

@@ -90,12 +90,11 @@ fs::path FindCameras(const InputPlaces& places) {
       if (has_cameras(place)) return place;
     }
   }
-  throw IoError(top.string() +
-                ": no cameras were found. Looked for transforms.json and a COLMAP model "
-                "(cameras.bin or cameras.txt, also in sparse/0) in: " +
-                PathList(tried) +
-                ". Photos need cameras from such a program first; give their file or folder as "
-                "second argument");
+  throw IoError(
+      top.string() + ": no cameras were found. Looked for " + optim::CameraFormatList() +
+      " in: " + PathList(tried) +
+      ". Photos need cameras first: --sfm colmap finds them (apt install colmap), or give "
+      "their file or folder as second argument");
 }
 
 /// Photos of the cameras that are in a folder (empty: where the camera file says).
@@ -176,7 +175,13 @@ class InputFinder {
 
   FoundInput Run() {
     input_.options.cameras = FindCameras(places_);
-    cameras_ = optim::ImportCameras(input_.options.cameras, "auto");
+    const bool has_pictures = !places_.photos.empty() && !optim::PicturesIn(places_.photos).empty();
+    cameras_ = optim::ImportCameras(
+        input_.options.cameras, "auto", has_pictures ? Absolute(places_.photos) : fs::path());
+    if (!places_.calibration.empty()) {
+      input_.options.calibration = Absolute(places_.calibration);
+      optim::UseCalibration(input_.options.calibration, cameras_);
+    }
     if (cameras_.cameras.empty()) {
       throw IoError(input_.options.cameras.string() + ": has no posed photo");
     }

@@ -12,9 +12,10 @@ namespace pathfit::app {
 
 /// Where a person says things are; what is empty is looked for.
 struct InputPlaces {
-  std::filesystem::path photos = {};   ///< folder of the photos, or of everything
-  std::filesystem::path cameras = {};  ///< camera file, or its folder
-  std::filesystem::path masks = {};    ///< folder
+  std::filesystem::path photos = {};       ///< folder of the photos, or of everything
+  std::filesystem::path cameras = {};      ///< camera file, or its folder
+  std::filesystem::path masks = {};        ///< folder
+  std::filesystem::path calibration = {};  ///< OpenCV's; what is empty is as the camera file says
 };
 
 /// Photos with cameras and masks, as they were found and loaded.

@@ -4,10 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
+#include <initializer_list>
 #include <system_error>
 
+#include "optim/observation/photo_file.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
+#include "renderer/core/lower_case.h"
 
 namespace pathfit::optim {
 namespace {
@@ -23,9 +27,65 @@ bool IsFile(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
+/// Whether a file of this ending has the text in its beginning.
+bool StartsWithText(const fs::path& path, std::string_view text) {
+  constexpr std::size_t kBeginning = 4096;
+  std::string start(kBeginning, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start.find(text) != std::string::npos;
+}
+
+/// The file, or the first of these names in the folder, that passes.
+template <class Passes>
+fs::path FindFile(const fs::path& path,
+                  std::initializer_list<const char*> names,
+                  const Passes& passes) {
+  if (IsFile(path)) return passes(path) ? path : fs::path();
+  for (const char* name : names) {
+    if (const fs::path file = path / name; IsFile(file) && passes(file)) return file;
+  }
+  return {};
+}
+
+fs::path FindAliceVision(const fs::path& path, bool is_named) {
+  return FindFile(path, {"cameras.sfm", "sfm.json"}, [&](const fs::path& file) {
+    const std::string ending = renderer::LowerCase(file.extension().string());
+    return is_named || ending == ".sfm" ||
+           (ending == ".json" &&
+            (StartsWithText(file, "\"featuresFolders\"") || StartsWithText(file, "\"viewId\"")));
+  });
+}
+
 fs::path FindTransforms(const fs::path& path, bool is_named) {
-  if (IsFile(path)) return is_named || path.extension() == ".json" ? path : fs::path();
-  return IsFile(path / "transforms.json") ? path / "transforms.json" : fs::path();
+  return FindFile(path, {"transforms.json"}, [&](const fs::path& file) {
+    return is_named || file.extension() == ".json";
+  });
+}
+
+fs::path FindLlff(const fs::path& path, bool is_named) {
+  return FindFile(path, {"poses_bounds.npy"}, [&](const fs::path& file) {
+    return is_named || file.extension() == ".npy";
+  });
+}
+
+bool IsXml(const fs::path& path) {
+  return renderer::LowerCase(path.extension().string()) == ".xml";
+}
+
+fs::path FindMetashape(const fs::path& path, bool is_named) {
+  return FindFile(path, {"cameras.xml"}, [&](const fs::path& file) {
+    return is_named || (IsXml(file) && StartsWithText(file, "<document"));
+  });
+}
+
+/// Only by its own name: most calibrations beside photos hold no poses.
+fs::path FindOpencv(const fs::path& path, bool is_named) {
+  return FindFile(path, {}, [&](const fs::path& file) {
+    const std::string ending = renderer::LowerCase(file.extension().string());
+    return is_named || ending == ".yaml" || ending == ".yml" ||
+           (IsXml(file) && StartsWithText(file, "<opencv_storage"));
+  });
 }
 
 /// cameras.bin or cameras.txt at the path, or where a COLMAP workspace keeps its model. As in
@@ -53,20 +113,43 @@ struct CameraFormat {
   /// What `read` takes if `path` (file or folder) is of this kind, else empty. `is_named`: this
   /// format was asked for, so that unusual file names are fine.
   std::filesystem::path (*find)(const std::filesystem::path& path, bool is_named);
-  ImportedCameras (*read)(const std::filesystem::path& path);
+  /// `photos`: their folder, or empty.
+  ImportedCameras (*read)(const std::filesystem::path& path, const std::filesystem::path& photos);
 };
 
-constexpr std::array<CameraFormat, 2> kFormats = {{
+/// Of files that name their photos.
+template <ImportedCameras (*kRead)(const fs::path&)>
+ImportedCameras Named(const fs::path& path, const fs::path& /*photos*/) {
+  return kRead(path);
+}
+
+constexpr std::array<CameraFormat, 6> kFormats = {{
+    {"alicevision",
+     "AliceVision SfM",
+     "cameras.sfm or sfm.json of AliceVision (Meshroom)",
+     FindAliceVision,
+     Named<ReadAliceVisionSfm>},
     {"transforms",
      "transforms.json",
      "transforms.json (or another .json file)",
      FindTransforms,
-     ReadTransformsJson},
+     Named<ReadTransformsJson>},
     {"colmap",
      "COLMAP model",
      "cameras.bin or cameras.txt of a COLMAP model (here, in sparse/0 or in sparse)",
      FindColmap,
-     ReadColmapModel},
+     Named<ReadColmapModel>},
+    {"llff", "LLFF poses", "poses_bounds.npy of LLFF", FindLlff, ReadLlffPoses},
+    {"metashape",
+     "Metashape cameras",
+     "cameras.xml of Metashape (or another .xml file)",
+     FindMetashape,
+     Named<ReadMetashapeXml>},
+    {"opencv",
+     "OpenCV calibration",
+     "a .yaml, .yml or .xml file of an OpenCV calibration",
+     FindOpencv,
+     ReadOpencvCalibration},
 }};
 
 constexpr double kRotationTolerance = 1e-4;
@@ -88,7 +171,15 @@ bool HasCameras(const fs::path& path) {
       kFormats, [&](const CameraFormat& format) { return !format.find(path, false).empty(); });
 }
 
-ImportedCameras ImportCameras(const fs::path& path, std::string_view word) {
+std::string CameraFormatList() {
+  std::string list;
+  for (const CameraFormat& format : kFormats) {
+    list += (list.empty() ? "" : ", ") + std::string(format.wanted);
+  }
+  return list;
+}
+
+ImportedCameras ImportCameras(const fs::path& path, std::string_view word, const fs::path& photos) {
   std::error_code ignored;
   if (path.empty() || !fs::exists(path, ignored)) {
     throw IoError(path.string() + ": no such camera file or folder");
@@ -97,7 +188,7 @@ ImportedCameras ImportCameras(const fs::path& path, std::string_view word) {
   for (const CameraFormat& format : kFormats) {
     if (word != "auto" && word != format.word) continue;
     if (const fs::path found = format.find(path, word == format.word); !found.empty()) {
-      ImportedCameras cameras = format.read(found);
+      ImportedCameras cameras = format.read(found, photos);
       cameras.format = format.name;
       return cameras;
     }
@@ -105,6 +196,28 @@ ImportedCameras ImportCameras(const fs::path& path, std::string_view word) {
   }
   PATHFIT_CHECK(!missing.empty());
   throw IoError(path.string() + missing);
+}
+
+void UseCalibration(const fs::path& calibration, ImportedCameras& cameras) {
+  const renderer::Camera lens = ReadOpencvIntrinsics(calibration);
+  for (ImportedCamera& imported : cameras.cameras) {
+    renderer::Camera& camera = imported.camera;
+    camera.projection = lens.projection;
+    camera.width = lens.width;
+    camera.height = lens.height;
+    camera.fx = lens.fx;
+    camera.fy = lens.fy;
+    camera.cx = lens.cx;
+    camera.cy = lens.cy;
+    camera.distortion = lens.distortion;
+    imported.view_angle_x = 0.0;
+    imported.has_principal_point = true;
+  }
+  cameras.pixel_shift = 0.5;
+  cameras.files.push_back(calibration);
+  cameras.notes.push_back(
+      "Calibration: size, focal lengths, principal point and lens of all cameras are those of " +
+      calibration.string() + ".");
 }
 
 renderer::Camera CompleteCamera(const ImportedCamera& imported, int width, int height) {
@@ -155,6 +268,26 @@ Mat3 ExactRotation(const Mat3& matrix, const std::string& place) {
                 rotation.z * 0.5 + Cross(rotation.x, rotation.y) * scale};
   }
   return rotation;
+}
+
+renderer::Transform PoseFromForwardAxes(const Mat3& rotation,
+                                        const renderer::Vec3& centre,
+                                        const std::string& place) {
+  // Ours is turned by pi about x: y up, looking along -z.
+  return {{rotation.x, -rotation.y, -rotation.z}, CheckedCentre(centre, place)};
+}
+
+std::vector<fs::path> PicturesOf(const fs::path& file, const fs::path& photos, std::size_t count) {
+  std::vector<fs::path> pictures =
+      PicturesIn(photos.empty() ? file.parent_path() / "images" : photos);
+  if (photos.empty() && pictures.empty()) pictures = PicturesIn(file.parent_path());
+  if (pictures.size() == count) return pictures;
+  throw IoError(file.string() + ": has " + std::to_string(count) +
+                " poses and names no photos, but there are " + std::to_string(pictures.size()) +
+                " pictures in " +
+                (!photos.empty() ? photos.string()
+                                 : (file.parent_path() / "images").string() + " or beside it") +
+                "; the folder must hold the posed photos alone");
 }
 
 renderer::Vec3 CheckedCentre(const renderer::Vec3& centre, const std::string& place) {

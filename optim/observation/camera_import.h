@@ -31,14 +31,18 @@ struct ImportedCameras {
   std::vector<std::filesystem::path> files;  ///< everything that was read
   std::vector<ImportedCamera> cameras;       ///< in file order
   double metres_per_unit = 0.0;  ///< 0 when the file does not say; poses are not multiplied by it
+  /// What was added to the file's principal points, which count from the first pixel's centre.
+  double pixel_shift = 0.0;
+  std::vector<std::string> notes;  ///< what else was assumed or left out, as sentences
 };
 
 /// Reads a nerfstudio or NeRF camera file: camera-to-world matrices, x right, y up, looking along
 /// -z, pixel origin at the image corner; intrinsics for all frames or per frame; models OPENCV,
 /// PINHOLE and their simpler forms, and our own ORTHOGRAPHIC, whose fl_x and fl_y are pixels per
-/// unit. Throws IoError naming the file and the line or key: malformed,
-/// out of range, a lens model that is not known, a pose that is not a rotation to 1e-4 (better ones
-/// are made exact).
+/// unit. What nerfstudio's applied_transform and applied_scale say is undone: poses are in the
+/// frame they were found in, which exports keep. Throws IoError naming the file and the line or
+/// key: malformed, out of range, a lens model that is not known, a pose that is not a rotation to
+/// 1e-4 (better ones are made exact).
 ImportedCameras ReadTransformsJson(const std::filesystem::path& path);
 
 /// Reads a COLMAP model: `cameras_file` is its cameras.bin or cameras.txt, with images.bin or
@@ -48,15 +52,55 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path);
 /// with file:line, or with file and image of a binary model.
 ImportedCameras ReadColmapModel(const std::filesystem::path& cameras_file);
 
+/// Reads poses_bounds.npy of LLFF: of each photo a 3 x 5 matrix (axes down, right, backwards, the
+/// position, then height, width and focal length) and the nearest and farthest depth, which are not
+/// used. Photos are the pictures in `photos`, or in the folder `images` beside the file, or beside
+/// it, in the order of their names. Throws IoError with file and row; when there are not as many
+/// pictures as poses.
+ImportedCameras ReadLlffPoses(const std::filesystem::path& path,
+                              const std::filesystem::path& photos);
+
+/// Reads OpenCV's calibration files, YAML or XML (also camera_info of ROS): camera_matrix,
+/// distortion_coefficients, image_width and image_height, by their usual spellings. Pixels count
+/// from the first pixel's centre: 0.5 is added. No lens but the Brown one. The pose is left alone.
+/// Throws IoError with file and key.
+renderer::Camera ReadOpencvIntrinsics(const std::filesystem::path& path);
+
+/// The same with the poses of the photos the camera was calibrated on, in the frame of the board:
+/// extrinsic_parameters, or rvecs and tvecs. Photos as the file names them (images or image_names),
+/// else as of ReadLlffPoses. Throws IoError too if there is no pose.
+ImportedCameras ReadOpencvCalibration(const std::filesystem::path& path,
+                                      const std::filesystem::path& photos);
+
+/// Reads cameras that Metashape exported as XML: one chunk, sensors of type frame with f, cx, cy,
+/// b1, k1, k2, k3, p1, p2. Cameras without a pose are left out. In local coordinates poses are
+/// those of the chunk's transform, as in meshes exported so; georeferenced ones stay in the chunk's
+/// own frame, whose scale is metres_per_unit. Throws IoError with file, line and element.
+ImportedCameras ReadMetashapeXml(const std::filesystem::path& path);
+
+/// Reads SfM data of AliceVision (Meshroom) as JSON, of versions 1.0 to 1.2: pinhole cameras
+/// without distortion, with radialk1, radialk3 or brown. Views without a pose are left out. Throws
+/// IoError with file and element.
+ImportedCameras ReadAliceVisionSfm(const std::filesystem::path& path);
+
 /// What ImportCameras takes: "auto" and a word for each kind of camera file.
 std::vector<std::string> CameraFormatWords();
 
 /// Whether a folder holds, or a file is, cameras of a format that ImportCameras knows.
 bool HasCameras(const std::filesystem::path& path);
 
+/// What is looked for, for people: "transforms.json (or another .json file), ...".
+std::string CameraFormatList();
+
 /// The first format that is there; only the one with this word of CameraFormatWords, unless it is
-/// "auto". Throws IoError when nothing of this kind is there.
-ImportedCameras ImportCameras(const std::filesystem::path& path, std::string_view word);
+/// "auto". `photos` is their folder, for files that do not name them; it may be empty. Throws
+/// IoError when nothing of this kind is there.
+ImportedCameras ImportCameras(const std::filesystem::path& path,
+                              std::string_view word,
+                              const std::filesystem::path& photos = {});
+
+/// Gives all cameras the size, intrinsics and lens of an OpenCV calibration; poses stay.
+void UseCalibration(const std::filesystem::path& calibration, ImportedCameras& cameras);
 
 /// The camera with size and intrinsics filled in from a photo of this size, where the file left
 /// them open.
@@ -65,6 +109,19 @@ renderer::Camera CompleteCamera(const ImportedCamera& imported, int width, int h
 /// The rotation nearest to `matrix`. Throws IoError starting with `place` when the matrix differs
 /// from a rotation by more than 1e-4 (largest entry of M^T M - I, or a reflection).
 renderer::Mat3 ExactRotation(const renderer::Mat3& matrix, const std::string& place);
+
+/// Our pose of a camera whose axes are x right, y down, z forward: OpenCV's and COLMAP's.
+/// `rotation` takes these axes to the world. Throws IoError starting with `place` as CheckedCentre
+/// does.
+renderer::Transform PoseFromForwardAxes(const renderer::Mat3& rotation,
+                                        const renderer::Vec3& centre,
+                                        const std::string& place);
+
+/// The pictures in `photos`, or where that is empty in `images` beside `file`, else beside it, by
+/// name. Throws IoError unless there are `count`.
+std::vector<std::filesystem::path> PicturesOf(const std::filesystem::path& file,
+                                              const std::filesystem::path& photos,
+                                              std::size_t count);
 
 /// `centre` if its coordinates are numbers up to renderer::kMaxCoordinate. Throws IoError starting
 /// with `place`.

@@ -231,14 +231,13 @@ Cameras ReadTextCameras(const std::filesystem::path& path) {
   return cameras;
 }
 
-/// World to camera as COLMAP writes it: its camera has y down and looks along +z; ours is turned by
-/// pi about x.
+/// World to camera as COLMAP writes it.
 renderer::Transform PoseOf(const std::array<double, 7>& q_t, const std::string& place) {
   const renderer::Mat3 camera_from_world =
       RotationFromQuaternion(q_t[0], q_t[1], q_t[2], q_t[3], place);
   const renderer::Vec3 t{q_t[4], q_t[5], q_t[6]};
   const renderer::Mat3 rotation = renderer::Transposed(camera_from_world);
-  return {{rotation.x, -rotation.y, -rotation.z}, CheckedCentre(-(rotation * t), place)};
+  return PoseFromForwardAxes(rotation, -(rotation * t), place);
 }
 
 /// Adds what a model says of an image, whose names are those of `imported`.

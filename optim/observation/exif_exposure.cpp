@@ -24,6 +24,7 @@ struct Range {
 constexpr Range kTimesS{1e-7, 1e5};
 constexpr Range kFNumbers{0.3, 1000.0};
 constexpr Range kIsos{1.0, 1e7};
+constexpr Range kFocalLengthsMm{0.1, 1e4};
 
 /// The first component of an entry; empty where it has another type or is too short.
 class Entries {
@@ -79,20 +80,30 @@ std::string Span(const std::vector<ExifExposure>& exposures, Member member, Text
   return first == last ? first : first + " to " + last;
 }
 
-}  // namespace
+using ExifBlock = std::unique_ptr<ExifData, void (*)(ExifData*)>;
 
-double ExifExposure::Ev() const { return std::log2(time_s * iso / (f_number * f_number)); }
-
-std::optional<ExifExposure> ParseExifExposure(std::string_view exif) {
-  if (exif.empty() || exif.size() > kMaxBlock) return std::nullopt;
+/// Null for what cannot be one.
+ExifBlock LoadExif(std::string_view exif) {
+  ExifBlock data(nullptr, exif_data_unref);
+  if (exif.empty() || exif.size() > kMaxBlock) return data;
+  data.reset(exif_data_new());
+  if (!data) return data;
   const std::string block = std::string("Exif\0\0", 6) + std::string(exif);
-  const std::unique_ptr<ExifData, void (*)(ExifData*)> data(exif_data_new(), exif_data_unref);
-  if (!data) return std::nullopt;
   // Values count as they are stored, not as the library would mend them.
   exif_data_unset_option(data.get(), EXIF_DATA_OPTION_FOLLOW_SPECIFICATION);
   exif_data_load_data(data.get(),
                       reinterpret_cast<const unsigned char*>(block.data()),
                       static_cast<unsigned int>(block.size()));
+  return data;
+}
+
+}  // namespace
+
+double ExifExposure::Ev() const { return std::log2(time_s * iso / (f_number * f_number)); }
+
+std::optional<ExifExposure> ParseExifExposure(std::string_view exif) {
+  const ExifBlock data = LoadExif(exif);
+  if (!data) return std::nullopt;
   const Entries entries(data.get());
   const auto time = entries.Rational(EXIF_TAG_EXPOSURE_TIME, kTimesS);
   const auto f_number = entries.Rational(EXIF_TAG_FNUMBER, kFNumbers);
@@ -102,6 +113,22 @@ std::optional<ExifExposure> ParseExifExposure(std::string_view exif) {
   if (!iso) return std::nullopt;
   const bool flash = (entries.Short(EXIF_TAG_FLASH).value_or(0) & 1) != 0;
   return ExifExposure{*time, *f_number, *iso, flash};
+}
+
+std::string ParseExifLens(std::string_view exif) {
+  const ExifBlock data = LoadExif(exif);
+  if (!data) return {};
+  std::string text;
+  for (const ExifTag tag : {EXIF_TAG_MAKE, EXIF_TAG_MODEL}) {
+    const ExifEntry* entry = exif_content_get_entry(data->ifd[EXIF_IFD_0], tag);
+    if (entry == nullptr || entry->format != EXIF_FORMAT_ASCII || entry->data == nullptr) continue;
+    const std::string_view stored(reinterpret_cast<const char*>(entry->data), entry->size);
+    const std::string_view name = stored.substr(0, stored.find('\0'));
+    if (!name.empty()) text += (text.empty() ? "" : " ") + std::string(name);
+  }
+  const auto focal = Entries(data.get()).Rational(EXIF_TAG_FOCAL_LENGTH, kFocalLengthsMm);
+  if (focal) text += (text.empty() ? "" : ", ") + Number(*focal) + " mm";
+  return text;
 }
 
 ExifComparison CompareExifExposures(const std::vector<std::optional<ExifExposure>>& photos) {

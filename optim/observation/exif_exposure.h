@@ -23,6 +23,10 @@ struct ExifExposure {
 /// time, f-number and ISO are all there with plausible values.
 std::optional<ExifExposure> ParseExifExposure(std::string_view exif);
 
+/// Camera and focal length that an EXIF block names: "Canon EOS 5D, 50 mm". Empty where it names
+/// neither.
+std::string ParseExifLens(std::string_view exif);
+
 struct ExifComparison {
   std::vector<double> ev;  ///< of each photo, around their mean; empty if they are not to be used
   std::string seen;        ///< for people; empty if no photo says anything

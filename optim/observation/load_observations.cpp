@@ -360,13 +360,16 @@ void DescribeCameras(const ObservationOptions& options,
   } else {
     out.push_back("Cameras: " + std::string(cameras.format) + " (" + options.cameras.string() +
                   "), " + CountOf(facts.size(), "image") +
-                  "; pixel origin at the image corner (centre of the first pixel is 0.5, 0.5), no "
-                  "shift applied.");
+                  "; pixel origin at the image corner (centre of the first pixel is 0.5, 0.5), " +
+                  (cameras.pixel_shift == 0.0
+                       ? "no shift applied."
+                       : "which OpenCV calls (0, 0): 0.5 was added to principal points."));
     out.push_back(cameras.metres_per_unit > 0.0
                       ? "Scale: 1 unit of the camera file is " + Short(cameras.metres_per_unit) +
-                            " m by metres_per_unit; poses stay in units of the file."
+                            " m, as it says; poses stay in units of the file."
                       : "Scale: the camera file does not say; its unit is taken for a metre.");
   }
+  for (const std::string& note : cameras.notes) out.push_back(note);
   if (const std::size_t distorted = Count(facts, [](const FrameFacts& f) { return f.distorted; })) {
     out.push_back("Lens: " + CountOf(distorted, "camera") +
                   " with distortion; rays are bent by the model, the photos are not resampled.");
@@ -484,9 +487,11 @@ ObservationError::ObservationError(std::vector<std::string> problems)
     : IoError(Join(problems)), problems_(std::move(problems)) {}
 
 ObservationSet LoadObservations(const ObservationOptions& options, std::vector<InputFile>* files) {
-  const ImportedCameras cameras = options.fixed_camera
-                                      ? PicturesOfCamera(options)
-                                      : ImportCameras(options.cameras, options.camera_format);
+  ImportedCameras cameras =
+      options.fixed_camera
+          ? PicturesOfCamera(options)
+          : ImportCameras(options.cameras, options.camera_format, options.images_dir);
+  if (!options.calibration.empty()) UseCalibration(options.calibration, cameras);
   const std::vector<std::string> names = ViewNames(cameras);
   const std::vector<std::size_t> order = SortedByName(names);
   std::vector<FrameResult> frames(order.size());

@@ -36,7 +36,8 @@ struct ObservationOptions {
   /// Instead of a camera file: took every picture in `images_dir`, from the same place.
   std::optional<renderer::Camera> fixed_camera;
   std::vector<std::string> fixed_photos;  ///< of these file names alone; empty: every one
-  std::string camera_format = "auto";     ///< "auto", "transforms" or "colmap" (CameraFormatWords)
+  std::string camera_format = "auto";     ///< one of CameraFormatWords
+  std::filesystem::path calibration;      ///< OpenCV's, for all cameras; empty: as their file says
   DistortionPolicy distortion = DistortionPolicy::kModel;
   /// Empty: relative to transforms.json; for COLMAP the folder `images` beside or up to two levels
   /// above the model.

@@ -123,7 +123,8 @@ FileSearch FindPhoto(const std::string& image,
   FileSearch search;
   for (const fs::path& candidate : candidates) Try(candidate, search);
   for (const fs::path& candidate : candidates) {
-    for (const char* extension : {".png", ".jpg", ".jpeg", ".JPG", ".exr"}) {
+    for (const char* extension :
+         {".png", ".jpg", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff", ".TIF", ".exr"}) {
       if (!candidate.has_extension()) Try(fs::path(candidate) += extension, search);
     }
   }

@@ -5,11 +5,9 @@
 #include <numbers>
 #include <optional>
 
-#include <nlohmann/json.hpp>
-
 #include "optim/observation/camera_import.h"
+#include "optim/observation/json_entry.h"
 #include "renderer/core/error.h"
-#include "renderer/io/atomic_file.h"
 
 namespace pathfit::optim {
 namespace {
@@ -17,43 +15,10 @@ namespace {
 using nlohmann::json;
 using renderer::IoError;
 
-constexpr int kMaxImageSize = 100000;
-
-/// A JSON object together with where it stands, for messages.
-struct Entry {
-  const json& value;
-  std::string place;
-
-  [[nodiscard]] std::optional<double> Number(const char* key) const {
-    const auto found = value.find(key);
-    if (found == value.end() || found->is_null()) return std::nullopt;
-    if (!found->is_number() || !std::isfinite(found->get<double>())) {
-      throw IoError(place + "." + key + ": " + Shown(*found) + " is not a finite number");
-    }
-    return found->get<double>();
-  }
-  [[nodiscard]] std::optional<std::string> Text(const char* key) const {
-    const auto found = value.find(key);
-    if (found == value.end() || found->is_null()) return std::nullopt;
-    if (!found->is_string() || found->get_ref<const std::string&>().empty()) {
-      throw IoError(place + "." + key + ": " + Shown(*found) +
-                    " is not a text that names something");
-    }
-    return found->get<std::string>();
-  }
-  /// Lists and objects are only named: writing them out would recurse as deep as the file nests
-  /// them.
-  static std::string Shown(const json& value) {
-    if (value.is_structured()) return value.is_array() ? "a list" : "an object";
-    const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
-    return text.size() <= 40 ? text : text.substr(0, 37) + "...";
-  }
-};
-
 /// Looks a key up in the frame, then in the whole file.
 class Intrinsics {
  public:
-  Intrinsics(const Entry& frame, const Entry& file) : frame_(frame), file_(file) {}
+  Intrinsics(const JsonEntry& frame, const JsonEntry& file) : frame_(frame), file_(file) {}
 
   [[nodiscard]] std::optional<double> Number(const char* key) const {
     const std::optional<double> own = frame_.Number(key);
@@ -86,11 +51,11 @@ class Intrinsics {
   }
 
  private:
-  const Entry& frame_;
-  const Entry& file_;
+  const JsonEntry& frame_;
+  const JsonEntry& file_;
 };
 
-void ReadDistortion(const Intrinsics& source, const Entry& frame, renderer::Camera& camera) {
+void ReadDistortion(const Intrinsics& source, const JsonEntry& frame, renderer::Camera& camera) {
   const std::string model = source.Model();
   const std::initializer_list<const char*> known = {
       "", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "ORTHOGRAPHIC"};
@@ -120,7 +85,7 @@ void ReadDistortion(const Intrinsics& source, const Entry& frame, renderer::Came
   }
 }
 
-void ReadIntrinsics(const Entry& frame, const Entry& file, ImportedCamera& imported) {
+void ReadIntrinsics(const JsonEntry& frame, const JsonEntry& file, ImportedCamera& imported) {
   const Intrinsics source(frame, file);
   renderer::Camera& camera = imported.camera;
   camera.width = source.Size("w");
@@ -154,9 +119,9 @@ void ReadIntrinsics(const Entry& frame, const Entry& file, ImportedCamera& impor
   ReadDistortion(source, frame, camera);
 }
 
-renderer::Transform ReadPose(const Entry& frame) {
-  const std::string place = frame.place + ".transform_matrix";
-  const auto matrix = frame.value.find("transform_matrix");
+renderer::Transform ReadMatrix(const JsonEntry& frame, const char* key) {
+  const std::string place = frame.place + "." + key;
+  const auto matrix = frame.value.find(key);
   if (matrix == frame.value.end()) throw IoError(place + " is missing");
   const bool has_rows = matrix->is_array() && (matrix->size() == 3 || matrix->size() == 4);
   double m[4][4] = {{}, {}, {}, {0.0, 0.0, 0.0, 1.0}};
@@ -178,30 +143,45 @@ renderer::Transform ReadPose(const Entry& frame) {
   return {ExactRotation(linear, place), CheckedCentre({m[0][3], m[1][3], m[2][3]}, place)};
 }
 
-json ParseFile(const std::filesystem::path& path) {
-  const std::string text = renderer::ReadWholeFile(path);
-  try {
-    return json::parse(text);
-  } catch (const json::parse_error& error) {
-    const std::size_t byte = std::min(error.byte, text.size());
-    const auto line =
-        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(byte), '\n');
-    throw IoError(path.string() + ":" + std::to_string(line) + ": not valid JSON (byte " +
-                  std::to_string(byte) + ")");
-  } catch (const json::exception&) {
-    throw IoError(path.string() + ": holds a number that is out of range");
+/// What nerfstudio did to the poses it wrote: position * scale after `transform`.
+struct Applied {
+  renderer::Transform transform;
+  double scale = 1.0;
+
+  /// The pose before.
+  [[nodiscard]] renderer::Transform Undone(const renderer::Transform& pose,
+                                           const std::string& place) const {
+    const renderer::Transform inverse = renderer::RigidInverse(transform);
+    const renderer::Vec3 centre = pose.translation * (1.0 / scale);
+    return {inverse.linear * pose.linear, CheckedCentre(inverse.Point(centre), place)};
   }
+};
+
+/// Empty where nothing was applied, so that such files keep their bits.
+std::optional<Applied> ReadApplied(const JsonEntry& file, const std::string& name) {
+  Applied applied;
+  applied.scale = file.Number("applied_scale").value_or(1.0);
+  if (!(applied.scale > 0.0) || !std::isfinite(1.0 / applied.scale)) {
+    throw IoError(name + ": applied_scale must be positive");
+  }
+  if (file.value.contains("applied_transform")) {
+    applied.transform = ReadMatrix(file, "applied_transform");
+  }
+  if (applied.scale == 1.0 && applied.transform == renderer::Transform{}) {
+    return std::nullopt;
+  }
+  return applied;
 }
 
 }  // namespace
 
 ImportedCameras ReadTransformsJson(const std::filesystem::path& path) {
-  const json document = ParseFile(path);
+  const json document = ParseJsonFile(path);
   const std::string name = path.string();
   if (!document.is_object()) {
     throw IoError(name + ": the file must hold a JSON object with \"frames\"");
   }
-  const Entry file{document, name + ": (file)"};
+  const JsonEntry file{document, name + ": (file)"};
   ImportedCameras result;
   result.folder = path.parent_path();
   result.image_folders = {result.folder};
@@ -210,12 +190,22 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path) {
   if (document.contains("metres_per_unit") && result.metres_per_unit <= 0.0) {
     throw IoError(name + ": metres_per_unit must be positive");
   }
+  const std::optional<Applied> applied = ReadApplied(file, name);
+  if (applied) {
+    result.notes.emplace_back(
+        "Frame: applied_transform and applied_scale of the file were undone; positions are those "
+        "of the program that found the cameras, and meshes are expected there.");
+    result.metres_per_unit *= applied->scale;
+  }
+  if (const std::optional<std::string> points = file.Text("ply_file_path")) {
+    result.notes.push_back("Not read: the points in " + *points + " (ply_file_path).");
+  }
   const auto frames = document.find("frames");
   if (frames == document.end() || !frames->is_array() || frames->empty()) {
     throw IoError(name + ": frames must be a list with at least one frame");
   }
   for (std::size_t i = 0; i < frames->size(); ++i) {
-    const Entry frame{(*frames)[i], name + ": frames[" + std::to_string(i) + "]"};
+    const JsonEntry frame{(*frames)[i], name + ": frames[" + std::to_string(i) + "]"};
     if (!frame.value.is_object()) throw IoError(frame.place + " must be an object");
     const std::optional<std::string> image = frame.Text("file_path");
     if (!image) throw IoError(frame.place + ".file_path is missing");
@@ -225,7 +215,8 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path) {
     imported.place = frame.place;
     imported.camera.name = *image;
     ReadIntrinsics(frame, file, imported);
-    imported.camera.world_from_camera = ReadPose(frame);
+    const renderer::Transform pose = ReadMatrix(frame, "transform_matrix");
+    imported.camera.world_from_camera = applied ? applied->Undone(pose, frame.place) : pose;
     result.cameras.push_back(std::move(imported));
   }
   return result;

@@ -1,5 +1,5 @@
 if(NOT PATHFIT_QUICK_TESTS)
-  foreach(test program render truth command page tutorial)
+  foreach(test program render truth command page sfm tutorial)
     add_test(NAME e2e/${test}
       COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/${test}_test.py $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR})
     set_tests_properties(e2e/${test} PROPERTIES LABELS e2e TIMEOUT 1200)

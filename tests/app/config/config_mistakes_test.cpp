@@ -81,7 +81,11 @@ TEST(ConfigMistakes, RangesAndChoicesSayWhatIsAllowed) {
   ExpectProblems(kSceneConfig,
                  {{"scene.sensors.front.fov_deg=180",
                    "scene.sensors.front.fov_deg: 180 is out of range (allowed: a number between 0 "
-                   "and 180)"}});
+                   "and 180)"},
+                  // The type that decides is not given.
+                  {"scene.sensors.front.height_m=5",
+                   "scene.sensors.front: key 'height_m' does not belong to type 'perspective', "
+                   "only to orthographic"}});
 }
 
 TEST(ConfigMistakes, WhatIsPlannedIsNotSupported) {

@@ -1,0 +1,548 @@
+#include "tests/fuzz/fuzz_targets.h"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <memory>
+
+#include <nlohmann/json.hpp>
+
+#include "app/config/config_error.h"
+#include "app/output/export_cameras.h"
+#include "app/output/fit_history.h"
+#include "app/output/report.h"
+#include "app/output/run_directory.h"
+#include "app/output/run_record.h"
+#include "app/output/viewed_model.h"
+#include "optim/checkpoint/checkpoint.h"
+#include "optim/observation/camera_import.h"
+#include "optim/observation/exif_exposure.h"
+#include "renderer/geometry/mesh.h"
+#include "renderer/geometry/mesh_primitives.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/io/exr_file.h"
+#include "renderer/io/gltf_reader.h"
+#include "renderer/io/gltf_writer.h"
+#include "renderer/io/image_file.h"
+#include "renderer/io/mesh_file.h"
+#include "renderer/io/ply_file.h"
+#include "tests/app/config/config_text.h"
+#include "tests/optim/observation/exif_bytes.h"
+#include "tests/support/test_scenes.h"
+
+namespace pathfit::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using renderer::Image;
+
+std::string BytesOf(const std::vector<unsigned char>& bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+template <class... Values>
+std::string Binary(Values... values) {
+  std::string bytes;
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
+  return bytes;
+}
+
+// --- Meshes -------------------------------------------------------------------------------------
+
+renderer::Mesh SeedMesh(bool with_all) {
+  renderer::Mesh mesh = renderer::MakeIcosphere(0, 1.0);
+  if (with_all) renderer::SetUniformVertexColors({0.2, 0.5, 0.7}, mesh);
+  return mesh;
+}
+
+constexpr const char* kObj = R"(# a cube's corner
+mtllib none.mtl
+o corner
+g one two
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+v 0 0 1
+vt 0 0
+vt 1 0
+vt 1 1
+vn 0 0 1
+usemtl red
+f 1/1/1 2/2/1 3/3/1 4/3/1
+g other
+f -5//-1 -4//-1 -1//1
+)";
+
+constexpr const char* kPly = R"(ply
+format ascii 1.0
+comment made by hand
+element vertex 4
+property float x
+property float y
+property double z
+property uchar red
+property uchar green
+property uchar blue
+property float s
+property float t
+element face 2
+property list uchar int vertex_indices
+end_header
+0 0 0 255 0 0 0 0
+1 0 0 0 255 0 1 0
+1 1 0 0 0 255 1 1
+0 1 0 9 9 9 0 1
+3 0 1 2
+4 0 1 2 3
+)";
+
+/// A triangle with its numbers in the file, and a node for all that is read beside it.
+constexpr const char* kGltf = R"({"asset": {"version": "2.0"}, "scene": 0,
+"scenes": [{"nodes": [0, 1, 2]}],
+"nodes": [{"name": "n", "mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 1,2,3,1], "children": [3]},
+ {"camera": 0, "rotation": [0, 0.70710678, 0, 0.70710678], "translation": [0, 0, 3]},
+ {"extensions": {"KHR_lights_punctual": {"light": 0}}}, {"scale": [1, 2, 1], "mesh": 0}],
+"cameras": [{"type": "perspective", "perspective": {"yfov": 0.7, "aspectRatio": 1.5, "znear": 0.1}}],
+"meshes": [{"name": "m", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0,
+ "mode": 4}]}],
+"materials": [{"name": "mat", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.2, 0.1, 1],
+ "roughnessFactor": 0.4, "metallicFactor": 0.2}, "emissiveFactor": [1, 1, 1], "doubleSided": true,
+ "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 3}}}],
+"extensionsUsed": ["KHR_lights_punctual", "KHR_materials_emissive_strength"],
+"extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 5,
+ "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}]}},
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+ "min": [0, 0, 0], "max": [1, 1, 0]}, {"bufferView": 1, "componentType": 5123, "count": 3,
+ "type": "SCALAR"}],
+"bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 36, "target": 34962},
+ {"buffer": 0, "byteOffset": 36, "byteLength": 6, "target": 34963}],
+"buffers": [{"byteLength": 42,
+ "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIA"}]})";
+
+std::string GlbSeed(const fs::path& folder) {
+  renderer::Mesh mesh = renderer::MakeRectangle();
+  if (mesh.uvs.empty()) mesh = SeedMesh(true);
+  renderer::GlbMaterial material;
+  material.emission = {2.0, 1.0, 0.5};
+  renderer::WriteGlb(folder / "seed.glb", mesh, material);
+  return renderer::ReadWholeFile(folder / "seed.glb");
+}
+
+void AddMeshes(const fs::path& folder, std::vector<FuzzTarget>& targets) {
+  std::vector<FileSet> ply = {{{"m.ply", kPly}}};
+  for (const bool with_all : {false, true}) {
+    renderer::WritePly(folder / "seed.ply", SeedMesh(with_all));
+    ply.push_back({{"m.ply", renderer::ReadWholeFile(folder / "seed.ply")}});
+  }
+  std::string big = kPly;  // binary of the other byte order, cut
+  big.replace(big.find("ascii"), 5, "binary_big_endian");
+  ply.push_back({{"m.ply", big}});
+  targets.push_back({"ply",
+                     ply,
+                     {"element",
+                      "property",
+                      "list",
+                      "uchar",
+                      "double",
+                      "int",
+                      "vertex",
+                      "face",
+                      "end_header\n",
+                      "binary_little_endian",
+                      "vertex_indices",
+                      "nx",
+                      "uint"},
+                     [](const fs::path& at) { renderer::ReadMesh(at / "m.ply"); },
+                     {}});
+  targets.push_back({"obj",
+                     {{{"m.obj", kObj}}},
+                     {"f ", "v ", "vt ", "vn ", "//", "/", "\\\n", "-1", "usemtl", "\ng ", "\n"},
+                     [](const fs::path& at) {
+                       renderer::ReadMesh(at / "m.obj");
+                       renderer::ReadMeshGroups(at / "m.obj");
+                     },
+                     {}});
+  targets.push_back({"gltf",
+                     {{{"m.gltf", kGltf}}},
+                     {"\"byteOffset\":",
+                      "\"sparse\":",
+                      "\"normalized\": true,",
+                      "5121",
+                      "5125",
+                      "\"VEC4\"",
+                      "\"MAT4\"",
+                      "[]",
+                      "{}",
+                      "null",
+                      "-1",
+                      "4294967295",
+                      "\"KHR_texture_transform\"",
+                      "\"skin\": 0,",
+                      "\"uri\": \"../x\"",
+                      "\"mode\": 5"},
+                     [](const fs::path& at) { renderer::ReadGltf(at / "m.gltf"); },
+                     {}});
+  targets.push_back({"glb",
+                     {{{"m.glb", GlbSeed(folder)}}},
+                     {"JSON", "BIN", "\"count\":", "5126", "}", "]"},
+                     [](const fs::path& at) { renderer::ReadGltf(at / "m.glb"); },
+                     {}});
+}
+
+// --- Images -------------------------------------------------------------------------------------
+
+Image SeedImage(int channels) {
+  Image image(13, 9, channels);
+  for (std::size_t i = 0; i < image.data.size(); ++i) {
+    image.data[i] = static_cast<float>(i % 17) / 16.0F;
+  }
+  return image;
+}
+
+/// Width, height, bits, strips: little endian, one strip, not compressed.
+std::string TiffSeed(std::uint16_t bits, std::uint16_t format) {
+  constexpr std::uint32_t kWidth = 5, kHeight = 4;
+  const std::uint32_t size = kWidth * kHeight * 3 * bits / 8;
+  constexpr std::uint16_t kShort = 3, kLong = 4, kEntries = 10;
+  constexpr std::uint32_t kBits = 8 + 2 + kEntries * 12 + 4, kData = kBits + 6;
+  std::string bytes = "II" + Binary(std::uint16_t{42}, std::uint32_t{8}, kEntries);
+  const auto entry =
+      [&](std::uint16_t tag, std::uint16_t type, std::uint32_t count, std::uint32_t value) {
+        bytes += Binary(tag, type, count, value);
+      };
+  entry(256, kLong, 1, kWidth);
+  entry(257, kLong, 1, kHeight);
+  entry(258, kShort, 3, kBits);
+  entry(259, kShort, 1, 1);
+  entry(262, kShort, 1, 2);
+  entry(273, kLong, 1, kData);
+  entry(277, kShort, 1, 3);
+  entry(278, kLong, 1, kHeight);
+  entry(279, kLong, 1, size);
+  entry(339, kShort, 1, format);
+  bytes += Binary(std::uint32_t{0}, bits, bits, bits);
+  return bytes + std::string(size, '\x20');
+}
+
+/// Checksums of all chunks of a PNG file, so that damage reaches what is behind them.
+void MendPng(std::string& bytes) {
+  constexpr std::size_t kSignature = 8;
+  const auto big = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      value = value << 8U | static_cast<unsigned char>(bytes[at + i]);
+    }
+    return value;
+  };
+  for (std::size_t at = kSignature; at + 12 <= bytes.size();) {
+    const std::size_t size = big(at);
+    if (size > bytes.size() - at - 12) return;
+    std::uint32_t crc = ~0U;
+    for (std::size_t i = at + 4; i < at + 8 + size; ++i) {
+      crc ^= static_cast<unsigned char>(bytes[i]);
+      for (int bit = 0; bit < 8; ++bit) crc = crc >> 1U ^ (0xEDB88320U & (0U - (crc & 1U)));
+    }
+    crc = ~crc;
+    for (std::size_t i = 0; i < 4; ++i) {
+      bytes[at + 8 + size + i] = static_cast<char>(crc >> (24U - 8U * i));
+    }
+    at += size + 12;
+  }
+}
+
+void AddImages(const fs::path& folder, std::vector<FuzzTarget>& targets) {
+  renderer::WriteExr(folder / "three.exr", SeedImage(3));
+  renderer::WriteExr(folder / "four.exr", SeedImage(4));
+  renderer::WriteHdr(folder / "seed.hdr", SeedImage(3));
+  const auto read = [](const fs::path& at) { renderer::ReadImageFile(at / "image", true); };
+  const auto add = [&](const char* name,
+                       const std::vector<std::string>& seeds,
+                       const std::vector<std::string>& words,
+                       const std::function<void(std::string&)>& mend = {}) {
+    FuzzTarget target{name, {}, words, read, mend};
+    for (const std::string& seed : seeds) target.seeds.push_back({{"image", seed}});
+    targets.push_back(std::move(target));
+  };
+  add("png",
+      {BytesOf(renderer::EncodePng(SeedImage(3))), BytesOf(renderer::EncodePng(SeedImage(1)))},
+      {"IHDR", "IDAT", "PLTE", "tRNS", "gAMA", "iCCP", "IEND", "acTL"},
+      MendPng);
+  add("jpeg",
+      {optim::WithExif(renderer::EncodeJpeg(SeedImage(3), 80), optim::ExifBlock({})),
+       BytesOf(renderer::EncodeJpeg(SeedImage(1), 95))},
+      {"\xff\xc0", "\xff\xc2", "\xff\xda", "\xff\xd8", "\xff\xd9", "\xff\xe1", "\xff\xdd"});
+  add("tiff", {TiffSeed(8, 1), TiffSeed(16, 1), TiffSeed(32, 3)}, {"MM", "II"});
+  add("hdr",
+      {renderer::ReadWholeFile(folder / "seed.hdr")},
+      {"-Y ", "+X ", "EXPOSURE=", "FORMAT=32-bit_rle_xyze", "\n", "#?RADIANCE"});
+  add("exr",
+      {renderer::ReadWholeFile(folder / "three.exr"), renderer::ReadWholeFile(folder / "four.exr")},
+      {"chlist", "tiles", "dataWindow", "box2i", "compression", "lineOrder", "chromaticities"});
+  targets.push_back({"exif",
+                     {{{"exif", optim::ExifBlock({})}}, {{"exif", optim::ExifBlock({}, true)}}},
+                     {"II", "MM"},
+                     [](const fs::path& at) {
+                       const std::string bytes = renderer::ReadWholeFile(at / "exif");
+                       static_cast<void>(optim::ParseExifExposure(bytes));
+                       static_cast<void>(optim::ParseExifLens(bytes));
+                     },
+                     {}});
+}
+
+// --- Cameras ------------------------------------------------------------------------------------
+
+std::string LlffSeed() {
+  std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 17), }";
+  header.resize(117, ' ');
+  std::string bytes = std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + "\n";
+  for (int i = 0; i < 2; ++i) {
+    for (const double value : {1.0,
+                               0.0,
+                               0.0,
+                               -2.0,
+                               4.0,
+                               0.0,
+                               0.0,
+                               -1.0,
+                               -3.0,
+                               6.0,
+                               0.0,
+                               1.0,
+                               0.0,
+                               -1.0,
+                               5.0,
+                               0.5,
+                               9.0}) {
+      bytes += Binary(value);
+    }
+  }
+  return bytes;
+}
+
+constexpr const char* kOpencvYaml = R"(%YAML:1.0
+---
+image_width: 200
+image_height: 120
+camera_matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 200., 0., 100., 0., 400., 59.75, 0., 0., 1. ]
+distortion_coefficients: [ 0.1, 0.2, 0.01, 0.02, 0. ]
+rvecs: [[0.1, 0.2, 0.3], [1, 2, 3]]
+tvecs: [[1, 2, 3], [4, 5, 6]]
+images: [ a.png, "b c.png" ]
+)";
+
+constexpr const char* kOpencvXml = R"(<?xml version="1.0"?>
+<opencv_storage>
+<image_size>200 120</image_size>
+<camera_matrix type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>
+  <data>200. 0. 100. 0. 400. 59.75 0. 0. 1.</data></camera_matrix>
+<distortion_coefficients type_id="opencv-matrix"><rows>5</rows><cols>1</cols><dt>d</dt>
+  <data>0.1 0.2 0.01 0.02 0.</data></distortion_coefficients>
+<extrinsic_parameters><rows>1</rows><data>1 2 3 4 5 6</data></extrinsic_parameters>
+<images>"a b.png"</images>
+</opencv_storage>
+)";
+
+constexpr const char* kMetashape = R"(<document version="1.5.0"><chunk label="Chunk 1">
+<sensors><sensor id="0" label="s" type="frame"><resolution width="200" height="120"/>
+<calibration type="frame" class="adjusted"><resolution width="200" height="120"/><f>400</f>
+<cx>0.5</cx><cy>0.25</cy><k1>0.1</k1><k2>0.2</k2><p1>0.01</p1><b1>-20</b1></calibration></sensor></sensors>
+<components><component id="0"><transform><rotation>1 0 0 0 1 0 0 0 1</rotation>
+<translation>1 2 3</translation><scale>2</scale></transform></component></components>
+<cameras><camera id="0" sensor_id="0" component_id="0" label="a">
+<transform>0 1 0 -2 0 0 1 -3 1 0 0 -1 0 0 0 1</transform></camera>
+<group><camera id="1" sensor_id="0" component_id="0" label="b.jpg">
+<transform>0 1 0 -2 0 0 1 -3 1 0 0 -1 0 0 0 1</transform></camera></group></cameras>
+<reference>LOCAL_CS["L",LOCAL_DATUM["L",0],UNIT["metre",1]]</reference></chunk></document>
+)";
+
+constexpr const char* kAliceVision = R"({"version": ["1", "2", "6"], "featuresFolders": [],
+"views": [{"viewId": "5", "poseId": "5", "intrinsicId": "9", "path": "/x/a photo.jpg"},
+ {"viewId": "6", "poseId": "6", "intrinsicId": "9", "path": "b.jpg"}],
+"intrinsics": [{"intrinsicId": "9", "width": "200", "height": "120", "sensorWidth": "36",
+ "type": "brown", "focalLength": "36", "pixelRatio": "2", "principalPoint": ["0.5", "0.25"],
+ "distortionParams": ["0.1", "0.2", "0", "0.1", "0.3"]}],
+"poses": [{"poseId": "5", "pose": {"transform": {"rotation": ["0", "1", "0", "0", "0", "1", "1", "0",
+ "0"], "center": ["-2", "-3", "-1"]}}}]})";
+
+void AddCameras(std::vector<FuzzTarget>& targets) {
+  const renderer::Scene scene = BallAndWall();
+  std::vector<renderer::Camera> cameras(scene.sensors.begin(), scene.sensors.begin() + 1);
+  cameras[0].distortion = {.k1 = 0.01, .k2 = -0.02, .k3 = 0.0, .p1 = 1e-3, .p2 = 0.0};
+  const app::ColmapText colmap = app::ColmapModel(cameras, {"a photo.jpg"});
+  const auto import = [](const char* file) {
+    return [file](const fs::path& at) { optim::ImportCameras(at / file, "auto"); };
+  };
+  const auto add = [&](const char* name,
+                       const std::vector<FileSet>& seeds,
+                       const char* file,
+                       const std::vector<std::string>& words) {
+    targets.push_back({name, seeds, words, import(file), {}});
+  };
+  const std::vector<std::string> json = {
+      "[]", "{}", "null", "\"\"", "[[", "-1", "\"1e400\"", "true"};
+  std::string frames = app::TransformsJson(cameras, {"a.png"}, 0.5);
+  std::string applied = frames;
+  applied.insert(1,
+                 R"("applied_transform": [[1,0,0,1],[0,0,1,0],[0,-1,0,0]], "applied_scale": 2,)");
+  add("transforms", {{{"t.json", frames}}, {{"t.json", applied}}}, "t.json", json);
+  add("alicevision", {{{"c.sfm", kAliceVision}}}, "c.sfm", json);
+  add("colmap_text",
+      {{{"cameras.txt", colmap.cameras}, {"images.txt", colmap.images}}},
+      "cameras.txt",
+      {"PINHOLE", "OPENCV", "FULL_OPENCV", "RADIAL", "\n\n", "# ", "nan"});
+  const std::string binary_cameras = Binary(std::uint64_t{1},
+                                            std::uint32_t{7},
+                                            std::int32_t{4},
+                                            std::uint64_t{200},
+                                            std::uint64_t{120},
+                                            200.0,
+                                            200.0,
+                                            100.0,
+                                            60.0,
+                                            0.1,
+                                            0.2,
+                                            0.01,
+                                            0.02);
+  const std::string binary_images =
+      Binary(
+          std::uint64_t{1}, std::uint32_t{1}, 0.5, 0.5, 0.5, 0.5, 1.0, 2.0, 3.0, std::uint32_t{7}) +
+      std::string("a.jpg\0", 6) + Binary(std::uint64_t{1}, 1.5, 2.5, std::uint64_t{9});
+  add("colmap_binary",
+      {{{"cameras.bin", binary_cameras}, {"images.bin", binary_images}}},
+      "cameras.bin",
+      {});
+  const std::vector<std::string> xml = {
+      "<", ">", "</", "/>", "<!--", "<![CDATA[", "&amp;", "&#0;", "\"", "<data>", "<_>"};
+  add("metashape", {{{"c.xml", kMetashape}}}, "c.xml", xml);
+  add("opencv_xml", {{{"c.xml", kOpencvXml}}}, "c.xml", xml);
+  add("opencv_yaml",
+      {{{"c.yml", kOpencvYaml}}},
+      "c.yml",
+      {"&a ", "*a", "{", "}", "[", "]", "- ", ": ", "!!binary ", "|\n", "---\n", "? ", "%"});
+  const std::string picture = BytesOf(renderer::EncodePng(Image(2, 2, 3)));
+  targets.push_back({"llff",
+                     {{{"poses_bounds.npy", LlffSeed()}}},
+                     {"'descr'", "'<f4'", "True", "(", ")", ",", "'shape'", "17"},
+                     [picture](const fs::path& at) {
+                       for (const char* name : {"a.png", "b.png"}) {
+                         if (!fs::exists(at / name)) std::ofstream(at / name) << picture;
+                       }
+                       optim::ImportCameras(at / "poses_bounds.npy", "auto");
+                     },
+                     {}});
+}
+
+// --- Runs ---------------------------------------------------------------------------------------
+
+struct CheckpointSeed {
+  renderer::Scene start = BallAndWall();
+  std::vector<optim::UnknownSpec> unknowns = std::vector<optim::UnknownSpec>(1);
+
+  CheckpointSeed() { unknowns[0].kind = renderer::ParameterKind::kVertexPositions; }
+  [[nodiscard]] optim::FitOrigin Origin() const { return {start, unknowns}; }
+};
+
+/// The checksum of a checkpoint's payload, as the format says.
+void MendCheckpoint(std::string& bytes) {
+  using nlohmann::json;
+  json file = json::from_cbor(bytes, true, false);
+  if (!file.is_object() || !file.contains("payload") || !file["payload"].is_binary()) return;
+  std::uint32_t crc = ~0U;
+  for (const std::uint8_t byte : file["payload"].get_binary()) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1U ^ (0x82F63B78U & (0U - (crc & 1U)));
+  }
+  file["crc32c"] = ~crc;
+  const std::vector<std::uint8_t> mended = json::to_cbor(file);
+  bytes.assign(mended.begin(), mended.end());
+}
+
+void AddRuns(const fs::path& folder, std::vector<FuzzTarget>& targets) {
+  const auto seed = std::make_shared<CheckpointSeed>();
+  optim::FitState state;
+  state.fingerprint = "views 3";
+  state.sequence = 1;
+  state.costs = {0.3, 0.2};
+  state.standard_errors = {{"ball.translation", {0.1, 0.2, 0.3}}};
+  state.scene = state.stage_start = state.level_scene = seed->start;
+  state.scene.meshes[0].mesh.positions[1] = {0.5, -0.0, 5e-324};
+  fs::create_directories(folder / "checkpoints");
+  optim::WriteCheckpoint(folder / "checkpoints", seed->Origin(), state);
+  const std::string bytes = renderer::ReadWholeFile(folder / "checkpoints" / "state_000001.cbor");
+  targets.push_back(
+      {"checkpoint",
+       {{{"state_000001.cbor", bytes}}},
+       {"\xf6", "\xa0", "\x80", "\x40", "payload", "scene", "values"},
+       [seed](const fs::path& at) { optim::ReadNewestCheckpoint(at, seed->Origin()); },
+       MendCheckpoint});
+
+  app::WriteRunRecord(folder / "run.json", app::MakeRunRecord({"pathfit", "fit", "a.yaml"}));
+  app::FitHistory history;
+  history.rounds.resize(2);
+  history.rounds[1].step = 2;
+  history.stages.resize(1);
+  history.parameters.resize(1);
+  history.gain_errors = {0.1};
+  app::WriteHistory(folder / "history.json", history);
+  renderer::Scene unseen = seed->start;
+  unseen.sensors.clear();
+  app::WriteViewedModel(folder / "model.json", app::ViewedModel(unseen, {}, {}));
+  FileSet run;
+  for (const char* name : {"run.json", "history.json", "model.json"}) {
+    run[name] = renderer::ReadWholeFile(folder / name);
+  }
+  const std::vector<std::string> json = {
+      "[]", "{}", "null", "\"\"", "-1", "1e400", "</script>", "true"};
+  targets.push_back({"run_json",
+                     {run},
+                     json,
+                     [](const fs::path& at) {
+                       const app::RunDirectory run_directory(at);
+                       app::ReadRunRecord(run_directory.Record());
+                       app::ReadHistory(run_directory.History());
+                       app::ReadViewedModel(run_directory.Model());
+                     },
+                     {}});
+  targets.push_back({"report",
+                     {run},
+                     json,
+                     [](const fs::path& at) { app::WriteReport(app::RunDirectory(at)); },
+                     {},
+                     0.05});
+}
+
+void AddConfigs(std::vector<FuzzTarget>& targets) {
+  targets.push_back(
+      {"config",
+       {{{"c.yaml", app::kFitConfig}},
+        {{"c.yaml", app::kSceneConfig}},
+        {{"c.yaml", app::kRichConfig}}},
+       {"{}",  "[]",  "null", "~",      "[[1, 2], 3]",  "1e999", ".inf", "yes", "\"1\"",
+        "- a", "\n",  "\t",   ": ",     "&a ",          "*a",    "!!x",  "#",   "'",
+        "\"",  "all", "${X",  "<<: *a", "mug.vertices", "free",  "type"},
+       [](const fs::path& at) {
+         static_cast<void>(app::ResolvedText(app::LoadExperimentConfig(at / "c.yaml", {})));
+       },
+       {},
+       0.2});
+}
+
+}  // namespace
+
+std::vector<FuzzTarget> FuzzTargets(const fs::path& folder) {
+  std::vector<FuzzTarget> targets;
+  AddConfigs(targets);
+  AddMeshes(folder, targets);
+  AddImages(folder, targets);
+  AddCameras(targets);
+  AddRuns(folder, targets);
+  return targets;
+}
+
+}  // namespace pathfit::tests
