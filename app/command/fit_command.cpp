@@ -16,6 +16,7 @@
 #include "app/output/parameter_table.h"
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/round/fit.h"
+#include "optim/ranks/ranks.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
@@ -113,6 +114,7 @@ ExitStatus RunInDirectory(CommandContext& context,
   experiment.fit.time_limit_s = context.line.time_limit_s;
   optim::FitControls controls;
   controls.cancel = &signals.flag();
+  controls.ranks = &context.ranks;
   controls.checkpoint_folder = run.Checkpoints();
   controls.resume = std::move(resume);
   try {
@@ -136,6 +138,17 @@ ExitStatus RunInDirectory(CommandContext& context,
     recorder.Finish(RunStatus::kFailed, e.what(), static_cast<int>(StatusOfException(e)));
     throw;
   }
+}
+
+/// Renders what the first rank asks for.
+ExitStatus Follow(CommandContext& context, const Experiment& experiment) {
+  const StopSignals signals;
+  optim::SilentObserver observer;
+  optim::FitControls controls;
+  controls.cancel = &signals.flag();
+  controls.ranks = &context.ranks;
+  optim::RunFit(experiment.scene, experiment.observations, experiment.fit, observer, controls);
+  return ExitStatus::kFinished;
 }
 
 constexpr ResultKey kResult[] = {
@@ -172,6 +185,7 @@ ExitStatus Fit(CommandContext& context) {
   const int threads = NumThreads(context.line, config.threads);
   const renderer::ThreadLimit limit(threads);
   Experiment experiment = BuildExperiment(config);
+  if (!context.ranks.IsFirst()) return Follow(context, experiment);
   const StartCheck start = CheckStart(config, experiment);
 
   RunRecord record = MakeRunRecord(context.line.arguments);
@@ -206,6 +220,7 @@ ExitStatus Resume(CommandContext& context) {
       LoadExperimentConfig(run.ResolvedConfig(), context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   Experiment experiment = BuildExperiment(config);
+  if (!context.ranks.IsFirst()) return Follow(context, experiment);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
 
   const RunRecord before = ReadRunRecord(run.Record());
@@ -235,12 +250,13 @@ ExitStatus Resume(CommandContext& context) {
 }  // namespace
 
 extern const Command kFitCommand = {
-    "fit", "Fits a scene to photos; prints the run directory", "CONFIG", DeclareFit, Fit, kResult};
+    "fit", "Fits a scene to photos; prints the run directory", "CONFIG", DeclareFit, Fit, kResult, true};
 extern const Command kResumeCommand = {"resume",
                                        "Continues a run from its newest checkpoint",
                                        "RUN",
                                        DeclareTimeLimit,
                                        Resume,
-                                       kResult};
+                                       kResult,
+                                       true};
 
 }  // namespace pathfit::app
