@@ -8,6 +8,7 @@
 
 #include "optim/problem/pixel_rows.h"
 #include "optim/problem/split_half_cost.h"
+#include "optim/ranks/film_stream.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
 
@@ -97,16 +98,12 @@ ViewComparison CompareView(const std::vector<ComparedScene>& scenes,
 }  // namespace
 
 static void Write(const ReportedView& view, ByteWriter& writer) {
-  writer.Put(view.film.width);
-  writer.Put(view.film.height);
-  writer.Put(view.film.pixels);
+  Write(view.film, writer);
   writer.Put(view.quality);
   writer.Put(view.gain_factor);
 }
 static void Read(ByteReader& reader, ReportedView& view) {
-  reader.Get(view.film.width);
-  reader.Get(view.film.height);
-  reader.Get(view.film.pixels);
+  Read(reader, view.film);
   reader.Get(view.quality);
   reader.Get(view.gain_factor);
 }
