@@ -15,8 +15,8 @@
 #include "app/output/fit_recorder.h"
 #include "app/output/parameter_table.h"
 #include "optim/checkpoint/checkpoint.h"
-#include "optim/round/fit.h"
 #include "optim/ranks/ranks.h"
+#include "optim/round/fit.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
@@ -249,8 +249,13 @@ ExitStatus Resume(CommandContext& context) {
 
 }  // namespace
 
-extern const Command kFitCommand = {
-    "fit", "Fits a scene to photos; prints the run directory", "CONFIG", DeclareFit, Fit, kResult, true};
+extern const Command kFitCommand = {"fit",
+                                    "Fits a scene to photos; prints the run directory",
+                                    "CONFIG",
+                                    DeclareFit,
+                                    Fit,
+                                    kResult,
+                                    true};
 extern const Command kResumeCommand = {"resume",
                                        "Continues a run from its newest checkpoint",
                                        "RUN",

@@ -243,7 +243,8 @@ void ImageProblem::LinearizeView(std::size_t index,
   sums.sums = GradientSums(set_.NumScalars());
   sums.quality = MeasureView(level, average, views_.silhouettes);
   if (is_measured) {
-    sums.meter.emplace(set_).AddTerms({a, b, half_a.terms, half_b.terms, level, scales, values, name});
+    sums.meter.emplace(set_).AddTerms(
+        {a, b, half_a.terms, half_b.terms, level, scales, values, name});
   }
   if (uses_gram_) {
     sums.model.emplace(set_.NumScalars());

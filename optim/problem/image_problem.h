@@ -37,8 +37,8 @@ struct ImageProblemOptions {
 };
 
 /// The photos' part of one round's least-squares problem: everything random fixed, linearised once
-/// at the round's start and re-rendered (same samples) at trial points. On ranks other than the first
-/// it renders what they are dealt, and knows of no results.
+/// at the round's start and re-rendered (same samples) at trial points. On ranks other than the
+/// first it renders what they are dealt, and knows of no results.
 class ImageProblem {
  public:
   /// All arguments must outlive the problem.
@@ -130,11 +130,11 @@ class ImageProblem {
   bool uses_gram_, uses_sparse_gram_;
 
   Division alone_;
-  std::vector<int> rank_of_;  // by fitted view: who renders it, trials too
+  std::vector<int> rank_of_;   // by fitted view: who renders it, trials too
   std::size_t num_begun_ = 0;  // views of which rows were taken
   // By fitted view, where it is rendered: CensoredChannels.
   std::vector<std::vector<unsigned char>> censored_;
-  std::vector<ViewQuality> quality_;                  // by fitted view
+  std::vector<ViewQuality> quality_;  // by fitted view
   SplitMeter split_meter_;
   SupportRoots roots_;
   SparseGram sparse_gram_;

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <ctime>
 #include <map>
 #include <utility>
 #include <vector>
@@ -16,6 +17,13 @@ namespace pathfit::optim {
 /// it.
 struct ItemCost {
   double making = 0.0, taking = 0.0;
+};
+
+/// What the first rank knows of loops: processor seconds of all ranks' making and of its own
+/// taking, seconds in which it waited for others, and what came from them.
+struct DivisionTimes {
+  double making = 0.0, taking = 0.0, waiting = 0.0;
+  double bytes = 0.0;
 };
 
 /// Deals items to ranks so that all end at about the same time: the rank of each item. The first
@@ -44,6 +52,10 @@ class Division {
 
   [[nodiscard]] bool IsFirst() const { return ranks_ == nullptr || ranks_->IsFirst(); }
   [[nodiscard]] bool IsAlone() const { return ranks_ == nullptr || ranks_->IsAlone(); }
+
+  [[nodiscard]] int NumRanks() const { return IsAlone() ? 1 : ranks_->count(); }
+  /// Since the last call.
+  DivisionTimes TakeTimes() { return std::exchange(times_, {}); }
 
   /// What items cost is remembered by kind of loop: next time they cost alike.
   enum class Kind { kDerivative, kTrial, kValidation, kComparison, kReport };
@@ -83,6 +95,9 @@ class Division {
   static double SecondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   }
+  static double ProcessorSeconds() {
+    return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
+  }
   /// Runs the body of an item on a rank that is not the first.
   template <class Body>
   void MakeForFirst(const Body& body);
@@ -90,6 +105,7 @@ class Division {
   Ranks* ranks_ = nullptr;
   const renderer::CancelFlag* cancel_ = nullptr;
   std::map<Kind, std::vector<ItemCost>> costs_;  ///< on the first rank, by item
+  DivisionTimes times_;
 };
 
 template <class Body>
@@ -115,6 +131,7 @@ void Division::ForEach(Kind kind,
       ranks_->CheckFirst();
       MakeForFirst([&] {
         const auto start = Clock::now();
+        const double cpu = ProcessorSeconds();
         make(i, [&](Part part) {
           ByteWriter writer;
           writer.Put(true);
@@ -125,6 +142,7 @@ void Division::ForEach(Kind kind,
         ByteWriter end;
         end.Put(false);
         end.Put(SecondsSince(start));
+        end.Put(ProcessorSeconds() - cpu);
         ranks_->Return(end.Take());
       });
     }
@@ -134,23 +152,31 @@ void Division::ForEach(Kind kind,
   costs.assign(rank_of.size(), {});
   for (std::size_t i = 0; i < rank_of.size(); ++i) {
     const auto start = Clock::now();
-    ItemCost cost;
+    ItemCost cost, cpu;
+    const double cpu_start = ProcessorSeconds();
     const auto take_timed = [&](Part part) {
       const auto begin = Clock::now();
+      const double cpu_begin = ProcessorSeconds();
       take(i, std::move(part));
       cost.taking += SecondsSince(begin);
+      cpu.taking += ProcessorSeconds() - cpu_begin;
     };
     if (rank_of[i] == 0) {
       make(i, take_timed);
       cost.making = SecondsSince(start) - cost.taking;
+      cpu.making = ProcessorSeconds() - cpu_start - cpu.taking;
     } else {
       for (;;) {
+        const auto begin = Clock::now();
         const Bytes result = ranks_->Await(rank_of[i], cancel_);
+        times_.waiting += SecondsSince(begin);
+        times_.bytes += static_cast<double>(result.size());
         ByteReader reader(result);
         bool has_part = false;
         reader.Get(has_part);
         if (!has_part) {
           reader.Get(cost.making);
+          reader.Get(cpu.making);
           break;
         }
         Part part;
@@ -159,6 +185,8 @@ void Division::ForEach(Kind kind,
       }
     }
     costs[i] = cost;
+    times_.making += cpu.making;
+    times_.taking += cpu.taking;
   }
 }
 

@@ -102,7 +102,8 @@ struct Ranks::Link {
   void Progress() {
     std::erase_if(sendings, [&](Sending& s) {
       int done = 0;
-      MPI_Testall(static_cast<int>(s.requests.size()), s.requests.data(), &done, MPI_STATUSES_IGNORE);
+      MPI_Testall(
+          static_cast<int>(s.requests.size()), s.requests.data(), &done, MPI_STATUSES_IGNORE);
       if (done != 0) in_flight -= s.bytes.size();
       return done != 0;
     });
@@ -114,8 +115,7 @@ struct Ranks::Link {
     Bytes bytes(size);
     for (std::size_t at = 0; at < bytes.size(); at += kPiece) {
       const auto length = static_cast<int>(std::min(kPiece, bytes.size() - at));
-      MPI_Recv(
-          bytes.data() + at, length, MPI_BYTE, source, tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+      MPI_Recv(bytes.data() + at, length, MPI_BYTE, source, tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     }
     return bytes;
   }
@@ -158,7 +158,13 @@ Ranks::~Ranks() {
 
 void Ranks::Tell(const Bytes& order) {
   for (int rank = 1; rank < count_; ++rank) link_->Send(rank, kOrder, order);
-  if (link_) link_->Progress();
+  if (!link_) return;
+  // Networks move long messages only while both sides call MPI, and the first is about to work.
+  link_->Progress();
+  for (Pause pause; !link_->sendings.empty(); pause.Take()) {
+    CheckOthers();
+    link_->Progress();
+  }
 }
 
 void Ranks::CheckOthers() {
@@ -216,6 +222,7 @@ Bytes Ranks::Hear(const renderer::CancelFlag* cancel) {
 
 void Ranks::Return(Bytes result) {
   link_->Send(0, kResult, std::move(result));
+  link_->Progress();
   for (Pause pause; link_->in_flight > kMostInFlight; pause.Take()) CheckFirst();
 }
 

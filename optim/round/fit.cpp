@@ -1,7 +1,9 @@
 #include "optim/round/fit.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstdio>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -11,6 +13,8 @@
 
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/problem/image_problem.h"
+#include "optim/ranks/division.h"
+#include "optim/ranks/ranks.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/mesh_levels.h"
@@ -19,8 +23,6 @@
 #include "optim/round/round_runner.h"
 #include "optim/round/surface_levels.h"
 #include "optim/round/texel_fill.h"
-#include "optim/ranks/division.h"
-#include "optim/ranks/ranks.h"
 #include "renderer/core/error.h"
 #include "renderer/core/process_memory.h"
 #include "renderer/derivative/derivative_limits.h"
@@ -338,6 +340,7 @@ class FitDriver {
                           "what the photos show, or nothing in them depends on what is free");
     }
     const FitViews& views = evaluation_.ViewsAt(stage.image_scale);
+    ReportDivision(stage);
     MoveToMinimum(stage, views);
     ShareState();
     KeepBest(stage, views, report);
@@ -474,8 +477,8 @@ class FitDriver {
       for (const Candidate& candidate : open) {
         scenes.push_back(ToCompare(candidate.scene, stage, views));
       }
-      const CostComparison comparison =
-          CompareCosts(scenes, views, spec_.loss, evaluation_.Samples(state_.stage, spp), division_);
+      const CostComparison comparison = CompareCosts(
+          scenes, views, spec_.loss, evaluation_.Samples(state_.stage, spp), division_);
       const std::vector<EvaluatedCost>& costs = comparison.costs;
       const auto best = static_cast<std::size_t>(
           std::min_element(costs.begin(),
@@ -535,6 +538,25 @@ class FitDriver {
       }
     }
     ShareState();
+  }
+
+  /// Of the stage's rounds.
+  void ReportDivision(const StageSpec& stage) {
+    const DivisionTimes times = division_.TakeTimes();
+    if (division_.IsAlone()) {
+      return;
+    }
+    std::array<char, 200> text{};
+    std::snprintf(text.data(),
+                  text.size(),
+                  "%d ranks rendered for %.3g processor seconds and sent %.3g MB, merged by the "
+                  "first in %.3g, which waited %.3g s",
+                  division_.NumRanks(),
+                  times.making,
+                  times.bytes / 1e6,
+                  times.taking,
+                  times.waiting);
+    observer_.OnMessage("stage '" + stage.name + "': " + text.data());
   }
 
   /// Gives all ranks the state of the first, which alone takes steps.

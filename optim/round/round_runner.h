@@ -28,8 +28,8 @@ struct StageContext {
 /// gauge. Moves state.scene, the step control, averages and histories. `source` must show
 /// state.scene, and does again afterwards. The report's costs and PSNR are of the round's start
 /// (its samples knew nothing of the point, so they are unbiased). `state` is unchanged if it
-/// throws. On ranks other than the first it renders what they are dealt, and leaves state and report
-/// alone.
+/// throws. On ranks other than the first it renders what they are dealt, and leaves state and
+/// report alone.
 RoundReport RunRound(const StageContext& context, ImageSource& source, FitState& state);
 
 }  // namespace pathfit::optim
