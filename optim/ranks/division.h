@@ -154,15 +154,16 @@ void Division::ForEach(Kind kind,
     const auto start = Clock::now();
     ItemCost cost, cpu;
     const double cpu_start = ProcessorSeconds();
-    const auto take_timed = [&](Part part) {
+    // Also what it takes to unpack a part that was sent.
+    const auto timed = [&](const auto& body) {
       const auto begin = Clock::now();
       const double cpu_begin = ProcessorSeconds();
-      take(i, std::move(part));
+      body();
       cost.taking += SecondsSince(begin);
       cpu.taking += ProcessorSeconds() - cpu_begin;
     };
     if (rank_of[i] == 0) {
-      make(i, take_timed);
+      make(i, [&](Part part) { timed([&] { take(i, std::move(part)); }); });
       cost.making = SecondsSince(start) - cost.taking;
       cpu.making = ProcessorSeconds() - cpu_start - cpu.taking;
     } else {
@@ -179,9 +180,11 @@ void Division::ForEach(Kind kind,
           reader.Get(cpu.making);
           break;
         }
-        Part part;
-        Read(reader, part);
-        take_timed(std::move(part));
+        timed([&] {
+          Part part;
+          Read(reader, part);
+          take(i, std::move(part));
+        });
       }
     }
     costs[i] = cost;
