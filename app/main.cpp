@@ -2,24 +2,45 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
 #include "app/command/command_line.h"
+#include "optim/ranks/ranks.h"
 
 namespace pathfit::app {
 namespace {
 
-ExitStatus Run(const std::vector<std::string>& arguments) {
+/// Ranks other than the first end as it does, which has said why.
+ExitStatus RunSilently(const CommandLine& line, optim::Ranks& ranks) {
+  Terminal terminal({.write = [](std::string_view) {}, .columns = [] { return 80; }});
+  Log log(terminal, LogLevel::kOff);
+  try {
+    CommandContext context{line, terminal, log, ranks};
+    return line.command->run(context);
+  } catch (const std::exception& e) {
+    ranks.ReportException();
+    return StatusOfException(e);
+  }
+}
+
+ExitStatus Run(const std::vector<std::string>& arguments, optim::Ranks& ranks) {
   CommandLine line;
   try {
     line = ParseCommandLine(arguments, ProcessEnvironment);
+    if (line.command != nullptr && !line.command->over_ranks && !ranks.IsAlone()) {
+      throw UsageError(line.command->name, "runs in one process: start it without mpirun");
+    }
   } catch (const UsageError& e) {
-    std::fprintf(stderr, "%s\n", e.what());
+    if (ranks.IsFirst()) std::fprintf(stderr, "%s\n", e.what());
     return ExitStatus::kUsage;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "pathfit: the command line cannot be read: %s\n", e.what());
     return StatusOfException(e);
+  }
+  if (!ranks.IsFirst()) {
+    return line.command == nullptr ? ExitStatus::kFinished : RunSilently(line, ranks);
   }
   if (line.command == nullptr) {
     std::fputs(line.help_text.c_str(), stdout);
@@ -29,7 +50,7 @@ ExitStatus Run(const std::vector<std::string>& arguments) {
   Log log(terminal, line.log_level);
   try {
     if (!line.log_file.empty()) log.AddFile(line.log_file);
-    CommandContext context{line, terminal, log};
+    CommandContext context{line, terminal, log, ranks};
     return line.command->run(context);
   } catch (const UsageError& e) {
     terminal.PrintLine(e.what());
@@ -69,5 +90,12 @@ ExitStatus WithOutput(ExitStatus status) {
 
 int main(int argc, char** argv) {
   using namespace pathfit::app;
-  return static_cast<int>(WithOutput(Run(std::vector<std::string>(argv, argv + argc))));
+  try {
+    pathfit::optim::Ranks ranks(argc, argv);
+    const ExitStatus status = WithOutput(Run(std::vector<std::string>(argv, argv + argc), ranks));
+    return ranks.End(static_cast<int>(status));
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "pathfit: %s\n", e.what());
+    return static_cast<int>(StatusOfException(e));
+  }
 }

@@ -9,6 +9,7 @@ build_packages=(
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
   libopenexr-dev libimath-dev libopenvdb-dev libopenmesh-dev libboost-dev libboost-iostreams-dev libtinygltf-dev libstb-dev libexif-dev
   libyaml-cpp-dev libpugixml-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libssl-dev libjs-three libcpp-httplib-dev
+  libopenmpi-dev openmpi-bin
 )
 test_packages=(
   libgtest-dev clang-format clang-tidy python3 git dpkg-dev nodejs chromium

@@ -18,6 +18,9 @@
 namespace CLI {
 class App;
 }  // namespace CLI
+namespace pathfit::optim {
+class Ranks;
+}  // namespace pathfit::optim
 
 namespace pathfit::app {
 
@@ -171,6 +174,7 @@ struct CommandContext {
   const CommandLine& line;
   Terminal& terminal;
   Log& log;
+  optim::Ranks& ranks;  ///< of which only the first writes files and speaks
 };
 
 /// A key of the object that a command prints with --json.
@@ -193,6 +197,7 @@ struct Command {
   void (*declare)(OptionList& options, CommandLine& line);  ///< null: it has no options of its own
   ExitStatus (*run)(CommandContext& context);
   std::span<const ResultKey> result = {};  ///< of --json, below `schema`; empty: it prints text
+  bool over_ranks = false;  ///< shares its work among what mpirun starts; else it is refused
 };
 
 /// In the order of the help.

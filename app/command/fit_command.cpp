@@ -19,6 +19,7 @@
 #include "app/output/fit_recorder.h"
 #include "app/output/parameter_table.h"
 #include "optim/checkpoint/checkpoint.h"
+#include "optim/ranks/ranks.h"
 #include "optim/round/fit.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
@@ -119,6 +120,7 @@ ExitStatus RunInDirectory(CommandContext& context,
   experiment.fit.time_limit_s = context.line.time_limit_s;
   optim::FitControls controls;
   controls.cancel = &signals.flag();
+  controls.ranks = &context.ranks;
   controls.checkpoint_folder = run.Checkpoints();
   controls.resume = std::move(resume);
   try {
@@ -155,6 +157,17 @@ ExitStatus RunInDirectory(CommandContext& context,
     recorder.Finish(RunStatus::kFailed, e.what(), static_cast<int>(StatusOfException(e)));
     throw;
   }
+}
+
+/// Renders what the first rank asks for.
+ExitStatus Follow(CommandContext& context, const Experiment& experiment) {
+  const StopSignals signals;
+  optim::SilentObserver observer;
+  optim::FitControls controls;
+  controls.cancel = &signals.flag();
+  controls.ranks = &context.ranks;
+  optim::RunFit(experiment.scene, experiment.observations, experiment.fit, observer, controls);
+  return ExitStatus::kFinished;
 }
 
 constexpr ResultKey kResult[] = {
@@ -201,6 +214,7 @@ ExitStatus Fit(CommandContext& context) {
   const int threads = NumThreads(context.line, config.threads);
   const renderer::ThreadLimit limit(threads);
   Experiment experiment = BuildExperiment(config);
+  if (!context.ranks.IsFirst()) return Follow(context, experiment);
   const StartCheck start = CheckStart(config, experiment);
 
   RunRecord record = MakeRunRecord(context.line.arguments);
@@ -237,6 +251,7 @@ ExitStatus Resume(CommandContext& context) {
       LoadExperimentConfig(run.ResolvedConfig(), context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   Experiment experiment = BuildExperiment(config);
+  if (!context.ranks.IsFirst()) return Follow(context, experiment);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
 
   const RunRecord before = ReadRunRecord(run.Record());
@@ -265,13 +280,19 @@ ExitStatus Resume(CommandContext& context) {
 
 }  // namespace
 
-extern const Command kFitCommand = {
-    "fit", "Fits a scene to photos; prints the run directory", "CONFIG", DeclareFit, Fit, kResult};
+extern const Command kFitCommand = {"fit",
+                                    "Fits a scene to photos; prints the run directory",
+                                    "CONFIG",
+                                    DeclareFit,
+                                    Fit,
+                                    kResult,
+                                    true};
 extern const Command kResumeCommand = {"resume",
                                        "Continues a run from its newest checkpoint",
                                        "RUN",
                                        DeclareTimeLimit,
                                        Resume,
-                                       kResult};
+                                       kResult,
+                                       true};
 
 }  // namespace pathfit::app

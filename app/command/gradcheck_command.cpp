@@ -16,6 +16,8 @@
 #include "app/output/signed_image.h"
 #include "optim/diagnostics/gradient_check.h"
 #include "optim/parameter/promotion.h"
+#include "optim/ranks/division.h"
+#include "optim/ranks/film_stream.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/io/atomic_file.h"
@@ -68,18 +70,28 @@ optim::GradientCheckOptions OptionsOf(const ExperimentConfig& config) {
   return options;
 }
 
-void WriteImages(const optim::GradientCheckResult& result, const fs::path& stem) {
-  const renderer::Film difference = optim::MeanFilm(result.difference);
-  const double scale = SignedScale(difference);
-  const auto write = [&](const renderer::Film& film, const char* kind) {
+/// Mean images of a check by what they show.
+using Pictures = std::vector<std::pair<std::string, renderer::Film>>;
+
+Pictures PicturesOf(const optim::GradientCheckResult& result) {
+  Pictures pictures;
+  for (const optim::Term term : optim::kAllTerms) {
+    if (!result[term].empty()) {
+      pictures.emplace_back(optim::TermName(term), optim::MeanFilm(result[term]));
+    }
+  }
+  pictures.emplace_back("derivative", optim::MeanFilm(optim::Estimates(result)));
+  pictures.emplace_back("difference", optim::MeanFilm(result.difference));
+  return pictures;
+}
+
+void WriteImages(const Pictures& pictures, const fs::path& stem) {
+  if (pictures.empty()) return;
+  const double scale = SignedScale(pictures.back().second);
+  for (const auto& [kind, film] : pictures) {
     renderer::WriteExr(stem.string() + "_" + kind + ".exr", renderer::ColorImage(film));
     renderer::WritePng8(stem.string() + "_" + kind + ".png", SignedImage(film, scale));
-  };
-  for (const optim::Term term : optim::kAllTerms) {
-    if (!result[term].empty()) write(optim::MeanFilm(result[term]), optim::TermName(term));
   }
-  write(optim::MeanFilm(optim::Estimates(result)), "derivative");
-  write(difference, "difference");
 }
 
 renderer::Rgba ImageSum(const std::vector<renderer::Film>& films) {
@@ -126,6 +138,58 @@ void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
     if (!result[term].empty()) row.terms.emplace_back(optim::TermName(term), SumOf(result[term]));
   }
   row.passed = row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit;
+}
+
+struct CheckedRow {
+  Row row;
+  Pictures pictures;  ///< none without an output folder
+};
+
+void Write(const CheckedRow& checked, optim::ByteWriter& writer) {
+  const Row& row = checked.row;
+  writer.Put(row.name);
+  writer.Put(row.sensor);
+  writer.Put(row.tiles);
+  writer.Put(row.whole);
+  writer.Put(row.terms.size());
+  for (const auto& [name, sum] : row.terms) {
+    writer.Put(name);
+    writer.Put(sum);
+  }
+  writer.Put(row.derivative);
+  writer.Put(row.difference);
+  writer.Put(row.passed);
+  writer.Put(row.not_checked);
+  writer.Put(checked.pictures.size());
+  for (const auto& [kind, film] : checked.pictures) {
+    writer.Put(kind);
+    Write(film, writer);
+  }
+}
+
+void Read(optim::ByteReader& reader, CheckedRow& checked) {
+  Row& row = checked.row;
+  std::size_t count = 0;
+  reader.Get(row.name);
+  reader.Get(row.sensor);
+  reader.Get(row.tiles);
+  reader.Get(row.whole);
+  reader.Get(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    auto& [name, sum] = row.terms.emplace_back();
+    reader.Get(name);
+    reader.Get(sum);
+  }
+  reader.Get(row.derivative);
+  reader.Get(row.difference);
+  reader.Get(row.passed);
+  reader.Get(row.not_checked);
+  reader.Get(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    auto& [kind, film] = checked.pictures.emplace_back();
+    reader.Get(kind);
+    Read(reader, film);
+  }
 }
 
 Json ToJson(const Row& row) {
@@ -257,33 +321,43 @@ ExitStatus Run(CommandContext& context) {
   }
   const StopSignals signals;
   const optim::GradientCheckOptions options = OptionsOf(config);
-  if (!line.output.empty()) renderer::CreateFolders(line.output);
+  const bool has_output = !line.output.empty();
+  if (has_output && context.ranks.IsFirst()) renderer::CreateFolders(line.output);
 
   std::vector<Row> rows;
-  try {
-    for (std::size_t s = 0; s < experiment.scene.sensors.size(); ++s) {
-      const auto& camera = experiment.scene.sensors[s];
-      for (const Direction& direction : directions) {
-        Row row{direction.name, camera.name, {}, {}, {}, {}, {}, false, {}};
-        try {
-          const optim::GradientCheckResult result = optim::CheckGradient(experiment.scene,
-                                                                         camera,
-                                                                         static_cast<int>(s),
-                                                                         direction.layout,
-                                                                         direction.values,
-                                                                         options,
-                                                                         &signals.flag());
-          FillRow(result, config.gradcheck.sigma, row);
-          if (!line.output.empty()) {
-            WriteImages(result, line.output / SafeFileName(camera.name + "_" + direction.name));
-          }
-        } catch (const renderer::SceneError& error) {
-          row.not_checked = error.what();
-        }
-        rows.push_back(row);
-        context.log.Info("checked " + direction.name + " as seen by " + camera.name);
-      }
+  const auto check = [&](std::size_t i, const auto& give) {
+    const std::size_t s = i / directions.size();
+    const auto& camera = experiment.scene.sensors[s];
+    const Direction& direction = directions[i % directions.size()];
+    CheckedRow checked{{direction.name, camera.name, {}, {}, {}, {}, {}, false, {}}, {}};
+    try {
+      const optim::GradientCheckResult result = optim::CheckGradient(experiment.scene,
+                                                                     camera,
+                                                                     static_cast<int>(s),
+                                                                     direction.layout,
+                                                                     direction.values,
+                                                                     options,
+                                                                     &signals.flag());
+      FillRow(result, config.gradcheck.sigma, checked.row);
+      if (has_output) checked.pictures = PicturesOf(result);
+    } catch (const renderer::SceneError& error) {
+      checked.row.not_checked = error.what();
     }
+    give(std::move(checked));
+  };
+  const auto take = [&](std::size_t, CheckedRow checked) {
+    const Row& row = checked.row;
+    WriteImages(checked.pictures, line.output / SafeFileName(row.sensor + "_" + row.name));
+    context.log.Info("checked " + row.name + " as seen by " + row.sensor);
+    rows.push_back(std::move(checked.row));
+  };
+  try {
+    optim::Division division(&context.ranks, &signals.flag());
+    division.ForEach<CheckedRow>(optim::Division::Kind::kReport,
+                                 experiment.scene.sensors.size() * directions.size(),
+                                 check,
+                                 take);
+    if (!context.ranks.IsFirst()) return ExitStatus::kFinished;
   } catch (const renderer::Cancelled&) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
@@ -317,6 +391,7 @@ extern const Command kGradcheckCommand = {
     "CONFIG",
     Declare,
     Run,
-    kResult};
+    kResult,
+    true};
 
 }  // namespace pathfit::app

@@ -22,6 +22,8 @@
 #include "app/output/run_directory.h"
 #include "app/output/signed_image.h"
 #include "optim/observation/camera_import.h"
+#include "optim/ranks/division.h"
+#include "optim/ranks/film_stream.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
@@ -264,6 +266,25 @@ void Declare(OptionList& options, CommandLine& line) {
   });
 }
 
+/// An image, or the derivative images of one rendering.
+struct Rendering {
+  std::vector<renderer::Film> films;
+  renderer::RenderStats stats;
+};
+
+void Write(const Rendering& rendering, optim::ByteWriter& writer) {
+  writer.Put(rendering.films.size());
+  for (const renderer::Film& film : rendering.films) Write(film, writer);
+  writer.Put(rendering.stats);
+}
+
+void Read(optim::ByteReader& reader, Rendering& rendering) {
+  std::size_t count = 0;
+  reader.Get(count);
+  for (std::size_t i = 0; i < count; ++i) Read(reader, rendering.films.emplace_back());
+  reader.Get(rendering.stats);
+}
+
 constexpr ResultKey kResult[] = {{"files", "list", "Paths of the pictures that were written"}};
 
 ExitStatus Run(CommandContext& context) {
@@ -280,12 +301,12 @@ ExitStatus Run(CommandContext& context) {
     context.log.Warn(limit_of);
     ShowThoughQuiet(context, "not in the derivative: " + limit_of);
   }
-  renderer::RenderOptions options = config.render;
+  const renderer::RenderOptions& options = config.render;
   renderer::CheckDerivative(experiment.scene, layout, options);
   const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
   const fs::path folder =
       fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
-  renderer::CreateFolders(folder);
+  if (context.ranks.IsFirst()) renderer::CreateFolders(folder);
 
   const StopSignals signals;
   const renderer::Renderer renderer(experiment.scene);
@@ -295,28 +316,50 @@ ExitStatus Run(CommandContext& context) {
     return all;
   }());
   std::vector<fs::path> written;
-  try {
-    for (const int index : sensors) {
-      const auto& camera = experiment.scene.sensors[static_cast<std::size_t>(index)];
-      const std::string& name = names[static_cast<std::size_t>(index)];
-      options.view = static_cast<std::uint64_t>(index);
-      renderer::RenderStats stats;
-      const renderer::RenderServices services{.cancel = &signals.flag(), .stats = &stats};
-      WriteFilm(renderer.RenderPrimal(camera, options, services), folder / name, written);
-      if (!directions.empty()) {
-        DirectionSink sink(layout, directions, camera);
-        options.with_image = false;
-        renderer.RenderDerivative(camera, index, options, layout, sink, services);
-        for (std::size_t i = 0; i < directions.size(); ++i) {
-          WriteDerivative(sink.film(i),
-                          folder / (name + "_d_" + SafeFileName(directions[i].name)),
-                          context.log,
-                          written);
-        }
-      }
-      LogStats(stats, context.log);
-      context.log.Info("rendered " + camera.name);
+  // By view, first its image, then its derivatives.
+  const std::size_t num_parts = directions.empty() ? 1 : 2;
+  const auto sensor_of = [&](std::size_t i) {
+    return static_cast<std::size_t>(sensors[i / num_parts]);
+  };
+  const auto render = [&](std::size_t i, const auto& give) {
+    const auto& camera = experiment.scene.sensors[sensor_of(i)];
+    renderer::RenderOptions of_view = options;
+    of_view.view = sensor_of(i);
+    Rendering rendering;
+    const renderer::RenderServices services{.cancel = &signals.flag(), .stats = &rendering.stats};
+    if (i % num_parts == 0) {
+      rendering.films.push_back(renderer.RenderPrimal(camera, of_view, services));
+    } else {
+      DirectionSink sink(layout, directions, camera);
+      of_view.with_image = false;
+      renderer.RenderDerivative(
+          camera, static_cast<int>(sensor_of(i)), of_view, layout, sink, services);
+      for (std::size_t d = 0; d < directions.size(); ++d) rendering.films.push_back(sink.film(d));
     }
+    give(std::move(rendering));
+  };
+  const auto write = [&](std::size_t i, const Rendering& rendering) {
+    const std::string& name = names[sensor_of(i)];
+    LogStats(rendering.stats, context.log);
+    if (i % num_parts == 0) {
+      WriteFilm(rendering.films.front(), folder / name, written);
+    } else {
+      for (std::size_t d = 0; d < directions.size(); ++d) {
+        WriteDerivative(rendering.films[d],
+                        folder / (name + "_d_" + SafeFileName(directions[d].name)),
+                        context.log,
+                        written);
+      }
+    }
+    if (i % num_parts + 1 == num_parts) {
+      context.log.Info("rendered " + experiment.scene.sensors[sensor_of(i)].name);
+    }
+  };
+  try {
+    optim::Division division(&context.ranks, &signals.flag());
+    division.ForEach<Rendering>(
+        optim::Division::Kind::kReport, sensors.size() * num_parts, render, write);
+    if (!context.ranks.IsFirst()) return ExitStatus::kFinished;
   } catch (const renderer::Cancelled&) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
@@ -339,6 +382,6 @@ ExitStatus Run(CommandContext& context) {
 }  // namespace
 
 extern const Command kRenderCommand = {
-    "render", "Renders views, or derivative images", "CONFIG|RUN", Declare, Run, kResult};
+    "render", "Renders views, or derivative images", "CONFIG|RUN", Declare, Run, kResult, true};
 
 }  // namespace pathfit::app

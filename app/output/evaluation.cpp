@@ -83,7 +83,9 @@ void EvaluateViews(const Experiment& run, const EvaluationOptions& options, Eval
     return unknown.kind == ParameterKind::kExposure && !unknown.hold;
   });
   const optim::ExposureModel exposure = optim::MakeExposureModel(run.scene, run.fit.exposure);
-  optim::FitEvaluation evaluation(run.observations, run.fit, exposure, gains, options.cancel);
+  optim::Division alone;
+  optim::FitEvaluation evaluation(
+      run.observations, run.fit, exposure, gains, options.cancel, alone);
   const optim::FitViews& views = evaluation.ViewsAt(out.image_scale);
   const auto source = evaluation.MakeSource(run.scene, {}, views);
   const optim::SampleHalves samples = evaluation.Samples(0, std::max(2, options.spp / 2));

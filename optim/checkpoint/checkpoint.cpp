@@ -503,6 +503,15 @@ bool SameShapes(const Scene& a, const Scene& b) {
   return same;
 }
 
+std::vector<char> EncodeState(const FitOrigin& origin, const FitState& state) {
+  const Bytes bytes = Codec(origin).Encode(state);
+  return {bytes.begin(), bytes.end()};
+}
+
+FitState DecodeState(const FitOrigin& origin, const std::vector<char>& bytes) {
+  return Codec(origin).Decode({bytes.begin(), bytes.end()});
+}
+
 void WriteCheckpoint(const fs::path& folder, const FitOrigin& origin, const FitState& state) {
   Bytes payload = Codec(origin).Encode(state);
   const std::uint32_t checksum = ChecksumOf(payload);

@@ -29,6 +29,10 @@ void WriteCheckpoint(const std::filesystem::path& folder,
                      const FitOrigin& origin,
                      const FitState& state);
 
+/// The same without a file: for other processes with the same origin.
+std::vector<char> EncodeState(const FitOrigin& origin, const FitState& state);
+FitState DecodeState(const FitOrigin& origin, const std::vector<char>& bytes);
+
 struct NewestCheckpoint {
   std::optional<FitState> state;     ///< the newest that is whole; empty if there are no files
   std::vector<std::string> damaged;  ///< why newer ones cannot be read: file and reason

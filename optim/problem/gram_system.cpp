@@ -18,6 +18,13 @@ constexpr double kOffsetFloorShare = 1e-3;
 
 }  // namespace
 
+void GradientSums::Add(const GradientSums& other) {
+  for (std::size_t i = 0; i < gradient.size(); ++i) {
+    gradient[i] += other.gradient[i];
+    diagonal[i] += other.diagonal[i];
+  }
+}
+
 void GradientSums::Add(const PixelRows& rows, const ParameterSet& set) {
   for (const RowUnit& unit : rows.units) {
     for (std::int32_t e = 0; e < unit.num_entries; ++e) {

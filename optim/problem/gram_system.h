@@ -19,6 +19,8 @@ struct GradientSums {
       : gradient(num_scalars), diagonal(num_scalars) {}
 
   void Add(const PixelRows& rows, const ParameterSet& set);
+  /// Those of other views.
+  void Add(const GradientSums& other);
 };
 
 /// Square root of the quadratic form: residual and Jacobian with the cost's exact gradient and

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace pathfit::optim {
@@ -71,11 +72,78 @@ ImageProblem::ImageProblem(ImageSource& source,
   }
 }
 
+/// What one view adds to sums.
+struct ImageProblem::ViewSums {
+  GradientSums sums;
+  std::optional<SplitMeter> meter;      ///< of a view that is measured
+  std::optional<QuadraticModel> model;  ///< with normal equations
+  ViewQuality quality;
+  ImageCosts costs;
+  double bytes = 0.0;  ///< while it was linearised
+};
+
+/// Rows of a view, or behind them what it adds to sums.
+struct ImageProblem::LinearizedPart {
+  PixelRows rows;
+  std::optional<ViewSums> sums;
+};
+
+struct ImageProblem::TrialCosts {
+  ImageCosts costs;
+  double paired_variance = 0.0;
+};
+
+void Write(const ImageProblem::LinearizedPart& part, ByteWriter& writer) {
+  writer.Put(part.sums.has_value());
+  if (!part.sums) {
+    writer.Put(part.rows.units);
+    writer.Put(part.rows.entries);
+    writer.Put(part.rows.spreads);
+    return;
+  }
+  const ImageProblem::ViewSums& view = *part.sums;
+  writer.Put(view.sums.gradient);
+  writer.Put(view.sums.diagonal);
+  writer.Put(view.quality);
+  writer.Put(view.costs);
+  writer.Put(view.bytes);
+  writer.Put(view.meter.has_value());
+  if (view.meter) view.meter->Write(writer);
+  writer.Put(view.model.has_value());
+  if (view.model) {
+    for (const auto values : QuadraticModel::kSums) writer.Put((*view.model).*values);
+  }
+}
+
+void Read(ByteReader& reader, ImageProblem::LinearizedPart& part) {
+  bool has = false;
+  reader.Get(has);
+  if (!has) {
+    reader.Get(part.rows.units);
+    reader.Get(part.rows.entries);
+    reader.Get(part.rows.spreads);
+    return;
+  }
+  ImageProblem::ViewSums& view = part.sums.emplace();
+  reader.Get(view.sums.gradient);
+  reader.Get(view.sums.diagonal);
+  reader.Get(view.quality);
+  reader.Get(view.costs);
+  reader.Get(view.bytes);
+  reader.Get(has);
+  if (has) view.meter.emplace().Read(reader);
+  reader.Get(has);
+  if (has) {
+    view.model.emplace();
+    for (const auto values : QuadraticModel::kSums) reader.Get((*view.model).*values);
+  }
+}
+
 void ImageProblem::Linearize(const std::vector<double>& values) {
   if (uses_gram_) {
     CheckFits(size_, LinearSolverKind::kGram, options_.max_memory_bytes);
     round_model_ = QuadraticModel(set_.NumScalars());
-    start_pixel_costs_.clear();
+    start_pixel_costs_.resize(views_.fitted.size());
   }
   if (uses_sparse_gram_) {
     sparse_gram_ = SparseGram(set_);
@@ -83,14 +151,15 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   source_.SetValues(values);
   sums_ = GradientSums(set_.NumScalars());
   costs_ = {};
-  for (std::size_t i = 0; i < views_.fitted.size(); ++i) {
-    LinearizeView(i, values);
-    LinearSolverKind least =
-        uses_sparse_gram_ ? LinearSolverKind::kSparseGram : LinearSolverKind::kCgnr;
-    if (uses_gram_) {
-      least = LinearSolverKind::kGram;
-    }
-    CheckFits(size_, least, options_.max_memory_bytes);
+  censored_.resize(views_.fitted.size());
+  rank_of_ = division().DealItems(Division::Kind::kDerivative, views_.fitted.size());
+  division().ForEach<LinearizedPart>(
+      Division::Kind::kDerivative,
+      rank_of_,
+      [&](std::size_t i, const auto& give) { LinearizeView(i, values, give); },
+      [&](std::size_t i, const LinearizedPart& part) { TakeLinearized(i, part); });
+  if (!division().IsFirst()) {
+    return;
   }
   if (uses_gram_) {
     MakeNormalEquations(values);
@@ -101,6 +170,38 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
     }
     offset_squared_ = roots_.residual_squared() + costs_.noise_squared + 1e-12;
   }
+}
+
+void ImageProblem::TakeLinearized(std::size_t index, const LinearizedPart& part) {
+  for (; num_begun_ <= index; ++num_begun_) {
+    roots_.BeginView();
+  }
+  if (!part.sums) {
+    if (uses_sparse_gram_) {
+      sparse_gram_.Add(part.rows);
+    } else {
+      roots_.Add(part.rows);
+    }
+    return;
+  }
+  sums_.Add(part.sums->sums);
+  if (part.sums->meter) split_meter_.Add(*part.sums->meter);
+  if (part.sums->model) round_model_.AddViews(*part.sums->model);
+  quality_.push_back(part.sums->quality);
+  costs_.Add(part.sums->costs);
+  size_.largest_view_bytes = std::max(size_.largest_view_bytes, part.sums->bytes);
+  LinearSolverKind least = LinearSolverKind::kCgnr;
+  if (uses_gram_) {
+    least = LinearSolverKind::kGram;
+  } else if (uses_sparse_gram_) {
+    least = LinearSolverKind::kSparseGram;
+    size_.sparse_gram_bytes = static_cast<double>(sparse_gram_.MemoryBytes());
+    size_.sparse_gram_seen = static_cast<double>(sparse_gram_.NumSeen());
+  } else {
+    size_.roots = roots_.Size();
+  }
+  sizes_.push_back(size_);
+  CheckFits(size_, least, options_.max_memory_bytes);
 }
 
 void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
@@ -121,7 +222,9 @@ bool ImageProblem::IsMeasured(std::size_t index) const {
   return turned * options_.num_measured / count != (turned + 1) * options_.num_measured / count;
 }
 
-void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& values) {
+void ImageProblem::LinearizeView(std::size_t index,
+                                 const std::vector<double>& values,
+                                 const std::function<void(LinearizedPart)>& give) {
   const int view = views_.fitted[index];
   const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
   const std::string& name = views_.names[static_cast<std::size_t>(view)];
@@ -133,69 +236,93 @@ void ImageProblem::LinearizeView(std::size_t index, const std::vector<double>& v
   CheckFinite(a, name);
   CheckFinite(b, name);
   const renderer::Film average = AverageFilm(a, b);
-  censored_.push_back(CensoredChannels(level, average));
+  censored_[index] = CensoredChannels(level, average);
   const RowScales scales =
-      MakeRowScales(level, views_.silhouettes, options_.loss, censored_.back());
-  quality_.push_back(MeasureView(level, average, views_.silhouettes));
+      MakeRowScales(level, views_.silhouettes, options_.loss, censored_[index]);
+  ViewSums sums;
+  sums.sums = GradientSums(set_.NumScalars());
+  sums.quality = MeasureView(level, average, views_.silhouettes);
   if (is_measured) {
-    split_meter_.AddTerms({a, b, half_a.terms, half_b.terms, level, scales, values, name});
+    sums.meter.emplace(set_).AddTerms(
+        {a, b, half_a.terms, half_b.terms, level, scales, values, name});
+  }
+  if (uses_gram_) {
+    sums.model.emplace(set_.NumScalars());
   }
   double rows_bytes = 0.0;
-  roots_.BeginView();
   for (int line = 0; line < level.photo.height;) {
-    const PixelRows rows =
+    PixelRows rows =
         MergeHalves({a, b, half_a.sink, half_b.sink}, level, scales, set_, values, name, line);
     rows_bytes = std::max(rows_bytes, static_cast<double>(rows.MemoryBytes()));
-    sums_.Add(rows, set_);
-    if (is_measured) {
-      split_meter_.AddRows(rows);
+    sums.sums.Add(rows, set_);
+    if (sums.meter) {
+      sums.meter->AddRows(rows);
     }
-    if (uses_gram_) {
-      round_model_.AddRows(rows, set_);
-    } else if (uses_sparse_gram_) {
-      sparse_gram_.Add(rows);
+    if (sums.model) {
+      sums.model->AddRows(rows, set_);
     } else {
-      roots_.Add(rows);
+      give({std::move(rows), {}});
     }
   }
-  size_.largest_view_bytes =
-      std::max(size_.largest_view_bytes,
-               rows_bytes + kBytesPerPixel * static_cast<double>(scales.size()) +
-                   static_cast<double>(half_a.MemoryBytes() + half_b.MemoryBytes()));
-  std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales, a, b, costs_);
+  sums.bytes = rows_bytes + kBytesPerPixel * static_cast<double>(scales.size()) +
+               static_cast<double>(half_a.MemoryBytes() + half_b.MemoryBytes());
+  std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales, a, b, sums.costs);
   if (uses_gram_) {
-    start_pixel_costs_.push_back(std::move(pixel_costs));
-  } else if (uses_sparse_gram_) {
-    size_.sparse_gram_bytes = static_cast<double>(sparse_gram_.MemoryBytes());
-    size_.sparse_gram_seen = static_cast<double>(sparse_gram_.NumSeen());
-  } else {
-    size_.roots = roots_.Size();
+    start_pixel_costs_[index] = std::move(pixel_costs);
   }
-  sizes_.push_back(size_);
+  give({{}, std::move(sums)});
 }
 
 void ImageProblem::RenderTrial(const std::vector<double>& values) {
-  source_.SetValues(values);
+  source_.SetValues(values);  // where it throws there is no trial
+  division().Share(values);
+  RenderTrialViews();
+}
+
+void ImageProblem::EndTrials() { division().Share(std::vector<double>()); }
+
+void ImageProblem::FollowTrials() {
+  for (;;) {
+    const std::vector<double> values = division().Share(std::vector<double>());
+    if (values.empty()) {
+      return;
+    }
+    source_.SetValues(values);
+    RenderTrialViews();
+  }
+}
+
+void ImageProblem::RenderTrialViews() {
   costs_ = {};
   paired_variance_ = 0.0;
-  for (std::size_t i = 0; i < views_.fitted.size(); ++i) {
-    const int view = views_.fitted[i];
-    const std::string& name = views_.names[static_cast<std::size_t>(view)];
-    const renderer::Film a = source_.RenderPrimal(view, options_.samples.a);
-    CheckFinite(a, name);
-    const renderer::Film b = source_.RenderPrimal(view, options_.samples.b);
-    CheckFinite(b, name);
-    const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
-    const RowScales scales = MakeRowScales(level, views_.silhouettes, options_.loss, censored_[i]);
-    const std::vector<float> costs = AddSplitHalfCosts(level, scales, a, b, costs_);
-    if (uses_gram_) {
-      for (std::size_t p = 0; p < costs.size(); ++p) {
-        const auto change =
-            static_cast<double>(costs[p]) - static_cast<double>(start_pixel_costs_[i][p]);
-        paired_variance_ += change * change;
-      }
-    }
+  division().ForEach<TrialCosts>(
+      Division::Kind::kTrial,
+      rank_of_,
+      [&](std::size_t i, const auto& give) { give(RenderTrialView(i)); },
+      [&](std::size_t, const TrialCosts& trial) {
+        costs_.Add(trial.costs);
+        paired_variance_ += trial.paired_variance;
+      });
+}
+
+ImageProblem::TrialCosts ImageProblem::RenderTrialView(std::size_t index) {
+  const int view = views_.fitted[index];
+  const std::string& name = views_.names[static_cast<std::size_t>(view)];
+  const renderer::Film a = source_.RenderPrimal(view, options_.samples.a);
+  CheckFinite(a, name);
+  const renderer::Film b = source_.RenderPrimal(view, options_.samples.b);
+  CheckFinite(b, name);
+  const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
+  const RowScales scales =
+      MakeRowScales(level, views_.silhouettes, options_.loss, censored_[index]);
+  TrialCosts trial;
+  const std::vector<float> costs = AddSplitHalfCosts(level, scales, a, b, trial.costs);
+  for (std::size_t p = 0; uses_gram_ && p < costs.size(); ++p) {
+    const auto change =
+        static_cast<double>(costs[p]) - static_cast<double>(start_pixel_costs_[index][p]);
+    trial.paired_variance += change * change;
   }
+  return trial;
 }
 
 void ImageProblem::EvalTrial(const std::vector<double>& values) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "optim/problem/split_half_cost.h"
 #include "optim/problem/support_roots.h"
 #include "optim/problem/view_quality.h"
+#include "optim/ranks/division.h"
 
 namespace pathfit::optim {
 
@@ -30,10 +32,13 @@ struct ImageProblemOptions {
   std::size_t num_measured = 0, first_measured = 0;
   /// More than are fitted: the size is that of a problem with so many views like these.
   std::size_t expected_views = 0;
+  /// Among whom views are divided; null: nobody. Must outlive the problem.
+  Division* division = nullptr;
 };
 
 /// The photos' part of one round's least-squares problem: everything random fixed, linearised once
-/// at the round's start and re-rendered (same samples) at trial points.
+/// at the round's start and re-rendered (same samples) at trial points. On ranks other than the
+/// first it renders what they are dealt, and knows of no results.
 class ImageProblem {
  public:
   /// All arguments must outlive the problem.
@@ -52,6 +57,10 @@ class ImageProblem {
   /// where its decrease is small and drowns in the noise of such a comparison (then nothing is
   /// rendered), and where the rendering does not contradict it.
   void EvalTrial(const std::vector<double>& values);
+  /// Of other ranks than the first: renders its trials until it ends them.
+  void FollowTrials();
+  /// Of the first rank: there are no more trials.
+  void EndTrials();
 
   [[nodiscard]] bool UsesGram() const { return uses_gram_; }
   [[nodiscard]] const ParameterSet& set() const { return set_; }
@@ -94,10 +103,24 @@ class ImageProblem {
   }
 
  private:
-  void LinearizeView(std::size_t index, const std::vector<double>& values);
+  struct ViewSums;
+  struct LinearizedPart;
+  struct TrialCosts;
+  friend void Write(const LinearizedPart& part, ByteWriter& writer);
+  friend void Read(ByteReader& reader, LinearizedPart& part);
+
+  Division& division() { return options_.division != nullptr ? *options_.division : alone_; }
+  /// On the rank that renders it.
+  void LinearizeView(std::size_t index,
+                     const std::vector<double>& values,
+                     const std::function<void(LinearizedPart)>& give);
+  TrialCosts RenderTrialView(std::size_t index);
+  /// On the first rank.
+  void TakeLinearized(std::size_t index, const LinearizedPart& part);
   [[nodiscard]] bool IsMeasured(std::size_t index) const;
   void MakeNormalEquations(const std::vector<double>& values);
   void RenderTrial(const std::vector<double>& values);
+  void RenderTrialViews();
   void EvalTrialByModel(const std::vector<double>& values);
 
   ImageSource& source_;
@@ -106,8 +129,12 @@ class ImageProblem {
   ImageProblemOptions options_;
   bool uses_gram_, uses_sparse_gram_;
 
-  std::vector<std::vector<unsigned char>> censored_;  // by fitted view: CensoredChannels
-  std::vector<ViewQuality> quality_;                  // by fitted view
+  Division alone_;
+  std::vector<int> rank_of_;   // by fitted view: who renders it, trials too
+  std::size_t num_begun_ = 0;  // views of which rows were taken
+  // By fitted view, where it is rendered: CensoredChannels.
+  std::vector<std::vector<unsigned char>> censored_;
+  std::vector<ViewQuality> quality_;  // by fitted view
   SplitMeter split_meter_;
   SupportRoots roots_;
   SparseGram sparse_gram_;
@@ -117,7 +144,7 @@ class ImageProblem {
   ModelAtPoint at_start_;
   GramRoot gram_root_;
   ImageCosts costs_, start_costs_;
-  std::vector<std::vector<float>> start_pixel_costs_;  // of normal equations
+  std::vector<std::vector<float>> start_pixel_costs_;  // of normal equations, where rendered
   double paired_variance_ = 0.0;  // of the trial's change of cost, as if all of it were noise
   ProblemSize size_;
   std::vector<ProblemSize> sizes_;

@@ -275,6 +275,12 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
   }
 }
 
+void QuadraticModel::AddViews(const QuadraticModel& other) {
+  for (const auto values : kSums) {
+    AddScaled(other.*values, 1.0, this->*values);
+  }
+}
+
 void QuadraticModel::FinishRound(const std::vector<double>& theta,
                                  const std::vector<double>& gradient) {
   const std::size_t n = NumScalars();

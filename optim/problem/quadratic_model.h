@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -23,6 +24,13 @@ struct QuadraticModel {
   double weight = 0.0;  ///< of the rounds together
   std::vector<double> product, square, covariance, scatter, linear, variance;
 
+  /// What rows add to.
+  static constexpr std::array kSums = {&QuadraticModel::product,
+                                       &QuadraticModel::square,
+                                       &QuadraticModel::covariance,
+                                       &QuadraticModel::scatter,
+                                       &QuadraticModel::variance};
+
   explicit QuadraticModel(std::size_t num_scalars = 0);
   [[nodiscard]] std::size_t NumScalars() const { return linear.size(); }
   [[nodiscard]] bool Empty() const { return weight == 0.0; }
@@ -30,6 +38,8 @@ struct QuadraticModel {
   /// Adds rows of one view (with spreads) to the matrices; their lower triangles are wrong
   /// until FinishRound. Same bits for any number of threads.
   void AddRows(const PixelRows& rows, const ParameterSet& set);
+  /// Adds the rows that another model has got.
+  void AddViews(const QuadraticModel& other);
   /// Completes a round of rows about `theta`.
   void FinishRound(const std::vector<double>& theta, const std::vector<double>& gradient);
 };

@@ -54,7 +54,7 @@ double NoiseByJacobian(const RowUnit& unit,
 }  // namespace
 
 SplitMeter::SplitMeter(const ParameterSet& set)
-    : set_(set),
+    : set_(&set),
       image_variance_(set.NumScalars()),
       square_(set.NumScalars()),
       difference_square_(set.NumScalars()) {
@@ -76,12 +76,12 @@ void SplitMeter::AddTerms(const View& view) {
       const PixelRows rows = MergeHalves({view.film_a, view.film_b, a->sink, b->sink},
                                          view.level,
                                          view.scales,
-                                         set_,
+                                         *set_,
                                          view.values,
                                          view.name,
                                          line);
       ForEachComponent(rows,
-                       set_,
+                       *set_,
                        [&](std::size_t scalar,
                            const RowUnit& unit,
                            const auto&,
@@ -97,7 +97,7 @@ void SplitMeter::AddTerms(const View& view) {
 void SplitMeter::AddRows(const PixelRows& rows) {
   ForEachComponent(
       rows,
-      set_,
+      *set_,
       [&](std::size_t scalar,
           const RowUnit& unit,
           const RowEntry& entry,
@@ -114,6 +114,39 @@ void SplitMeter::AddRows(const PixelRows& rows) {
           difference_square_[scalar] += difference * difference;
         }
       });
+}
+
+void SplitMeter::Add(const SplitMeter& other) {
+  const auto add = [](const std::vector<double>& from, std::vector<double>& to) {
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] += from[i];
+  };
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    add(other.terms_[t].variance, terms_[t].variance);
+    terms_[t].num_samples += other.terms_[t].num_samples;
+  }
+  add(other.image_variance_, image_variance_);
+  add(other.square_, square_);
+  add(other.difference_square_, difference_square_);
+}
+
+void SplitMeter::Write(ByteWriter& writer) const {
+  for (const Term& term : terms_) {
+    writer.Put(term.variance);
+    writer.Put(term.num_samples);
+  }
+  writer.Put(image_variance_);
+  writer.Put(square_);
+  writer.Put(difference_square_);
+}
+
+void SplitMeter::Read(ByteReader& reader) {
+  for (Term& term : terms_) {
+    reader.Get(term.variance);
+    reader.Get(term.num_samples);
+  }
+  reader.Get(image_variance_);
+  reader.Get(square_);
+  reader.Get(difference_square_);
 }
 
 SampleBudget SplitMeter::Improve(const SampleBudget& used,

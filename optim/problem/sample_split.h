@@ -8,6 +8,7 @@
 #include "optim/parameter/parameter_set.h"
 #include "optim/problem/fit_views.h"
 #include "optim/problem/pixel_rows.h"
+#include "optim/ranks/byte_stream.h"
 #include "renderer/render_options.h"
 
 namespace pathfit::optim {
@@ -19,6 +20,7 @@ namespace pathfit::optim {
 /// split is a function of the samples alone.
 class SplitMeter {
  public:
+  SplitMeter() = default;
   explicit SplitMeter(const ParameterSet& set);
 
   /// Both halves of a view, their derivatives by terms.
@@ -34,6 +36,11 @@ class SplitMeter {
   /// Rows of all terms together, of the same views, with spreads.
   void AddRows(const PixelRows& rows);
 
+  /// What other views have added to another meter of the same unknowns.
+  void Add(const SplitMeter& other);
+  void Write(ByteWriter& writer) const;
+  void Read(ByteReader& reader);
+
   /// Halfway, as factors, from the split in use to the best one for what was measured; terms
   /// without samples keep theirs. With `at_cost_of`, all boundary terms together cost what they
   /// would with its budgets; else no more than three times the interior.
@@ -46,7 +53,7 @@ class SplitMeter {
     std::vector<double> variance;  ///< of the gradient, by scalar
     double num_samples = 0.0;
   };
-  const ParameterSet& set_;
+  const ParameterSet* set_ = nullptr;
   std::array<Term, renderer::kNumDerivativeTerms> terms_;
   std::vector<double> image_variance_;  ///< of the gradient by the noise of images
   std::vector<double> square_,

@@ -13,6 +13,13 @@ struct ImageCosts {
   double signal_squared = 0.0;  ///< sum of u^2, u = (r_a + r_b) / 2
   double noise_squared = 0.0;   ///< sum of v^2, v = (r_a - r_b) / 2
   double variance = 0.0;        ///< of Total() by noise; (u . v)^2 of each pixel is unbiased for it
+  void Add(const ImageCosts& other) {
+    colors += other.colors;
+    coverage += other.coverage;
+    signal_squared += other.signal_squared;
+    noise_squared += other.noise_squared;
+    variance += other.variance;
+  }
   [[nodiscard]] double Total() const { return colors + coverage; }
 };
 

@@ -8,6 +8,7 @@
 
 #include "optim/problem/pixel_rows.h"
 #include "optim/problem/split_half_cost.h"
+#include "optim/ranks/film_stream.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
 
@@ -34,7 +35,78 @@ void Average(StageReport& report) {
   report.iou_val = val.iou.Value();
 }
 
+/// Of one view or several.
+struct ViewComparison {
+  std::vector<ImageCosts> costs;            ///< by scene
+  std::vector<double> squared_differences;  ///< each with each, in reported units
+
+  explicit ViewComparison(std::size_t num_scenes = 0)
+      : costs(num_scenes), squared_differences(num_scenes * num_scenes) {}
+  void Add(const ViewComparison& other) {
+    for (std::size_t i = 0; i < costs.size(); ++i) {
+      costs[i].Add(other.costs[i]);
+    }
+    for (std::size_t i = 0; i < squared_differences.size(); ++i) {
+      squared_differences[i] += other.squared_differences[i];
+    }
+  }
+};
+
+void Write(const ViewComparison& view, ByteWriter& writer) {
+  writer.Put(view.costs);
+  writer.Put(view.squared_differences);
+}
+void Read(ByteReader& reader, ViewComparison& view) {
+  reader.Get(view.costs);
+  reader.Get(view.squared_differences);
+}
+
+ViewComparison CompareView(const std::vector<ComparedScene>& scenes,
+                           const FitViews& views,
+                           int view,
+                           const LossSpec& loss,
+                           const SampleHalves& samples) {
+  const std::size_t n = scenes.size();
+  ViewComparison comparison(n);
+  const auto v = static_cast<std::size_t>(view);
+  const ViewLevel level = views.levels[v].Unpack();
+  std::vector<std::vector<float>> pixels;
+  for (std::size_t i = 0; i < n; ++i) {
+    const renderer::Film a = scenes[i].source->RenderPrimal(view, samples.a);
+    const renderer::Film b = scenes[i].source->RenderPrimal(view, samples.b);
+    CheckFinite(a, views.names[v]);
+    CheckFinite(b, views.names[v]);
+    const RowScales scales =
+        MakeRowScales(level, views.silhouettes, loss, CensoredChannels(level, AverageFilm(a, b)));
+    pixels.push_back(AddSplitHalfCosts(level, scales, a, b, comparison.costs[i]));
+    for (float& share : pixels.back()) {
+      share /= static_cast<float>(views.num_channels);
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      double& sum = comparison.squared_differences[i * n + j];
+      for (std::size_t p = 0; p < pixels[i].size(); ++p) {
+        const auto difference =
+            static_cast<double>(pixels[i][p]) - static_cast<double>(pixels[j][p]);
+        sum += difference * difference;
+      }
+      comparison.squared_differences[j * n + i] = sum;
+    }
+  }
+  return comparison;
+}
+
 }  // namespace
+
+static void Write(const ReportedView& view, ByteWriter& writer) {
+  Write(view.film, writer);
+  writer.Put(view.quality);
+  writer.Put(view.gain_factor);
+}
+static void Read(ByteReader& reader, ReportedView& view) {
+  Read(reader, view.film);
+  reader.Get(view.quality);
+  reader.Get(view.gain_factor);
+}
 
 bool CostComparison::IsSurelyWorse(std::size_t i, std::size_t j) const {
   const double variance = squared_differences[i * costs.size() + j];
@@ -44,42 +116,25 @@ bool CostComparison::IsSurelyWorse(std::size_t i, std::size_t j) const {
 CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
                             const FitViews& views,
                             const LossSpec& loss,
-                            const SampleHalves& samples) {
+                            const SampleHalves& samples,
+                            Division& division) {
   const std::size_t n = scenes.size();
-  std::vector<ImageCosts> sums(n);
+  ViewComparison sums(n);
+  division.ForEach<ViewComparison>(
+      Division::Kind::kComparison,
+      views.fitted.size(),
+      [&](std::size_t i, const auto& give) {
+        give(CompareView(scenes, views, views.fitted[i], loss, samples));
+      },
+      [&](std::size_t, const ViewComparison& view) { sums.Add(view); });
   CostComparison comparison;
-  comparison.squared_differences.resize(n * n);
-  for (const int view : views.fitted) {
-    const auto v = static_cast<std::size_t>(view);
-    const ViewLevel level = views.levels[v].Unpack();
-    std::vector<std::vector<float>> pixels;
-    for (std::size_t i = 0; i < n; ++i) {
-      const renderer::Film a = scenes[i].source->RenderPrimal(view, samples.a);
-      const renderer::Film b = scenes[i].source->RenderPrimal(view, samples.b);
-      CheckFinite(a, views.names[v]);
-      CheckFinite(b, views.names[v]);
-      const RowScales scales =
-          MakeRowScales(level, views.silhouettes, loss, CensoredChannels(level, AverageFilm(a, b)));
-      pixels.push_back(AddSplitHalfCosts(level, scales, a, b, sums[i]));
-      for (float& share : pixels.back()) {
-        share /= static_cast<float>(views.num_channels);
-      }
-      for (std::size_t j = 0; j < i; ++j) {
-        double& sum = comparison.squared_differences[i * n + j];
-        for (std::size_t p = 0; p < pixels[i].size(); ++p) {
-          const auto difference =
-              static_cast<double>(pixels[i][p]) - static_cast<double>(pixels[j][p]);
-          sum += difference * difference;
-        }
-        comparison.squared_differences[j * n + i] = sum;
-      }
-    }
-  }
+  comparison.squared_differences = division.Share(sums.squared_differences);
   for (std::size_t i = 0; i < n; ++i) {
-    comparison.costs.push_back({sums[i].colors / views.num_channels,
-                                sums[i].coverage / views.num_channels,
+    comparison.costs.push_back({sums.costs[i].colors / views.num_channels,
+                                sums.costs[i].coverage / views.num_channels,
                                 scenes[i].priors_in_solver_units / views.num_channels});
   }
+  comparison.costs = division.Share(comparison.costs);
   return comparison;
 }
 
@@ -139,24 +194,32 @@ void FitEvaluation::Report(const SampleHalves& samples,
   }
   const FitViews& views = other ? *other : *views_;
   const auto source = MakeSource(scene, {}, views);
-  for (std::size_t v = 0; v < views.levels.size(); ++v) {
-    const View& view = observations_.views[v];
-    const ViewLevel level = views.levels[v].Unpack();
-    ReportedView reported = RenderForReport(
-        *source, views, static_cast<int>(v), level, samples, view.validation && estimate_gains_);
-    renderer::Camera& sensor = scene.sensors[v];
-    const double limit = std::exp2(exposure_.prior.max_ev);
-    sensor.gain = std::clamp(sensor.gain * reported.gain_factor,
-                             exposure_.start_gains[v] / limit,
-                             exposure_.start_gains[v] * limit);
-    report.views.push_back({view.name,
-                            view.validation,
-                            reported.quality.psnr_linear,
-                            reported.quality.psnr_srgb,
-                            reported.quality.iou,
-                            sensor.gain});
-    observer.OnView(report.stage, v, reported.film, level);
-  }
+  division_.ForEach<ReportedView>(
+      Division::Kind::kReport,
+      views.levels.size(),
+      [&](std::size_t v, const auto& give) {
+        give(RenderForReport(*source,
+                             views,
+                             static_cast<int>(v),
+                             views.levels[v].Unpack(),
+                             samples,
+                             observations_.views[v].validation && estimate_gains_));
+      },
+      [&](std::size_t v, const ReportedView& reported) {
+        const View& view = observations_.views[v];
+        renderer::Camera& sensor = scene.sensors[v];
+        const double limit = std::exp2(exposure_.prior.max_ev);
+        sensor.gain = std::clamp(sensor.gain * reported.gain_factor,
+                                 exposure_.start_gains[v] / limit,
+                                 exposure_.start_gains[v] * limit);
+        report.views.push_back({view.name,
+                                view.validation,
+                                reported.quality.psnr_linear,
+                                reported.quality.psnr_srgb,
+                                reported.quality.iou,
+                                sensor.gain});
+        observer.OnView(report.stage, v, reported.film, views.levels[v].Unpack());
+      });
   Average(report);
 }
 

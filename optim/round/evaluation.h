@@ -10,6 +10,7 @@
 #include "optim/problem/image_source.h"
 #include "optim/problem/scene_image_source.h"
 #include "optim/problem/view_quality.h"
+#include "optim/ranks/division.h"
 #include "optim/round/fit_report.h"
 #include "optim/round/fit_spec.h"
 
@@ -35,11 +36,12 @@ struct ComparedScene {
   double priors_in_solver_units = 0.0;
 };
 
-/// One view at a time, so that its pixels are kept of no other.
+/// One view at a time, so that its pixels are kept of no other. The same on every rank.
 CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
                             const FitViews& views,
                             const LossSpec& loss,
-                            const SampleHalves& samples);
+                            const SampleHalves& samples,
+                            Division& division);
 
 /// One view rendered for a report. Of a held-out view only `gain_factor`, a single number, is
 /// estimated from its own photo (1 unless `estimate_gain`); the film has it applied. `level` is the
@@ -64,12 +66,14 @@ class FitEvaluation {
                 const FitSpec& spec,
                 const ExposureModel& exposure,
                 bool estimate_gains,
-                const renderer::CancelFlag* cancel)
+                const renderer::CancelFlag* cancel,
+                Division& division)
       : observations_(observations),
         spec_(spec),
         exposure_(exposure),
         estimate_gains_(estimate_gains),
-        cancel_(cancel) {}
+        cancel_(cancel),
+        division_(division) {}
 
   /// Valid until another scale is asked for.
   const FitViews& ViewsAt(double scale);
@@ -90,7 +94,7 @@ class FitEvaluation {
 
   /// Fills the report's views and means, and shows the pictures to `observer`. They are rendered at
   /// the last stage's resolution, since reports of stages compare only at one. Sets the estimated
-  /// gains in `scene`.
+  /// gains in `scene`. On ranks other than the first it only renders.
   void Report(const SampleHalves& samples,
               FitObserver& observer,
               renderer::Scene& scene,
@@ -102,6 +106,7 @@ class FitEvaluation {
   const ExposureModel& exposure_;
   bool estimate_gains_;
   const renderer::CancelFlag* cancel_;
+  Division& division_;
   std::optional<FitViews> views_;
   double views_scale_ = 0.0;
 };

@@ -1,6 +1,7 @@
 #include "optim/round/fit.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <memory>
 #include <numeric>
@@ -10,6 +11,8 @@
 
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/problem/image_problem.h"
+#include "optim/ranks/division.h"
+#include "optim/ranks/ranks.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/mesh_levels.h"
@@ -104,7 +107,8 @@ class FitDriver {
              Range(start.sensors.size()),
              exposure_),
         fits_exposure_(HasKind(all_, renderer::ParameterKind::kExposure)),
-        evaluation_(observations, spec, exposure_, fits_exposure_, controls.cancel),
+        division_(controls.ranks, controls.cancel),
+        evaluation_(observations, spec, exposure_, fits_exposure_, controls.cancel, division_),
         session_start_(std::chrono::steady_clock::now()) {
     state_.fingerprint = FitFingerprint(spec, all_, observations);
     if (controls.resume) {
@@ -124,7 +128,7 @@ class FitDriver {
 
   FitResult Run() {
     try {
-      if (!controls_.resume) {
+      if (!division_.Share(controls_.resume.has_value())) {
         state_.scene = start_;
         StageReport report;
         report.stage = report.kept = "start";
@@ -132,12 +136,16 @@ class FitDriver {
         Report(std::move(report), FitEvaluation::kDraftSpp);
         BeginStage();
       }
+      ShareState();
       while (state_.stage < static_cast<int>(spec_.stages.size()) && RunStage()) {
         ++state_.stage;
         BeginStage();
         SaveCheckpoint();
       }
     } catch (const renderer::Cancelled&) {
+      if (!division_.IsFirst()) {
+        throw;
+      }
       result_.status = FitStatus::kCancelled;
     }
     result_.scene = std::move(state_.scene);
@@ -185,7 +193,11 @@ class FitDriver {
     BeginLevel();
   }
 
+  /// On the first rank; the others get the state that it leads to.
   void BeginLevel() {
+    if (!division_.IsFirst()) {
+      return;
+    }
     state_.level_start = state_.round;
     state_.growths = 0;
     state_.damping = kStartDamping;
@@ -241,8 +253,13 @@ class FitDriver {
       std::vector<ComparedScene> scenes;
       scenes.push_back({evaluation_.MakeSource(level.scene, {}, views)});
       scenes.push_back({evaluation_.MakeSource(state_.scene, {}, views)});
-      const CostComparison comparison = CompareCosts(
-          scenes, views, spec_.loss, evaluation_.Samples(state_.stage, FitEvaluation::kFirstSpp));
+      Division alone;
+      const CostComparison comparison =
+          CompareCosts(scenes,
+                       views,
+                       spec_.loss,
+                       evaluation_.Samples(state_.stage, FitEvaluation::kFirstSpp),
+                       alone);
       if (!comparison.IsSurelyWorse(0, 1) ||
           comparison.costs[0].Total() < (1.0 + kLossOfDetail) * comparison.costs[1].Total()) {
         break;
@@ -326,21 +343,20 @@ class FitDriver {
         observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
         return true;
       }
-      end = RunRounds({spec_,
-                       state_.stage,
-                       views,
-                       model.set,
-                       exposure_,
-                       model.priors,
-                       fits_exposure_,
-                       scale,
-                       SampleFactor(stage,
-                                    scale,
-                                    views.num_channels / 3.0,
-                                    MovesSomething(model.set),
-                                    IsFew(model.set))},
-                      stage,
-                      static_cast<int>(scales.size()));
+      end = RunRounds(
+          {spec_,
+           state_.stage,
+           views,
+           model.set,
+           exposure_,
+           model.priors,
+           fits_exposure_,
+           scale,
+           SampleFactor(
+               stage, scale, views.num_channels / 3.0, MovesSomething(model.set), IsFew(model.set)),
+           division_},
+          stage,
+          static_cast<int>(scales.size()));
     }
     return end == RoundsEnd::kDone;
   }
@@ -360,7 +376,9 @@ class FitDriver {
                           "what the photos show, or nothing in them depends on what is free");
     }
     const FitViews& views = evaluation_.ViewsAt(stage.image_scale);
+    ReportDivision(stage);
     MoveToMinimum(stage, views);
+    ShareState();
     KeepBest(stage, views, report);
     for (const std::string& message : FillUnseenTexels(spec_.unknowns, views, state_.scene)) {
       observer_.OnMessage("stage '" + stage.name + "': " + message);
@@ -369,6 +387,7 @@ class FitDriver {
     const renderer::MeshFolds folds = CountFolds(state_.scene, model.set.layout());
     report.folded_edges = folds.folded_edges;
     report.crossing_triangles = folds.crossing_triangles;
+    ShareState();
     const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
     Report(std::move(report),
            last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp);
@@ -382,34 +401,44 @@ class FitDriver {
   RoundsEnd RunRounds(const StageContext& context, const StageSpec& stage, int num_levels) {
     const auto source = evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
     while (StopReason(stage, state_, num_levels).empty()) {
-      if (controls_.cancel != nullptr && controls_.cancel->load()) {
+      if (controls_.cancel != nullptr && controls_.cancel->load() && division_.IsFirst()) {
         throw renderer::Cancelled();
       }
       const double before = WallSeconds();
-      if (spec_.time_limit_s > 0.0 && before - earlier_wall_s_ + round_s_ > spec_.time_limit_s) {
+      const bool is_late =
+          spec_.time_limit_s > 0.0 && before - earlier_wall_s_ + round_s_ > spec_.time_limit_s;
+      if (division_.Share(is_late)) {
         return RoundsEnd::kTimeLimit;
       }
       RoundReport report = RunRound(context, *source, state_);
-      const bool mended = report.accepted && Mend(stage, context.views, context.image_scale);
-      const renderer::MeshFolds folds = CountFolds(state_.scene, context.set.layout());
-      report.moving_vertices = CountMovingVertices(state_.scene, context.set.layout());
-      report.folded_edges = folds.folded_edges;
-      report.crossing_triangles = folds.crossing_triangles;
-      report.wall_s = WallSeconds();
-      round_s_ = report.wall_s - before;
-      failure_ = report.solver_failure.empty() ? "" : "; the solver: " + report.solver_failure;
-      if (!failure_.empty()) {
-        observer_.OnWarning("round " + std::to_string(report.step) + ": no step" + failure_);
+      bool mended = false;
+      if (division_.IsFirst()) {
+        mended = report.accepted && Mend(stage, context.views, context.image_scale);
+        EndRound(context, before, std::move(report));
       }
-      // First the report: a resumed run drops rounds reported after its checkpoint, but cannot
-      // bring back missing ones.
-      observer_.OnRound(report);
       SaveCheckpoint();
-      if (mended) {
+      if (division_.Share(mended)) {
         return RoundsEnd::kMended;
       }
     }
     return RoundsEnd::kDone;
+  }
+
+  /// What a round reports.
+  void EndRound(const StageContext& context, double began, RoundReport report) {
+    const renderer::MeshFolds folds = CountFolds(state_.scene, context.set.layout());
+    report.moving_vertices = CountMovingVertices(state_.scene, context.set.layout());
+    report.folded_edges = folds.folded_edges;
+    report.crossing_triangles = folds.crossing_triangles;
+    report.wall_s = WallSeconds();
+    round_s_ = report.wall_s - began;
+    failure_ = report.solver_failure.empty() ? "" : "; the solver: " + report.solver_failure;
+    if (!failure_.empty()) {
+      observer_.OnWarning("round " + std::to_string(report.step) + ": no step" + failure_);
+    }
+    // First the report: a resumed run drops rounds reported after its checkpoint, but cannot
+    // bring back missing ones.
+    observer_.OnRound(report);
   }
 
   /// New triangles where the last step has worn out the meshes. False: nowhere.
@@ -485,8 +514,8 @@ class FitDriver {
       for (const Candidate& candidate : open) {
         scenes.push_back(ToCompare(candidate.scene, stage, views));
       }
-      const CostComparison comparison =
-          CompareCosts(scenes, views, spec_.loss, evaluation_.Samples(state_.stage, spp));
+      const CostComparison comparison = CompareCosts(
+          scenes, views, spec_.loss, evaluation_.Samples(state_.stage, spp), division_);
       const std::vector<EvaluatedCost>& costs = comparison.costs;
       const auto best = static_cast<std::size_t>(
           std::min_element(costs.begin(),
@@ -529,16 +558,54 @@ class FitDriver {
   void Report(StageReport report, int spp) {
     observer_.OnScene(report.stage, state_.scene, state_.standard_errors);
     evaluation_.Report(evaluation_.Samples(state_.stage, spp), observer_, state_.scene, report);
+    if (!division_.IsFirst()) {
+      return;
+    }
     report.wall_s = WallSeconds();
     observer_.OnStage(report);
     result_.stages.push_back(std::move(report));
   }
 
   void SaveCheckpoint() {
-    ++state_.sequence;
-    state_.wall_s = WallSeconds();
-    if (!controls_.checkpoint_folder.empty()) {
-      WriteCheckpoint(controls_.checkpoint_folder, {start_, spec_.unknowns}, state_);
+    if (division_.IsFirst()) {
+      ++state_.sequence;
+      state_.wall_s = WallSeconds();
+      if (!controls_.checkpoint_folder.empty()) {
+        WriteCheckpoint(controls_.checkpoint_folder, {start_, spec_.unknowns}, state_);
+      }
+    }
+    ShareState();
+  }
+
+  /// Of the stage's rounds.
+  void ReportDivision(const StageSpec& stage) {
+    const DivisionTimes times = division_.TakeTimes();
+    if (division_.IsAlone()) {
+      return;
+    }
+    std::array<char, 200> text{};
+    std::snprintf(text.data(),
+                  text.size(),
+                  "%d ranks rendered for %.3g processor seconds and sent %.3g MB, merged by the "
+                  "first in %.3g, which waited %.3g s",
+                  division_.NumRanks(),
+                  times.making,
+                  times.bytes / 1e6,
+                  times.taking,
+                  times.waiting);
+    observer_.OnMessage("stage '" + stage.name + "': " + text.data());
+  }
+
+  /// Gives all ranks the state of the first, which alone takes steps.
+  void ShareState() {
+    if (division_.IsAlone()) {
+      return;
+    }
+    const FitOrigin origin{start_, spec_.unknowns};
+    const Bytes bytes =
+        division_.Share(division_.IsFirst() ? EncodeState(origin, state_) : Bytes());
+    if (!division_.IsFirst()) {
+      state_ = DecodeState(origin, bytes);
     }
   }
 
@@ -550,6 +617,7 @@ class FitDriver {
   ExposureModel exposure_;
   ParameterSet all_;  ///< every unknown that is not held
   bool fits_exposure_;
+  Division division_;  ///< of views among ranks
   FitEvaluation evaluation_;
   FitState state_;
   FitResult result_;
@@ -568,7 +636,23 @@ FitResult RunFit(const renderer::Scene& start,
                  const FitControls& controls) {
   Validate(start, observations, spec);
   renderer::ReturnFreedMemory();  // what photos and masks were read into
-  return FitDriver(start, observations, spec, observer, controls).Run();
+  if (controls.ranks == nullptr || controls.ranks->IsAlone()) {
+    return FitDriver(start, observations, spec, observer, controls).Run();
+  }
+  try {
+    FitResult result = FitDriver(start, observations, spec, observer, controls).Run();
+    if (controls.ranks->IsFirst() && result.status == FitStatus::kCancelled) {
+      controls.ranks->Stop();
+    }
+    return result;
+  } catch (...) {
+    if (controls.ranks->IsFirst()) {
+      controls.ranks->Stop();
+    } else {
+      controls.ranks->ReportException();
+    }
+    throw;
+  }
 }
 
 }  // namespace pathfit::optim

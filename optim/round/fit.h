@@ -15,6 +15,8 @@
 
 namespace pathfit::optim {
 
+class Ranks;
+
 enum class FitStatus { kFinished, kCancelled, kTimeLimit };
 
 struct FitControls {
@@ -22,6 +24,11 @@ struct FitControls {
   const renderer::CancelFlag* cancel = nullptr;
   std::filesystem::path checkpoint_folder;  ///< written after every round; empty = none
   std::optional<FitState> resume;           ///< continue from here instead of from the start
+  /// Share the work, with the same bits for any number of them: all call RunFit with the same
+  /// start, observations and specification. The first alone uses the checkpoints' folder and
+  /// `resume`, and gets the result; the others have a SilentObserver, return nothing, and throw
+  /// RanksStopped if the first ends early. Null: this process alone.
+  Ranks* ranks = nullptr;
 };
 
 struct FitResult {

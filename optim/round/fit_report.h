@@ -96,4 +96,17 @@ class FitObserver {
   virtual void OnWarning(const std::string& text) = 0;
 };
 
+/// Of ranks other than the first, which do not speak.
+class SilentObserver final : public FitObserver {
+ public:
+  void OnRound(const RoundReport& /*report*/) override {}
+  void OnView(const std::string& /*stage*/,
+              std::size_t /*view*/,
+              const renderer::Film& /*image*/,
+              const ViewLevel& /*observed*/) override {}
+  void OnStage(const StageReport& /*report*/) override {}
+  void OnMessage(const std::string& /*text*/) override {}
+  void OnWarning(const std::string& /*text*/) override {}
+};
+
 }  // namespace pathfit::optim

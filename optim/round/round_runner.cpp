@@ -94,13 +94,20 @@ void ReportValidation(const StageContext& context,
                                           round,
                                           SampleUse::kValidation,
                                           {.spp = std::min(report.samples.spp, kValidationSpp)});
-  for (const int view : context.views.validation) {
-    const ViewLevel level = context.views.levels[static_cast<std::size_t>(view)].Unpack();
-    const ReportedView reported = RenderForReport(
-        source, context.views, view, level, samples, context.estimate_validation_gains);
-    psnr.Add(reported.quality.psnr_linear);
-    iou.Add(reported.quality.iou);
-  }
+  context.division.ForEach<ViewQuality>(
+      Division::Kind::kValidation,
+      context.views.validation.size(),
+      [&](std::size_t i, const auto& give) {
+        const int view = context.views.validation[i];
+        const ViewLevel level = context.views.levels[static_cast<std::size_t>(view)].Unpack();
+        give(RenderForReport(
+                 source, context.views, view, level, samples, context.estimate_validation_gains)
+                 .quality);
+      },
+      [&](std::size_t, const ViewQuality& quality) {
+        psnr.Add(quality.psnr_linear);
+        iou.Add(quality.iou);
+      });
   report.psnr_linear_val = psnr.Value();
   report.iou_val = iou.Value();
 }
@@ -295,10 +302,18 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
     options.num_measured = std::min(kMeasuredViews, context.views.fitted.size());
     options.first_measured = static_cast<std::size_t>(round);
   }
+  options.division = &context.division;
   const auto start = Clock::now();
   ImageProblem problem(source, context.views, context.set, options);
   problem.Linearize(context.set.ValuesFromTheta(theta));
   report.jacobian_s = SecondsSince(start);
+  const auto validation_start = Clock::now();
+  ReportValidation(context, source, round, report);
+  report.render_s = SecondsSince(validation_start);
+  if (!context.division.IsFirst()) {
+    problem.FollowTrials();
+    return report;
+  }
   const double priors = PriorCost(context.priors, context.set, theta);
   const ImageCosts before = problem.costs();
   report.cost_image = before.colors * unit;
@@ -308,13 +323,11 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   report.noise_relative = RelativeNoise(before);
   report.gradient_max = LargestMagnitude(problem.sums().gradient) * unit;
   ReportFittedQuality(problem.quality(), report);
-  const auto validation_start = Clock::now();
-  ReportValidation(context, source, round, report);
-  report.render_s = SecondsSince(validation_start);
 
   const MotionGuard motion(
       state.scene, context.set, context.views, context.set.ValuesFromTheta(theta));
   const SolveOutcome outcome = Solve(context, state, problem, theta, motion, report);
+  problem.EndTrials();
   report.render_s += outcome.render_s;
   report.linear_s = outcome.linear_s;
   report.accepted = outcome.accepted;

@@ -14,12 +14,18 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME pathfit)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+if(PATHFIT_MPI)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "openmpi-bin")  # mpirun
+endif()
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Libraries and headers of pathfit, for find_package(pathfit)")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libpathfit-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 # What pathfitConfig.cmake finds, and what the static libraries are linked with.
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libembree-dev, libtbb-dev, libopenexr-dev, libtinygltf-dev, nlohmann-json3-dev, libceres-dev, libopenmesh-dev, libopenvdb-dev, libopenblas-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-imgcodecs-dev, libexif-dev, libpugixml-dev, libyaml-cpp-dev")
+if(PATHFIT_MPI)
+  string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libopenmpi-dev")
+endif()
 if(PATHFIT_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The Python module of pathfit")

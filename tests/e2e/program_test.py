@@ -19,7 +19,7 @@ import unittest
 PATHFIT = pathlib.Path(sys.argv[1])
 SOURCE = pathlib.Path(sys.argv[2])
 sys.path.insert(0, str(SOURCE / "tests" / "support"))
-from run_state import from_cbor  # noqa: E402
+from run_state import final_bytes  # noqa: E402
 
 DEMO = SOURCE / "configs" / "axe_demo.yaml"
 # The whole fit in seconds: three stages of two rounds at an eighth of the photographs' size.
@@ -35,17 +35,6 @@ def run(*arguments, **options):
 
 def fit(folder, *more):
     return run("fit", DEMO, "-o", folder, "--progress", "none", *QUICK, *more)
-
-
-def final_bytes(folder):
-    """What must be equal between runs of one seed: results and the last checkpoint but for its time."""
-    files = sorted(p for p in (folder / "result").rglob("*") if p.suffix in {".ply", ".exr", ".glb", ".csv"})
-    assert len(files) >= 5, files
-    content = {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
-    newest = sorted((folder / "checkpoints").glob("state_*.cbor"))[-1]
-    state = from_cbor(from_cbor(newest.read_bytes())[0]["payload"])[0]
-    del state["wall_s"]
-    return {**content, **state}
 
 
 class Program(unittest.TestCase):

@@ -24,12 +24,18 @@ MOST_BYTES_OF_PICTURE = 60000
 # Runs the tasks of a job array one after the other, as the cluster's own does side by side.
 SBATCH = """#!/bin/bash
 set -eu
-[[ $1 =~ ^--array=1-([0-9]+)$ ]]
+export SLURM_CPUS_PER_TASK=1
+[[ $1 =~ ^--array=1-([0-9]+)$ ]] || exec bash "$@"
 shift
 for task in $(seq "${BASH_REMATCH[1]}"); do
-  SLURM_ARRAY_TASK_ID=$task SLURM_CPUS_PER_TASK=1 bash "$@"
+  SLURM_ARRAY_TASK_ID=$task bash "$@"
 done
 echo "Submitted batch job 1"
+"""
+
+# Two tasks of a step on this machine.
+SRUN = """#!/bin/bash
+exec mpirun -n 2 --oversubscribe "${@:2}"
 """
 
 
@@ -60,9 +66,11 @@ class Tutorials(unittest.TestCase):
         programs = self.folder / "programs"
         programs.mkdir()
         (programs / "pathfit").symlink_to(PATHFIT)
-        (programs / "sbatch").write_text(SBATCH)
-        (programs / "sbatch").chmod(0o755)
-        self.environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}", "LC_ALL": "C"}
+        for name, text in (("sbatch", SBATCH), ("srun", SRUN)):
+            (programs / name).write_text(text)
+            (programs / name).chmod(0o755)
+        self.environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}", "LC_ALL": "C",
+                            "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
     def run_block(self, text, added):
         if added:

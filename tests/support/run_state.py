@@ -20,3 +20,14 @@ def from_cbor(data, at=0):
         item, at = from_cbor(data, at)
         items.append(item)
     return (items if major == 4 else dict(zip(items[::2], items[1::2]))), at
+
+
+def final_bytes(folder):
+    """What must be equal between runs of one seed: results and the last checkpoint but for its time."""
+    files = sorted(p for p in (folder / "result").rglob("*") if p.suffix in {".ply", ".exr", ".glb", ".csv"})
+    assert len(files) >= 5, files
+    content = {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
+    newest = sorted((folder / "checkpoints").glob("state_*.cbor"))[-1]
+    state = from_cbor(from_cbor(newest.read_bytes())[0]["payload"])[0]
+    del state["wall_s"]
+    return {**content, **state}

@@ -1,0 +1,92 @@
+#include "optim/ranks/division.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "renderer/core/error.h"
+
+namespace pathfit::optim {
+namespace {
+
+std::vector<ItemCost> Equal(std::size_t count, double taking = 0.0) {
+  return std::vector<ItemCost>(count, {1.0, taking});
+}
+
+TEST(ByteStream, ReadsWhatWasWritten) {
+  ByteWriter writer;
+  writer.Put(3.5);
+  writer.Put(std::vector<int>{1, 2, 3});
+  writer.Put(std::string("text"));
+  writer.Put(std::vector<double>());
+  const Bytes bytes = writer.Take();
+  ByteReader reader(bytes);
+  double number = 0.0;
+  std::vector<int> list;
+  std::string text;
+  std::vector<double> empty{1.0};
+  reader.Get(number);
+  reader.Get(list);
+  reader.Get(text);
+  reader.Get(empty);
+  EXPECT_EQ(number, 3.5);
+  EXPECT_EQ(list, (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(text, "text");
+  EXPECT_TRUE(empty.empty());
+  EXPECT_THROW(reader.Get(number), renderer::IoError);
+}
+
+TEST(ByteStream, RefusesACountBeyondTheEnd) {
+  ByteWriter writer;
+  writer.Put(std::size_t{1} << 62);
+  const Bytes bytes = writer.Take();
+  ByteReader reader(bytes);
+  std::vector<double> list;
+  EXPECT_THROW(reader.Get(list), renderer::IoError);
+}
+
+TEST(Deal, GivesEachRankAsMuchAndTheFirstTheFirstItems) {
+  const std::vector<int> dealt = Deal(Equal(8), 4);
+  EXPECT_EQ(dealt[0], 0);
+  EXPECT_EQ(dealt[1], 0);
+  for (int rank = 0; rank < 4; ++rank) EXPECT_EQ(std::ranges::count(dealt, rank), 2);
+  EXPECT_EQ(Deal(Equal(3), 1), (std::vector<int>{0, 0, 0}));
+}
+
+TEST(Deal, LeavesMakingToOthersAsFarAsTheFirstIsBusyTaking) {
+  // Ten views of which taking costs a fifth of making: 12 in all, 4 for each of three ranks.
+  const std::vector<int> dealt = Deal(Equal(10, 0.2), 3);
+  EXPECT_EQ(std::ranges::count(dealt, 0), 2);
+  EXPECT_EQ(std::ranges::count(dealt, 1), 4);
+}
+
+TEST(Deal, GoesByWhatItemsCost) {
+  std::vector<ItemCost> costs = Equal(7);
+  costs[6].making = 6.0;
+  const std::vector<int> dealt = Deal(costs, 2);
+  EXPECT_EQ(std::ranges::count(dealt, 0), 6);
+  EXPECT_EQ(dealt[6], 1);
+}
+
+TEST(Division, AloneTakesPartsInOrder) {
+  Division alone;
+  std::vector<int> taken;
+  alone.ForEach<int>(
+      Division::Kind::kTrial,
+      3,
+      [](std::size_t i, const auto& give) {
+        give(static_cast<int>(2 * i));
+        give(static_cast<int>(2 * i + 1));
+      },
+      [&](std::size_t i, int part) {
+        EXPECT_EQ(static_cast<std::size_t>(part) / 2, i);
+        taken.push_back(part);
+      });
+  EXPECT_EQ(taken, (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(alone.Share(7), 7);
+}
+
+}  // namespace
+}  // namespace pathfit::optim
