@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "optim/observation/camera_import.h"
+#include "optim/observation/image_size.h"
 #include "optim/observation/json_entry.h"
 #include "renderer/core/error.h"
 #include "renderer/io/text_scanner.h"
@@ -86,12 +87,8 @@ constexpr Version kFocalInMillimetres = {1, 2, 2};
 constexpr Version kPixelAspect = {1, 2, 5};
 
 int ImageSize(const JsonEntry& entry, const char* key) {
-  const double value = Number(Get(entry, key), entry.place + "." + key);
-  if (!(value >= 1.0 && value <= kMaxImageSize) || value != std::floor(value)) {
-    throw IoError(entry.place + "." + key + ": " + std::to_string(value) +
-                  " is not an image size (whole, 1 to 100000)");
-  }
-  return static_cast<int>(value);
+  const std::string place = entry.place + "." + key;
+  return CheckedImageSize(Number(Get(entry, key), place), place);
 }
 
 void ReadFocalLengths(const JsonEntry& entry, const Version& version, renderer::Camera& camera) {

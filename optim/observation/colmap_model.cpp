@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "optim/observation/camera_import.h"
+#include "optim/observation/image_size.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/text_scanner.h"
@@ -21,7 +22,6 @@ namespace {
 
 using renderer::IoError;
 
-constexpr std::int64_t kMaxImageSize = 100000;
 constexpr double kLengthTolerance = 1e-4;
 
 /// Lens models by COLMAP's names and numbers; each letter of `layout` is the meaning of one
@@ -117,14 +117,6 @@ class TextFile {
   renderer::LineReader lines_;
 };
 
-int CheckedImageSize(std::int64_t size, const char* what, const std::string& place) {
-  if (size < 1 || size > kMaxImageSize) {
-    throw IoError(place + ": " + what + " " + std::to_string(size) +
-                  " is not an image size (1 to 100000)");
-  }
-  return static_cast<int>(size);
-}
-
 /// What to do about a lens that cannot be read.
 constexpr const char* kWaysOut =
     "; either undistort the photos (colmap image_undistorter writes PINHOLE), or run the "
@@ -217,8 +209,9 @@ Cameras ReadTextCameras(const std::filesystem::path& path) {
     const std::string camera_place = place + ": camera " + std::to_string(id);
     const LensModel& lens = LensNamed(line.Word("camera model"), camera_place);
     renderer::Camera camera;
-    camera.width = CheckedImageSize(line.Integer("width"), "width", place);
-    camera.height = CheckedImageSize(line.Integer("height"), "height", place);
+    camera.width = CheckedImageSize(static_cast<double>(line.Integer("width")), place + ": width");
+    camera.height =
+        CheckedImageSize(static_cast<double>(line.Integer("height")), place + ": height");
     for (const char meaning : lens.layout) {
       SetParameter(meaning, line.Number("lens parameter"), camera_place, camera);
     }
@@ -359,8 +352,10 @@ Cameras ReadBinaryCameras(const std::filesystem::path& path) {
     const std::string place = file.name() + ": camera " + std::to_string(id);
     const LensModel& lens = LensNumbered(file.Next<std::int32_t>(place), place);
     renderer::Camera camera;
-    camera.width = CheckedImageSize(file.Next<std::int64_t>(place), "width", place);
-    camera.height = CheckedImageSize(file.Next<std::int64_t>(place), "height", place);
+    camera.width =
+        CheckedImageSize(static_cast<double>(file.Next<std::int64_t>(place)), place + ": width");
+    camera.height =
+        CheckedImageSize(static_cast<double>(file.Next<std::int64_t>(place)), place + ": height");
     for (const char meaning : lens.layout) {
       SetParameter(meaning, file.Next<double>(place), place, camera);
     }

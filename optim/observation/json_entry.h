@@ -8,8 +8,6 @@
 
 namespace pathfit::optim {
 
-inline constexpr int kMaxImageSize = 100000;
-
 /// A JSON object together with where it stands, for messages. Errors are IoErrors with the place.
 struct JsonEntry {
   const nlohmann::json& value;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "optim/observation/camera_import.h"
-#include "optim/observation/json_entry.h"
+#include "optim/observation/image_size.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/text_scanner.h"
@@ -105,14 +105,6 @@ Rows ReadRows(const fs::path& path) {
   return rows;
 }
 
-int ImageSize(double value, const std::string& place) {
-  if (!(value >= 1.0 && value <= kMaxImageSize) || value != std::floor(value)) {
-    throw IoError(place + ": " + std::to_string(value) +
-                  " is not an image size (whole, 1 to 100000)");
-  }
-  return static_cast<int>(value);
-}
-
 }  // namespace
 
 ImportedCameras ReadLlffPoses(const fs::path& path, const fs::path& photos) {
@@ -135,8 +127,8 @@ ImportedCameras ReadLlffPoses(const fs::path& path, const fs::path& photos) {
     renderer::Camera& camera = imported.camera;
     camera.name = imported.image;
     const Vec3 size = column(4);
-    camera.height = ImageSize(size.x, imported.place);
-    camera.width = ImageSize(size.y, imported.place);
+    camera.height = CheckedImageSize(size.x, imported.place + ": height");
+    camera.width = CheckedImageSize(size.y, imported.place + ": width");
     if (!(size.z > 0.0)) throw IoError(imported.place + ": the focal length must be positive");
     camera.fx = camera.fy = size.z;
     imported.has_principal_point = false;

@@ -9,7 +9,7 @@
 #include <pugixml.hpp>
 
 #include "optim/observation/camera_import.h"
-#include "optim/observation/json_entry.h"
+#include "optim/observation/image_size.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/text_scanner.h"
@@ -98,11 +98,8 @@ class MetashapeReader {
     return node ? Numbers(node, 1)[0] : otherwise;
   }
   [[nodiscard]] int ImageSize(const xml_node& node, const char* attribute) const {
-    const auto size = renderer::ParseInteger(node.attribute(attribute).value());
-    if (!size || *size < 1 || *size > kMaxImageSize) {
-      throw IoError(Place(node) + ": " + attribute + " is not an image size (whole, 1 to 100000)");
-    }
-    return static_cast<int>(*size);
+    const auto size = renderer::ParseReal(node.attribute(attribute).value());
+    return CheckedImageSize(size.value_or(0.0), Place(node) + ": " + attribute);
   }
 
   void ReadSensors(const xml_node& sensors) {

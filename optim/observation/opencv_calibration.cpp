@@ -10,7 +10,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "optim/observation/camera_import.h"
-#include "optim/observation/json_entry.h"
+#include "optim/observation/image_size.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/text_scanner.h"
@@ -244,23 +244,17 @@ class CalibrationFile {
   void ReadSize(renderer::Camera& camera) const {
     const Value* width = Find({"image_width", "image_Width", "imageWidth", "width"});
     const Value* height = Find({"image_height", "image_Height", "imageHeight", "height"});
-    const auto checked = [](double size, const Value& value) {
-      if (!(size >= 1.0 && size <= kMaxImageSize) || size != std::floor(size)) {
-        throw IoError(value.place + ": is not an image size (whole, 1 to 100000)");
-      }
-      return static_cast<int>(size);
-    };
     if (const Value* both = Find({"image_size", "imageSize"});
         both != nullptr && width == nullptr) {
       const std::vector<double> size = Numbers(*both);
       if (size.size() != 2) throw IoError(both->place + " must be width and height");
-      camera.width = checked(size[0], *both);
-      camera.height = checked(size[1], *both);
+      camera.width = CheckedImageSize(size[0], both->place);
+      camera.height = CheckedImageSize(size[1], both->place);
     } else if (width != nullptr && height != nullptr) {
       for (const Value* value : {width, height}) {
         const std::vector<double> size = Numbers(*value);
         if (size.size() != 1) throw IoError(value->place + " must be one number");
-        (value == width ? camera.width : camera.height) = checked(size[0], *value);
+        (value == width ? camera.width : camera.height) = CheckedImageSize(size[0], value->place);
       }
     } else if (width != nullptr || height != nullptr) {
       throw IoError((width != nullptr ? width : height)->place +

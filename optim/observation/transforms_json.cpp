@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "optim/observation/camera_import.h"
+#include "optim/observation/image_size.h"
 #include "optim/observation/json_entry.h"
 #include "renderer/core/error.h"
 
@@ -35,11 +36,7 @@ class Intrinsics {
   [[nodiscard]] int Size(const char* key) const {
     const std::optional<double> value = Number(key);
     if (!value) return 0;
-    if (*value < 1.0 || *value > kMaxImageSize || *value != std::floor(*value)) {
-      throw IoError(frame_.place + "." + key + ": " + std::to_string(*value) +
-                    " is not an image size (whole, 1 to 100000)");
-    }
-    return static_cast<int>(*value);
+    return CheckedImageSize(*value, frame_.place + "." + key);
   }
   /// A positive number, or nothing when the key is absent.
   [[nodiscard]] std::optional<double> Positive(const char* key) const {

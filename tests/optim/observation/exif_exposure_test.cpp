@@ -134,5 +134,40 @@ TEST(ExifExposures, AreNotUsedWhereTheyTellNothing) {
   check({one, other}, "flash");
 }
 
+TEST(ExifLens, NamesCameraAndFocalLength) {
+  // Little endian: a directory with Make, Model and the place of the other one, which has the focal
+  // length as 505 / 10.
+  std::string block = "II*";
+  const auto put = [&](std::uint32_t value, int size) {
+    for (int i = 0; i < size; ++i) block.push_back(static_cast<char>(value >> (8 * i) & 0xff));
+  };
+  const auto entry =
+      [&](std::uint32_t tag, std::uint32_t type, std::uint32_t count, std::uint32_t v) {
+        put(tag, 2);
+        put(type, 2);
+        put(count, 4);
+        put(v, 4);
+      };
+  constexpr std::uint32_t kAscii = 2, kLong = 4, kRational = 5;
+  put(0, 1);
+  put(8, 4);
+  put(3, 2);
+  entry(0x010f, kAscii, 4, 0x00656341);  // "Ace"
+  entry(0x0110, kAscii, 4, 0x0000394b);  // "K9"
+  entry(0x8769, kLong, 1, 50);
+  put(0, 4);
+  put(1, 2);
+  entry(0x920a, kRational, 1, 68);
+  put(0, 4);
+  put(505, 4);
+  put(10, 4);
+  EXPECT_EQ(ParseExifLens(block), "Ace K9, 50.5 mm");
+  for (std::size_t size = 0; size < block.size(); ++size) {
+    EXPECT_NE(ParseExifLens(block.substr(0, size)), "Ace K9, 50.5 mm");
+  }
+  EXPECT_EQ(ParseExifLens(ExifBlock({})), "");
+  EXPECT_EQ(ParseExifLens(""), "");
+}
+
 }  // namespace
 }  // namespace pathfit::optim
