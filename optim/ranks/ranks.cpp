@@ -236,12 +236,11 @@ void Ranks::ReportException() {
     link_->Report(Trouble::kCancelled, "");
   } catch (const renderer::NumericalError& e) {
     link_->Report(Trouble::kNumerical, e.what());
-  } catch (const renderer::IoError& e) {
-    link_->Report(Trouble::kInput, e.what());
-  } catch (const renderer::SceneError& e) {
-    link_->Report(Trouble::kInput, e.what());
   } catch (const std::bad_alloc&) {
-    link_->Report(Trouble::kOther, "out of memory");
+    link_->Report(Trouble::kInput, "out of memory");
+  } catch (const std::runtime_error& e) {
+    // What only one machine finds wrong is its files.
+    link_->Report(Trouble::kInput, e.what());
   } catch (const std::exception& e) {
     link_->Report(Trouble::kOther, e.what());
   }

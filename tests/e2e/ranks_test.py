@@ -128,6 +128,14 @@ class Ranks(unittest.TestCase):
         self.assertEqual(done.returncode, 3)
         self.assertEqual(done.stderr.count("the config cannot be opened"), 1)
 
+    def test_what_one_rank_alone_finds_wrong_is_said_with_its_number(self):
+        here = command(1, "fit", SOURCE / "configs" / "axe_demo.yaml", "-o", self.root / "alone", *FIT)
+        there = command(1, "fit", "nowhere.yaml")
+        done = subprocess.run([MPIRUN, "--oversubscribe", "-n", "1", *here, ":", "-n", "1", *there],
+                              capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("rank 1: nowhere.yaml", done.stderr)
+
     def test_what_runs_in_one_process_says_so(self):
         done = run(2, "synth", LAMP, "-o", self.root / "photos")
         self.assertEqual(done.returncode, 2)
