@@ -117,7 +117,6 @@ std::string FormatProblems(const ConfigSource& source, std::vector<Problem> prob
 }
 
 ConfigError::ConfigError(const ConfigSource& source, const std::vector<Problem>& problems)
-    : std::runtime_error(FormatProblems(source, problems) + ClosingLine(CountProblems(problems))),
-      num_problems_(CountProblems(problems)) {}
+    : std::runtime_error(FormatProblems(source, problems) + ClosingLine(CountProblems(problems))) {}
 
 }  // namespace pathfit::app
