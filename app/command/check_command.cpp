@@ -150,7 +150,11 @@ constexpr ResultKey kResult[] = {
      "Maps of name, unknowns, image_scale, max_rounds; with photos memory_bytes and linear_solver"},
     {"initial_iou", "map", "By photo with a mask: overlap of the start's silhouette with it"}};
 
-void Declare(OptionList& options, CommandLine& /*line*/) { options.ConfigOptions(); }
+void Declare(OptionList& options, CommandLine& /*line*/) {
+  options.Set();
+  options.Threads();
+  options.MaxMemory();
+}
 
 ExitStatus Run(CommandContext& context) {
   const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);

@@ -10,6 +10,7 @@
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/fittable.h"
 #include "app/experiment/start_check.h"
 #include "app/output/export_result.h"
 #include "app/output/fit_recorder.h"
@@ -159,11 +160,20 @@ void DeclareTimeLimit(OptionList& options, CommandLine& line) {
 }
 
 void DeclareFit(OptionList& options, CommandLine& line) {
-  options.ConfigOptions();
+  options.Set();
+  options.Seed();
+  options.Threads();
+  options.MaxMemory();
   options.Override(
       "-o,--output", "DIR", "Run directory", "output.directory", OptionList::Form::kPath);
   DeclareTimeLimit(options, line);
   options.Text("--stop-after", "STAGE", "Ends after this stage", line.stop_after);
+}
+
+void DeclareResume(OptionList& options, CommandLine& line) {
+  options.Threads();
+  options.MaxMemory();
+  DeclareTimeLimit(options, line);
 }
 
 ExitStatus Fit(CommandContext& context) {
@@ -236,11 +246,7 @@ ExitStatus Resume(CommandContext& context) {
 
 extern const Command kFitCommand = {
     "fit", "Fits a scene to photos; prints the run directory", "CONFIG", DeclareFit, Fit, kResult};
-extern const Command kResumeCommand = {"resume",
-                                       "Continues a run from its newest checkpoint",
-                                       "RUN",
-                                       DeclareTimeLimit,
-                                       Resume,
-                                       kResult};
+extern const Command kResumeCommand = {
+    "resume", "Continues a run from its newest checkpoint", "RUN", DeclareResume, Resume, kResult};
 
 }  // namespace pathfit::app

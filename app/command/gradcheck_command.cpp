@@ -203,7 +203,9 @@ void PrintTable(const std::vector<Row>& rows) {
 
 void Declare(OptionList& options, CommandLine& line) {
   using Form = OptionList::Form;
-  options.ConfigOptions();
+  options.Set();
+  options.Seed();
+  options.Threads();
   options.Path("-o,--output", "DIR", "Where images and the table go", line.output);
   options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
   options.Override("--spp", "N", "Samples per pixel", "gradcheck.spp", Form::kWhole, 1);

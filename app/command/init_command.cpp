@@ -49,6 +49,7 @@ Json Describe(const FoundInput& input, const fs::path& config, const std::string
 }
 
 void Declare(OptionList& options, CommandLine& line) {
+  options.Threads();
   options.Path("-o,--output", "FILE", "Config to write; else NAME.yaml here", line.output);
   options.Path("--masks", "DIR", "Folder of the masks, if it is not found", line.masks);
   options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", line.mesh);
