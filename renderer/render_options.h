@@ -104,9 +104,6 @@ class GuideStore {
 struct RenderServices {
   /// Keeps guides between passes; null: learned in every pass.
   GuideStore* guides = nullptr;
-  /// What an error in each pixel costs, e.g. the size of its residual: guides draw where that is
-  /// large. One per pixel of the image; null: all alike.
-  const std::vector<float>* pixel_weights = nullptr;
   const CancelFlag* cancel = nullptr;  ///< polled per image row; throws Cancelled
   RenderStats* stats = nullptr;        ///< added to
 };

@@ -193,7 +193,9 @@ constexpr ResultKey kResult[] = {
     {"page", "text or null", "The page that was written; null without photos"}};
 
 void Declare(OptionList& options, CommandLine& line) {
-  options.ConfigOptions();
+  options.Set();
+  options.Threads();
+  options.MaxMemory();
   options.Path("-o,--output",
                "FILE",
                "Page to write, the start drawn over every photo; else check.html here",

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <memory>
 #include <sstream>
 #include <utility>
@@ -12,6 +11,7 @@
 #include <CLI/Formatter.hpp>
 
 #include "app/config/nearest_name.h"
+#include "app/config/thread_count.h"
 #include "app/config/utf8.h"
 
 namespace pathfit::app {
@@ -59,16 +59,12 @@ constexpr std::array<std::pair<const char*, ProgressMode>, 5> kModes = {
      {"none", ProgressMode::kNone}}};
 
 int ParseThreads(const std::string& command, const std::string& option, const std::string& text) {
-  int value = 0;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, value);
-  if (text.empty() || error != std::errc() || end != last || value < 1) {
-    throw UsageError(command, option + ": '" + text + "' is not a whole number of at least 1");
-  }
-  return value;
+  if (const std::optional<int> value = ParseThreadCount(text)) return *value;
+  throw UsageError(command, option + ": '" + text + "' is not a whole number of at least 1");
 }
 
-// Options of every command, which may also stand before its name.
+// Options of every command, which may also stand before its name; there also stand those that only
+// some commands have.
 struct GlobalWords {
   int verbose = 0, quiet = 0;
   bool version = false;
@@ -87,15 +83,15 @@ struct GlobalWords {
         "Errors only, and what is not in the derivative; no progress");
     options.Word("--log-level", "trace|debug|info|warn|error", "Which messages", log_level);
     options.Path("--log-file", "PATH", "Also writes messages to this file", line.log_file);
-    options.Override("--seed", "N", "Replaces the config's seed", "seed", OptionList::Form::kWhole);
-    options.Override("--threads",
-                     "N",
-                     "Bounds every kind of thread",
-                     "solver.threads",
-                     OptionList::Form::kWhole,
-                     1);
+    if (app.get_parent() == nullptr) {
+      options.Seed();
+      options.Threads();
+    }
     options.Word("--color", "auto|always|never", "Colours of messages", color);
-    options.Word("--progress", "auto|bar|plain|json|none", "How a fit shows its rounds", progress);
+    options.Word("--progress",
+                 "auto|bar|plain|json|none",
+                 "Messages and how a fit shows its rounds",
+                 progress);
     options.Flag("--json", "Prints the result on stdout as JSON", line.json);
   }
 
@@ -107,8 +103,8 @@ struct GlobalWords {
     if (quiet > 0) line.log_level = LogLevel::kError;
     if (verbose > 0) line.log_level = verbose > 1 ? LogLevel::kTrace : LogLevel::kDebug;
     if (!log_level.empty()) line.log_level = ParseWord(command, "--log-level", log_level, kLevels);
-    if (const std::string text = environment("PATHFIT_THREADS"); !text.empty()) {
-      line.default_threads = ParseThreads(command, "PATHFIT_THREADS", text);
+    if (const std::string text = environment(kThreadsVariable); !text.empty()) {
+      line.default_threads = ParseThreads(command, kThreadsVariable, text);
     }
     for (const ConfigOverride& given : line.overrides) {
       if (given.label != "--threads") continue;
@@ -158,12 +154,27 @@ std::vector<std::string> OptionNames(const CLI::App& app) {
   return names;
 }
 
+[[noreturn]] void RefuseUseless(const std::string& command, const std::string& option) {
+  throw UsageError(command, option + " has no use");
+}
+
+// What stands before a command that does not declare it.
+void RefuseUseless(const CLI::App& root, const CLI::App& app) {
+  const std::vector<std::string> known = OptionNames(app);
+  for (const CLI::Option* option : root.get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty()) continue;
+    const std::string name = "--" + option->get_lnames().front();
+    if (!Contains(known, name)) RefuseUseless(app.get_name(), name);
+  }
+}
+
 // What the parser could not place: an unknown option or one word too many.
 void RefuseExtras(const CLI::App& root, const CLI::App& app, const std::string& command) {
   const std::vector<std::string> extras = app.remaining();
   for (const std::string& word : extras) {
     if (word.size() < 2 || word.front() != '-') continue;
     const std::string name = word.substr(0, word.find('='));
+    if (!command.empty() && Contains(OptionNames(root), name)) RefuseUseless(command, name);
     const std::vector<std::string> known = OptionNames(app);
     const std::string nearest = NearestName(name, known);
     std::string hint = nearest.empty() ? "" : " (did you mean '" + nearest + "'?)";
@@ -314,6 +325,7 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
     line.help_text = HelpOf(root, declarations.help_target);
     return line;
   }
+  RefuseUseless(root, sub);
   declarations.before.Finish();
   for (const auto& declared : declarations.all) {
     if (declared->app != &sub) continue;

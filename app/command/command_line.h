@@ -143,8 +143,11 @@ class OptionList {
                 const char* key,
                 Form form,
                 std::int64_t least = 0);
-  /// --set, and the flags that every command with a config has.
-  void ConfigOptions();
+  // What several commands have: each declares those that it uses.
+  void Set();        ///< --set
+  void Seed();       ///< --seed
+  void Threads();    ///< --threads
+  void MaxMemory();  ///< --max-memory
 
   /// Runs after all values are stored; throws by Fail.
   void Check(std::function<void()> check) { actions_.push_back(std::move(check)); }

@@ -38,16 +38,31 @@ std::string Names(const DeclaredOption& option) {
   return option.type.empty() ? text : text + " " + option.type;
 }
 
-/// Options of the program that also stand behind a command; otherwise those that do not.
-std::vector<DeclaredOption> ProgramOptions(const DeclaredProgram& program, bool of_commands) {
+bool Has(const DeclaredCommand& command, const DeclaredOption& option) {
+  return std::ranges::any_of(command.options, [&](const DeclaredOption& other) {
+    return other.names.back() == option.names.back();
+  });
+}
+
+/// Those of every command.
+std::vector<DeclaredOption> CommonOptions(const DeclaredProgram& program) {
   std::vector<DeclaredOption> chosen;
   for (const DeclaredOption& option : program.options) {
-    const bool shared = std::ranges::any_of(program.commands, [&](const DeclaredCommand& command) {
-      return std::ranges::any_of(command.options, [&](const DeclaredOption& other) {
-        return other.names.back() == option.names.back();
-      });
-    });
-    if (shared == of_commands) chosen.push_back(option);
+    if (std::ranges::all_of(program.commands,
+                            [&](const auto& c) { return c.name == "help" || Has(c, option); })) {
+      chosen.push_back(option);
+    }
+  }
+  return chosen;
+}
+
+/// Those of no command.
+std::vector<DeclaredOption> LoneOptions(const DeclaredProgram& program) {
+  std::vector<DeclaredOption> chosen;
+  for (const DeclaredOption& option : program.options) {
+    if (std::ranges::none_of(program.commands, [&](const auto& c) { return Has(c, option); })) {
+      chosen.push_back(option);
+    }
   }
   return chosen;
 }
@@ -56,7 +71,7 @@ std::vector<DeclaredOption> ProgramOptions(const DeclaredProgram& program, bool 
 std::vector<DeclaredOption> OwnOptions(const DeclaredCommand& command,
                                        const DeclaredProgram& program) {
   std::set<std::string> common;
-  for (const DeclaredOption& option : program.options) common.insert(option.names.back());
+  for (const DeclaredOption& option : CommonOptions(program)) common.insert(option.names.back());
   std::vector<DeclaredOption> own;
   for (const DeclaredOption& option : command.options) {
     if (common.count(option.names.back()) == 0) own.push_back(option);
@@ -100,8 +115,8 @@ std::string ManPage(const DeclaredProgram& program, const std::string& version) 
         ".SS pathfit {}{}\n{}.\n", command.name, Roff(Targets(command)), Roff(command.doc));
     text += ManOptions(OwnOptions(command, program));
   }
-  text += ".SH OPTIONS OF EVERY COMMAND\n" + ManOptions(ProgramOptions(program, true));
-  text += ".SH OPTIONS WITHOUT A COMMAND\n" + ManOptions(ProgramOptions(program, false));
+  text += ".SH OPTIONS OF EVERY COMMAND\n" + ManOptions(CommonOptions(program));
+  text += ".SH OPTIONS WITHOUT A COMMAND\n" + ManOptions(LoneOptions(program));
   return text +
          ".SH ENVIRONMENT\n"
          ".TP\n.B PATHFIT_THREADS\nNumber of threads where the config says auto.\n"
@@ -119,8 +134,8 @@ std::string CommandMarkdown(const DeclaredProgram& program) {
       "object on standard output: `schema`, which\nis `pathfit-COMMAND-1`, and the keys listed "
       "here; numbers that are not known are null.\n\n"
       "## Every command\n\n" +
-      MarkdownOptions(ProgramOptions(program, true)) + "\n## Without a command\n\n" +
-      MarkdownOptions(ProgramOptions(program, false));
+      MarkdownOptions(CommonOptions(program)) + "\n## Without a command\n\n" +
+      MarkdownOptions(LoneOptions(program));
   for (const DeclaredCommand& command : program.commands) {
     text += fmt::format("\n## pathfit {}{}\n\n{}.\n", command.name, Targets(command), command.doc);
     const std::vector<DeclaredOption> own = OwnOptions(command, program);

@@ -3,10 +3,10 @@
 
 #include "app/command/command_line.h"
 #include "app/config/config_error.h"
+#include "app/config/thread_count.h"
 #include "optim/problem/problem_size.h"
 #include "optim/solver/trust_region_solver.h"
 #include "renderer/core/error.h"
-#include "renderer/core/parallel.h"
 #include "renderer/geometry/ray_caster.h"
 
 namespace pathfit::app {
@@ -53,9 +53,7 @@ void FillProgramInfo(RunRecord& record) {
 }
 
 int NumThreads(const CommandLine& line, int in_config) {
-  if (line.threads) return *line.threads;
-  if (in_config > 0) return in_config;
-  return line.default_threads ? *line.default_threads : renderer::DefaultNumThreads();
+  return NumThreads(line.threads, in_config, line.default_threads);
 }
 
 void ShowThoughQuiet(CommandContext& context, const std::string& text) {

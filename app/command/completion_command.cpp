@@ -12,7 +12,7 @@ namespace {
 ExitStatus Run(CommandContext& context) {
   const std::string what = context.line.target.string();
   const DeclaredProgram program = DescribeProgram();
-  if (context.line.json) throw UsageError("completion", "it is a script: --json has no use");
+  if (context.line.json) throw UsageError("completion", "--json has no use, it is a script");
   fmt::print("{}",
              what == "bash"   ? BashCompletion(program)
              : what == "zsh"  ? ZshCompletion(program)

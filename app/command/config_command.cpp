@@ -16,7 +16,10 @@ namespace {
 namespace fs = std::filesystem;
 
 void Declare(OptionList& options, CommandLine& line) {
-  options.ConfigOptions();
+  options.Set();
+  options.Seed();
+  options.Threads();
+  options.MaxMemory();
   options.Path("-o,--output", "FILE", "File to write; else it is printed", line.output);
   options.Check([&options, &line] {
     const bool show = line.target == "show";

@@ -36,6 +36,7 @@ renderer::Scene LoadTruth(CommandContext& context, const fs::path& path) {
 }
 
 void Declare(OptionList& options, CommandLine& line) {
+  options.Threads();
   options.Path(
       "--truth", "PATH", "Folder of pathfit synth, config or run to compare with", line.truth);
   options.Path(

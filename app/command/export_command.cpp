@@ -34,14 +34,9 @@ PhotoNames PhotosOf(const RunScene& loaded, const fs::path& folder) {
   return photos;
 }
 
-Files WriteGlbs(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
-  return WriteMeshes(folder, loaded.experiment.scene, MeshFormat::kGlb);
-}
-Files WriteObjs(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
-  return WriteMeshes(folder, loaded.experiment.scene, MeshFormat::kObj);
-}
-Files WritePlys(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
-  return WriteMeshes(folder, loaded.experiment.scene, MeshFormat::kPly);
+template <MeshFormat kFormat>
+Files WriteMeshesAs(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+  return WriteMeshes(folder, loaded.experiment.scene, kFormat);
 }
 
 Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
@@ -85,9 +80,13 @@ struct ExportFormat {
   const char* word;
   Files (*write)(const fs::path& folder, const RunScene& loaded, Log& log);
 };
-constexpr std::array<ExportFormat, 6> kFormats = {{{"glb", WriteGlbs},
-                                                   {"obj", WriteObjs},
-                                                   {"ply", WritePlys},
+template <std::size_t kIndex>
+constexpr ExportFormat kMeshRow = {kMeshFormats[kIndex].first,
+                                   WriteMeshesAs<kMeshFormats[kIndex].second>};
+static_assert(kMeshFormats.size() == 3);
+constexpr std::array<ExportFormat, 6> kFormats = {{kMeshRow<0>,
+                                                   kMeshRow<1>,
+                                                   kMeshRow<2>,
                                                    {"colmap", WriteColmap},
                                                    {"transforms", WriteTransforms},
                                                    {"blender", WriteBlender}}};
@@ -105,6 +104,7 @@ const char* FormatWords() {
 }
 
 void Declare(OptionList& options, CommandLine& line) {
+  options.Threads();
   options.List("--to", FormatWords(), "Formats, one or more", line.formats);
   options.Text(
       "--stage", "STAGE", "State at the end of a stage, or start; else the newest", line.stage);

@@ -13,6 +13,7 @@
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/fittable.h"
 #include "app/experiment/start_check.h"
 #include "app/output/export_result.h"
 #include "app/output/file_lock.h"
@@ -191,7 +192,10 @@ void DeclareTimeLimit(OptionList& options, CommandLine& line) {
 }
 
 void DeclareFit(OptionList& options, CommandLine& line) {
-  options.ConfigOptions();
+  options.Set();
+  options.Seed();
+  options.Threads();
+  options.MaxMemory();
   options.Override(
       "-o,--output", "DIR", "Run directory", "output.directory", OptionList::Form::kPath);
   DeclareTimeLimit(options, line);
@@ -206,6 +210,12 @@ std::unique_ptr<FileLock> LockRun(const RunDirectory& run) {
     throw renderer::IoError(run.root().string() + ": is being run by another process");
   }
   return lock;
+}
+
+void DeclareResume(OptionList& options, CommandLine& line) {
+  options.Threads();
+  options.MaxMemory();
+  DeclareTimeLimit(options, line);
 }
 
 ExitStatus Fit(CommandContext& context) {
@@ -290,7 +300,7 @@ extern const Command kFitCommand = {"fit",
 extern const Command kResumeCommand = {"resume",
                                        "Continues a run from its newest checkpoint",
                                        "RUN",
-                                       DeclareTimeLimit,
+                                       DeclareResume,
                                        Resume,
                                        kResult,
                                        true};

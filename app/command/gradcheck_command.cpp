@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <set>
@@ -234,34 +235,53 @@ const char* VerdictOf(const Row& row) {
   return IsInconclusive(row) ? "inconclusive" : "agrees";
 }
 
+/// The channel of a row that the table shows: of red, green and blue the one that changes most, or
+/// the coverage where no colour changes. Green goes first where all are alike.
+int ChannelOf(const Row& row) {
+  const auto size = [&](int c) {
+    return std::max(std::abs(row.difference.mean[c]), std::abs(row.derivative.mean[c]));
+  };
+  int most = 1;
+  for (const int c : {0, 2}) {
+    if (size(c) > size(most)) most = c;
+  }
+  return size(most) > 0.0 ? most : 3;
+}
+
 /// One line per parameter with the verdict, one per term below it.
 void PrintTable(const std::vector<Row>& rows) {
-  fmt::print("{:<28} {:<12} {:>11} {:>8} {:>11} {:>8} {:>6} {:>6} {:>6} {:>6} {:>8}  result\n",
-             "parameter",
-             "sensor",
-             "difference",
-             "+-",
-             "derivative",
-             "+-",
-             "z sum",
-             "z rms",
-             "z max",
-             "limit",
-             "signal/n");
+  constexpr std::array<const char*, 4> kChannels = {"red", "green", "blue", "cover"};
+  fmt::print(
+      "{:<28} {:<12} {:<5} {:>11} {:>8} {:>11} {:>8} {:>6} {:>6} {:>6} {:>6} {:>8}  result\n",
+      "parameter",
+      "sensor",
+      "sum",
+      "difference",
+      "+-",
+      "derivative",
+      "+-",
+      "z sum",
+      "z rms",
+      "z max",
+      "limit",
+      "signal/n");
   for (const Row& r : rows) {
     if (!r.not_checked.empty()) {
       fmt::print("{:<28} {:<12} NOT CHECKED: {}\n", r.name, r.sensor, r.not_checked);
       continue;
     }
+    const int c = ChannelOf(r);
     fmt::print(
-        "{:<28} {:<12} {:>11.5g} {:>8.2g} {:>11.5g} {:>8.2g} {:>6.2f} {:>6.2f} {:>6.2f} {:>6.2f} "
+        "{:<28} {:<12} {:<5} {:>11.5g} {:>8.2g} {:>11.5g} {:>8.2g} {:>6.2f} {:>6.2f} {:>6.2f} "
+        "{:>6.2f} "
         "{:>8.3g}  {}\n",
         r.name,
         r.sensor,
-        r.difference.mean.g,
-        r.difference.error.g,
-        r.derivative.mean.g,
-        r.derivative.error.g,
+        kChannels[static_cast<std::size_t>(c)],
+        r.difference.mean[c],
+        r.difference.error[c],
+        r.derivative.mean[c],
+        r.derivative.error[c],
         r.whole.z_max,
         r.tiles.z_rms,
         r.tiles.z_max,
@@ -269,19 +289,21 @@ void PrintTable(const std::vector<Row>& rows) {
         r.tiles.signal_to_noise,
         VerdictOf(r));
     for (const auto& [name, sum] : r.terms) {
-      fmt::print("{:<28} {:>33} {:>11.5g} {:>8.2g}\n", "", name, sum.mean.g, sum.error.g);
+      fmt::print("{:<28} {:>39} {:>11.5g} {:>8.2g}\n", "", name, sum.mean[c], sum.error[c]);
     }
   }
   fmt::print(
-      "Sums over the image of the green channel: the finite difference, the derivative and its "
-      "terms. z sum:\nof the whole image; the others over tiles of {0} x {0} pixels; both over "
-      "colours and coverage.\n",
+      "Sums over the image of the channel named, which changes most: the finite difference, the "
+      "derivative and\nits terms. z sum: of the whole image; the others over tiles of {0} x {0} "
+      "pixels; both over colours and\ncoverage.\n",
       kTile);
 }
 
 void Declare(OptionList& options, CommandLine& line) {
   using Form = OptionList::Form;
-  options.ConfigOptions();
+  options.Set();
+  options.Seed();
+  options.Threads();
   options.Path("-o,--output", "DIR", "Where images and the table go", line.output);
   options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
   options.Override("--spp", "N", "Samples per pixel", "gradcheck.spp", Form::kWhole, 1);

@@ -46,6 +46,8 @@ Json Describe(const CommandLine& line) {
   return json;
 }
 
+void DeclareInfo(OptionList& options, CommandLine& /*line*/) { options.Threads(); }
+
 constexpr ResultKey kInfoResult[] = {
     {"version", "text", "Of pathfit"},
     {"build", "text", "Compiler and build type"},
@@ -98,8 +100,12 @@ ExitStatus Version(CommandContext& context) {
 
 }  // namespace
 
-extern const Command kInfoCommand = {
-    "info", "Prints versions, processor, threads and memory", nullptr, nullptr, Info, kInfoResult};
+extern const Command kInfoCommand = {"info",
+                                     "Prints versions, processor, threads and memory",
+                                     nullptr,
+                                     DeclareInfo,
+                                     Info,
+                                     kInfoResult};
 
 extern const Command kVersionCommand = {
     "version", "Prints the version", nullptr, nullptr, Version, kVersionResult};

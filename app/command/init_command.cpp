@@ -49,6 +49,7 @@ Json Describe(const FoundInput& input, const fs::path& config, const std::string
 }
 
 void Declare(OptionList& options, CommandLine& line) {
+  options.Threads();
   options.Path("-o,--output", "FILE", "Config to write; else NAME.yaml here", line.output);
   options.Word(
       "--sfm", "colmap", "Finds the cameras with this program, which must be installed", line.sfm);

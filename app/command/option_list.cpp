@@ -208,7 +208,7 @@ void OptionList::Override(const char* names,
   });
 }
 
-void OptionList::ConfigOptions() {
+void OptionList::Set() {
   auto sets = std::make_shared<std::vector<std::string>>();
   Texts("--set", "KEY=VALUE", "Replaces a value of the config; may be repeated", *sets);
   actions_.emplace_back([this, sets] {
@@ -223,6 +223,14 @@ void OptionList::ConfigOptions() {
     }
     line_.overrides.insert(line_.overrides.begin(), all.begin(), all.end());
   });
+}
+void OptionList::Seed() {
+  Override("--seed", "N", "Replaces the config's seed", "seed", Form::kWhole);
+}
+void OptionList::Threads() {
+  Override("--threads", "N", "Bounds every kind of thread", "solver.threads", Form::kWhole, 1);
+}
+void OptionList::MaxMemory() {
   Override("--max-memory",
            "SIZE",
            "Refuses to start above it, e.g. 12GiB",

@@ -221,7 +221,9 @@ Direction NamedDirection(const renderer::Scene& scene, const std::string& name) 
 
 void Declare(OptionList& options, CommandLine& line) {
   using Form = OptionList::Form;
-  options.ConfigOptions();
+  options.Set();
+  options.Seed();
+  options.Threads();
   options.Path("-o,--output", "DIR", "Where images go", line.output);
   options.List(
       "--views",

@@ -30,8 +30,4 @@ RunScene LoadRunScene(CommandContext& context,
 std::vector<ExportedView> ExportedViews(const Experiment& experiment,
                                         const ExperimentConfig& config);
 
-/// Throws ConfigError where photos, unknowns or stages are missing, or the stage of this name
-/// (empty: any).
-void RequireFittable(const ExperimentConfig& config, const std::string& stop_after);
-
 }  // namespace pathfit::app

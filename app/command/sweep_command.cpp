@@ -17,6 +17,7 @@
 #include "app/command/run_scene.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
+#include "app/experiment/fittable.h"
 #include "app/output/comparison.h"
 #include "app/output/file_lock.h"
 #include "app/output/sha256.h"
@@ -94,7 +95,10 @@ Axis CheckedAxis(const OptionList& options, const std::string& word) {
 }
 
 void Declare(OptionList& options, CommandLine& line) {
-  options.ConfigOptions();
+  options.Set();
+  options.Seed();
+  options.Threads();
+  options.MaxMemory();
   options.Texts("--vary", "KEY=A,B", "A setting and its values; may be repeated", line.vary);
   options.Whole("--seeds", "Runs of each, with seeds that count up", 1, 10000, line.seeds);
   options.Path("-o,--output", "DIR", "Folder of all runs; else sweeps/NAME here", line.output);

@@ -184,7 +184,9 @@ std::vector<renderer::Film> RenderAll(const SyntheticScene& scene,
 }
 
 void Declare(OptionList& options, CommandLine& line) {
-  options.ConfigOptions();
+  options.Set();
+  options.Seed();
+  options.Threads();
   options.Path("-o,--output", "DIR", "Folder for all of it; else synth/NAME here", line.output);
   options.Word("--format",
                "exr|png|jpg",

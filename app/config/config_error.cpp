@@ -5,17 +5,13 @@
 
 #include <fmt/format.h>
 
+#include "app/config/utf8.h"
+
 namespace pathfit::app {
 namespace {
 
 constexpr std::size_t kMaxPrinted = 20;
 constexpr std::size_t kMaxLineShown = 120;  // bytes of a source line
-
-bool IsContinuationByte(char c) {
-  constexpr unsigned kMask = 0xC0U;
-  constexpr unsigned kContinuation = 0x80U;
-  return (static_cast<unsigned char>(c) & kMask) == kContinuation;
-}
 
 // The source line with a caret below the place; long lines are shown around it.
 std::string SourceExcerpt(const std::string& line, int line_number, int column) {
@@ -27,8 +23,8 @@ std::string SourceExcerpt(const std::string& line, int line_number, int column) 
   std::string shown = (first > 0 ? "…" : "") + line.substr(first, last - first);
   std::replace(shown.begin(), shown.end(), '\t', ' ');
   if (last < line.size()) shown += "…";
-  std::size_t indent = first > 0 ? 1 : 0;
-  for (std::size_t i = first; i < at; ++i) indent += IsContinuationByte(line[i]) ? 0 : 1;
+  const std::size_t indent =
+      (first > 0 ? 1 : 0) + NumCharacters(std::string_view(line).substr(first, at - first));
   return fmt::format("{:>5} | {}\n      | {:{}}^\n", line_number, shown, "", indent);
 }
 
@@ -117,7 +113,6 @@ std::string FormatProblems(const ConfigSource& source, std::vector<Problem> prob
 }
 
 ConfigError::ConfigError(const ConfigSource& source, const std::vector<Problem>& problems)
-    : std::runtime_error(FormatProblems(source, problems) + ClosingLine(CountProblems(problems))),
-      num_problems_(CountProblems(problems)) {}
+    : std::runtime_error(FormatProblems(source, problems) + ClosingLine(CountProblems(problems))) {}
 
 }  // namespace pathfit::app

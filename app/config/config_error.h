@@ -39,10 +39,6 @@ std::string FormatProblems(const ConfigSource& source, std::vector<Problem> prob
 class ConfigError : public std::runtime_error {
  public:
   ConfigError(const ConfigSource& source, const std::vector<Problem>& problems);
-  [[nodiscard]] int num_problems() const { return num_problems_; }
-
- private:
-  int num_problems_ = 0;
 };
 
 }  // namespace pathfit::app

@@ -1,5 +1,6 @@
 #include "app/config/schema.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -67,6 +68,37 @@ std::string DescribeList(const SchemaNode& node) {
   }
 }
 
+/// The value of a path of maps; null if there is none.
+const YamlNode* FindPath(const YamlNode& root, const std::string& path) {
+  const YamlNode* node = &root;
+  for (std::size_t at = 0; at <= path.size() && node != nullptr;) {
+    const std::size_t dot = std::min(path.find('.', at), path.size());
+    node = node->Find(path.substr(at, dot - at));
+    at = dot + 1;
+  }
+  return node;
+}
+
+/// Calls `visit` for each value below a node, with its line of the schema and its path.
+template <class Visit>
+void VisitValues(const SchemaNode& schema,
+                 const YamlNode& node,
+                 const std::string& path,
+                 const Visit& visit) {
+  visit(schema, node, path);
+  if (schema.type == SchemaNode::Type::kMap || schema.type == SchemaNode::Type::kNamedMap) {
+    for (const YamlEntry& entry : node.entries) {
+      const SchemaNode* child = schema.type == SchemaNode::Type::kMap ? schema.Child(entry.key)
+                                                                      : &schema.children.front();
+      if (child != nullptr) VisitValues(*child, entry.value, JoinPath(path, entry.key), visit);
+    }
+  } else if (schema.type == SchemaNode::Type::kList) {
+    for (std::size_t i = 0; i < node.items.size(); ++i) {
+      VisitValues(schema.children.front(), node.items[i], fmt::format("{}[{}]", path, i), visit);
+    }
+  }
+}
+
 }  // namespace
 
 const SchemaNode& ConfigSchema() {
@@ -128,6 +160,27 @@ std::string DescribeType(const SchemaNode& node) {
   for (const SchemaNode& form : node.children) {
     out += (out.empty() ? "" : ", or ") + DescribeType(form);
   }
+  return out;
+}
+
+std::vector<std::string> UselessValues(const ExperimentConfig& config) {
+  std::vector<std::string> out;
+  VisitValues(ConfigSchema(),
+              config.resolved,
+              "",
+              [&](const SchemaNode& line, const YamlNode& node, const std::string& path) {
+                if (line.useless_key.empty() || node.place.source == Place::Source::kDefault ||
+                    node.text == line.default_yaml) {
+                  return;
+                }
+                const YamlNode* other = FindPath(config.resolved, line.useless_key);
+                if (other == nullptr || other->text != line.useless_value) return;
+                out.push_back(fmt::format("{}: {} has no use with {}: {}",
+                                          FormatPlace(config.source, node.place),
+                                          path,
+                                          line.useless_key,
+                                          line.useless_value));
+              });
   return out;
 }
 

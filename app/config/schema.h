@@ -12,6 +12,8 @@
 
 namespace pathfit::app {
 
+struct ExperimentConfig;
+
 /// A key or value that people know from other programs or from our plans and that does not exist
 /// here. It is refused with " is not supported" and the advice.
 struct Unsupported {
@@ -88,6 +90,10 @@ struct SchemaNode {
   std::string needs;                       ///< a sibling that must be given too
   std::string when_key;  ///< belongs only to maps whose `when_key` has one of when_values
   std::vector<std::string> when_values;
+  /// Path of another value from the root ("render.form"), with which this one has no use. It is
+  /// accepted all the same, since that value may be changed for one run (--set, sweep).
+  std::string useless_key;
+  std::string useless_value;
   bool free_names = false;  ///< kNamedMap: names from other programs, of any characters
   bool distinct = false;    ///< kList: no item may be there twice
 
@@ -149,6 +155,10 @@ void SetDefault(YamlNode& map, const std::string& key, const std::string& yaml);
 
 /// Schema of the whole file.
 const SchemaNode& ConfigSchema();
+
+/// What is written, is not the default, and has no use with another value: a sentence with the
+/// place for each.
+std::vector<std::string> UselessValues(const ExperimentConfig& config);
 
 /// "from 0 to 1", "above 0", "at least 1"; empty without a range.
 std::string DescribeRange(const SchemaNode& node);

@@ -98,6 +98,11 @@ inline Trait When(const std::string& sibling, const std::vector<std::string>& va
   return binding::Set(&SchemaNode::when_key, sibling) |
          binding::Set(&SchemaNode::when_values, values);
 }
+/// Has no use if the value of this path from the root is this one.
+inline Trait UselessWith(const std::string& path, const std::string& value) {
+  return binding::Set(&SchemaNode::useless_key, path) |
+         binding::Set(&SchemaNode::useless_value, value);
+}
 inline Trait FreeNames() { return binding::Set(&SchemaNode::free_names, true); }
 inline Trait Distinct() { return binding::Set(&SchemaNode::distinct, true); }
 Trait OrOne();  ///< of a list of numbers: one number stands for all

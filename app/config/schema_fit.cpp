@@ -114,7 +114,7 @@ SchemaNode RenderSchema() {
                       "or by one that is refined where it matters. All give the same mean."),
               Key("guide_share", kRender, &RenderOptions::guide_share) |
                   Doc("Share of the boundary samples spent on building the guide.") |
-                  Between(0.0, 1.0),
+                  Between(0.0, 1.0) | UselessWith("render.guiding", "none"),
               Key("antithetic", kRender, &RenderOptions::antithetic) |
                   Doc("Draws paths in pairs with mirrored reflections: derivatives of glossy "
                       "surfaces by shape lose most of their noise, pictures gain nothing.")}) |
@@ -138,7 +138,8 @@ SchemaNode LossSchema() {
                     Doc("Model minus photo, or that divided by photo + relative_floor.") |
                     Refuse({{"log", ""}, {"srgb", ""}}),
                 Key("relative_floor", &LossSpec::relative_floor) |
-                    Doc("Brightness below which `relative` acts like `linear`.") | Above(0.0),
+                    Doc("Brightness below which `relative` acts like `linear`.") | Above(0.0) |
+                    UselessWith("loss.residual", "linear"),
                 Map("silhouette",
                     {Key("weight", &LossSpec::silhouette_weight) |
                      Doc("Of the masks against the colours.") | AtLeast(0.0)}) |
@@ -217,58 +218,61 @@ SchemaNode UnknownsSchema() {
   const std::vector<Unsupported> elsewhere = {
       {"displacement", ""}, {"rigid", "; free MESH.translation and MESH.rotation"}};
   const SchemaNode parametrisation =
-      Either("parametrisation",
-             {Word("vertices") | Refuse(elsewhere),
-              Map("",
-                  {Map("large_steps",
-                       {Key("lambda", &UnknownSpec::large_steps_lambda) |
-                        Doc("Strength; 0 = off.") | AtLeast(0.0) | Default("19")}) |
-                   Doc("Steps in the metric I + lambda L of the mesh: smooth changes come first.") |
-                   Required()}) |
-                  Refuse(elsewhere)}) |
+      Either(
+          "parametrisation",
+          {Word("vertices") | Refuse(elsewhere),
+           Map("",
+               {Map("large_steps",
+                    {Key("lambda", &UnknownSpec::large_steps_lambda) | Doc("Strength; 0 = off.") |
+                     AtLeast(0.0) | Default(binding::Write(optim::kDefaultLargeSteps))}) |
+                Doc("Steps in the metric I + lambda L of the mesh: smooth changes come first.") |
+                Required()}) |
+               Refuse(elsewhere)}) |
       Doc("Vertices: how they move. `vertices`: each alone.") |
-      DefaultIs("`large_steps` of lambda 19");
+      DefaultIs(fmt::format("`large_steps` of lambda {}", optim::kDefaultLargeSteps));
   const SchemaNode form = ByCheck(binding::Make(SchemaNode::Type::kChoice, "") |
                                   Words({"constant", "vertices", "texture"}));
-  return NamedMap(
-             "unknowns",
-             "OBJECT.PROPERTY",
-             Map("",
-                 {ByCheck(ListNode("bounds", binding::Described<double>::Node()) |
-                          Doc("Lower and upper limit of each number.")) |
-                      OrInfinite() | Items(2, 2) | DefaultIs("by kind, see below"),
-                  Choice("transform",
-                         {{"identity", optim::Parameterization::kIdentity},
-                          {"log", optim::Parameterization::kLog}},
-                         &UnknownSpec::parameterization) |
-                      Doc("`log`: the logarithm is what the solver moves (never negative).") |
-                      DefaultIs("by kind, see below"),
-                  Key("hold", &UnknownSpec::hold) | Doc("Known to the program, never freed."),
-                  ByCheck(Either("as", {form, ListNode("", form) | Items(1, 0)}) |
-                          Doc("base_color, roughness and metallic of a material: what the "
-                              "numbers are. `texture`: from the first stage that frees it on, "
-                              "a texture named `MATERIAL_PROPERTY`, on UVs that are made if "
-                              "there are none, with texels as large as the photos' pixels. "
-                              "`vertices`: colours of the vertices. A list: one for each "
-                              "stage that frees it, the last for all further ones, as "
-                              "`[constant, texture]`. What was found before is carried "
-                              "over.")) |
-                      DefaultIs("what the material says"),
-                  parametrisation,
-                  Choice(
-                      "mesh",
-                      {{"keep", optim::MeshDetail::kKeep}, {"levels", optim::MeshDetail::kLevels}},
-                      &UnknownSpec::mesh_detail) |
-                      Doc("Vertices. `levels`: every stage that frees them begins with a mesh "
-                          "of the same surface whose edges are some pixels long, coarser or "
-                          "finer than the one before. Meshes with borders or with given "
-                          "textures on them stay as they are; the log says which.") |
-                      DefaultIs("`levels`, but `keep` for files with UVs"),
-                  ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
-                      DefaultIs("`laplacian` of weight 2e-3 for vertices, `total_variation` of "
-                                "weight 3e-4 for what is `as: texture`, else none")}),
-             &ExperimentConfig::fit,
-             &FitSpec::unknowns) |
+  return NamedMap("unknowns",
+                  "OBJECT.PROPERTY",
+                  Map("",
+                      {ByCheck(ListNode("bounds", binding::Described<double>::Node()) |
+                               Doc("Lower and upper limit of each number.")) |
+                           OrInfinite() | Items(2, 2) | DefaultIs("by kind, see below"),
+                       Choice("transform",
+                              {{"identity", optim::Parameterization::kIdentity},
+                               {"log", optim::Parameterization::kLog}},
+                              &UnknownSpec::parameterization) |
+                           Doc("`log`: the logarithm is what the solver moves (never negative).") |
+                           DefaultIs("by kind, see below"),
+                       Key("hold", &UnknownSpec::hold) | Doc("Known to the program, never freed."),
+                       ByCheck(Either("as", {form, ListNode("", form) | Items(1, 0)}) |
+                               Doc("base_color, roughness and metallic of a material: what the "
+                                   "numbers are. `texture`: from the first stage that frees it on, "
+                                   "a texture named `MATERIAL_PROPERTY`, on UVs that are made if "
+                                   "there are none, with texels as large as the photos' pixels. "
+                                   "`vertices`: colours of the vertices. A list: one for each "
+                                   "stage that frees it, the last for all further ones, as "
+                                   "`[constant, texture]`. What was found before is carried "
+                                   "over.")) |
+                           DefaultIs("what the material says"),
+                       parametrisation,
+                       Choice("mesh",
+                              {{"keep", optim::MeshDetail::kKeep},
+                               {"levels", optim::MeshDetail::kLevels}},
+                              &UnknownSpec::mesh_detail) |
+                           Doc("Vertices. `levels`: every stage that frees them begins with a mesh "
+                               "of the same surface whose edges are some pixels long, coarser or "
+                               "finer than the one before. Meshes with borders or with given "
+                               "textures on them stay as they are; the log says which.") |
+                           DefaultIs("`levels`, but `keep` for files with UVs"),
+                       ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
+                           DefaultIs(fmt::format(
+                               "`laplacian` of weight {} for vertices, `total_variation` "
+                               "of weight {} for what is `as: texture`, else none",
+                               optim::kDefaultLaplacian,
+                               optim::kDefaultTexelVariation))}),
+                  &ExperimentConfig::fit,
+                  &FitSpec::unknowns) |
          Doc("What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "
              "below.") |
          FreeNames();
@@ -320,7 +324,7 @@ SchemaNode StagesSchema() {
                   Key("spp_pixel", kSamples, &StageBudget::spp_pixel) |
                       Doc("Samples per pixel of pixel borders; only with `form: material` in "
                           "`render`.") |
-                      From(0.0, kMost),
+                      From(0.0, kMost) | UselessWith("render.form", "image"),
                   Map("stop",
                       {Key("relative_cost", &StageSpec::stop_relative_cost) |
                        Doc("More than 500 unknowns: end when three rounds lower the mean cost by "

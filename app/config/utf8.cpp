@@ -1,5 +1,6 @@
 #include "app/config/utf8.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -22,6 +23,10 @@ std::size_t SequenceLength(unsigned lead) {
 
 }  // namespace
 
+std::size_t NumCharacters(std::string_view text) {
+  return text.size() - static_cast<std::size_t>(std::ranges::count_if(text, IsContinuationByte));
+}
+
 std::optional<std::size_t> FirstBadByte(const std::string& text) {
   const auto byte = [&text](std::size_t i) {
     return static_cast<unsigned>(static_cast<unsigned char>(text[i]));
@@ -31,7 +36,7 @@ std::optional<std::size_t> FirstBadByte(const std::string& text) {
     if (length == 0 || i + length > text.size() || IsControl(byte(i))) return i;
     std::uint32_t code = length == 1 ? byte(i) : byte(i) & (0x7FU >> length);
     for (std::size_t k = 1; k < length; ++k) {
-      if ((byte(i + k) & 0xC0U) != 0x80U) return i;
+      if (!IsContinuationByte(text[i + k])) return i;
       code = (code << 6U) | (byte(i + k) & 0x3FU);
     }
     // Overlong forms, surrogates and numbers beyond Unicode.

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "app/config/schema.h"
 #include "app/experiment/build_parts.h"
 #include "app/experiment/experiment.h"
 #include "app/experiment/photo_names.h"
@@ -208,6 +209,7 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
 
 Experiment BuildExperiment(const ExperimentConfig& config) {
   Experiment experiment;
+  experiment.warnings = UselessValues(config);
   if (config.input) {
     std::vector<optim::InputFile> files;
     optim::ObservationOptions options = config.input->photos;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "app/config/utf8.h"
 #include "app/config/yaml_document.h"
 #include "app/output/progress.h"
 #include "app/output/sha256.h"
@@ -82,13 +83,8 @@ std::string Shortened(std::string text) {
   if (text.size() <= kWidestValue) return text;
   std::size_t begin = text.size() - kWidestValue + 3;
   // Not in the middle of a character.
-  while (begin < text.size() && (static_cast<unsigned char>(text[begin]) & 0xc0U) == 0x80U) ++begin;
+  while (begin < text.size() && IsContinuationByte(text[begin])) ++begin;
   return "..." + text.substr(begin);
-}
-
-std::size_t WidthOf(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; }));
 }
 
 Json PictureJson(const std::string& jpeg) {
@@ -191,12 +187,13 @@ const std::vector<FigureColumn>& FigureColumns() {
 std::string AlignedTable(const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::size_t> widths(rows.front().size());
   for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], WidthOf(row[i]));
+    for (std::size_t i = 0; i < row.size(); ++i)
+      widths[i] = std::max(widths[i], NumCharacters(row[i]));
   }
   std::string text;
   for (const auto& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string space(widths[i] - WidthOf(row[i]), ' ');
+      const std::string space(widths[i] - NumCharacters(row[i]), ' ');
       const bool is_last = i + 1 == row.size();
       text += i == 0 ? row[i] + (is_last ? "" : space) : "  " + space + row[i];
     }

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/output/fit_history.h"
@@ -21,6 +23,9 @@ struct ExportedView {
 };
 
 enum class MeshFormat { kGlb, kPly, kObj };
+/// With the words that name them.
+inline constexpr std::array<std::pair<const char*, MeshFormat>, 3> kMeshFormats = {
+    {{"glb", MeshFormat::kGlb}, {"obj", MeshFormat::kObj}, {"ply", MeshFormat::kPly}}};
 
 /// A file for each mesh of the scene, where their poses place them, and what it refers to. Returns
 /// the files: of each mesh in the scene's order, its own first. Throws as ExportResult.

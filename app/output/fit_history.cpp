@@ -8,17 +8,7 @@
 namespace pathfit::app {
 namespace {
 
-// Version 1 wrote the fall of the cost, with the opposite sign, and other names for parameters.
 constexpr int kHistoryVersion = 2;
-
-void ConvertVersion1(Json& json) {
-  for (Json& round : json.at("rounds")) {
-    if (round.at("cost_decrease_rel").is_number()) {
-      round["cost_change_rel"] = -round.at("cost_decrease_rel").get<double>();
-    }
-  }
-  json["parameters"] = Json::array();  // written anew when the fit ends
-}
 
 }  // namespace
 
@@ -49,10 +39,8 @@ void WriteHistory(const std::filesystem::path& path, const FitHistory& history) 
 FitHistory ReadHistory(const std::filesystem::path& path) {
   const std::string text = renderer::ReadWholeFile(path);
   try {
-    Json json = Json::parse(text);
-    if (json.at("version") == 1) {
-      ConvertVersion1(json);
-    } else if (json.at("version") != kHistoryVersion) {
+    const Json json = Json::parse(text);
+    if (json.at("version") != kHistoryVersion) {
       throw renderer::IoError(path.string() + ": was written by another version of the program");
     }
     FitHistory history;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "app/config/utf8.h"
 #include "app/output/figures.h"
 #include "app/output/log.h"
 
@@ -43,10 +44,8 @@ struct Part {
 };
 
 Part TextPart(std::string text, std::string_view sgr) {
-  // A multi-byte character takes one column; continuation bytes take none.
-  const auto columns = std::ranges::count_if(
-      text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; });
-  return {std::move(text), sgr, static_cast<int>(columns)};
+  const int columns = static_cast<int>(NumCharacters(text));
+  return {std::move(text), sgr, columns};
 }
 
 /// Parts of a line for the figures that have such a pattern; numbers that are not finite and empty

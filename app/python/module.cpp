@@ -16,12 +16,16 @@
 
 #include "app/config/config_error.h"
 #include "app/config/experiment_config.h"
+#include "app/config/nearest_name.h"
+#include "app/config/thread_count.h"
 #include "app/experiment/direction.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/fittable.h"
 #include "app/experiment/parameter_names.h"
 #include "app/experiment/start_check.h"
 #include "app/output/export_result.h"
 #include "app/output/figures.h"
+#include "app/output/terminal.h"
 #include "optim/problem/jacobian_sink.h"
 #include "optim/problem/problem_size.h"
 #include "optim/round/fit.h"
@@ -199,11 +203,17 @@ class Scene {
       const std::string text = is_bool ? (value.cast<bool>() ? "true" : "false") : py::str(value);
       list.push_back({"overrides[" + name + "]", name + "=" + text});
     }
+    const std::string variable = ProcessEnvironment(kThreadsVariable);
+    const std::optional<int> in_environment = ParseThreadCount(variable);
+    if (!variable.empty() && !in_environment) {
+      throw py::value_error(std::string(kThreadsVariable) + ": '" + variable +
+                            "' is not a whole number of at least 1");
+    }
+    if (threads < 0) throw py::value_error("threads must be at least 0");
+    const auto asked = threads > 0 ? std::optional(threads) : std::nullopt;
     const py::gil_scoped_release release;
     config_ = LoadExperimentConfig(path, list);
-    threads_ = threads > 0           ? threads
-               : config_.threads > 0 ? config_.threads
-                                     : renderer::DefaultNumThreads();
+    threads_ = NumThreads(asked, config_.threads, in_environment);
     const renderer::ThreadLimit limit(threads_);
     experiment_ = BuildExperiment(config_);
     renderer_ = std::make_unique<renderer::Renderer>(experiment_.scene);
@@ -353,9 +363,7 @@ class Scene {
 
   /// From the present state, which becomes that of the result.
   py::dict Fit(py::object on_round, double time_limit_s) {
-    if (config_.fit.stages.empty() || experiment_.observations.views.empty()) {
-      throw py::value_error(config_.path.string() + ": has no photos or stages to fit");
-    }
+    RequireFittable(config_, "");
     renderer::CancelFlag cancel = false;
     PythonObserver observer(std::move(on_round), cancel);
     optim::FitSpec spec = experiment_.fit;
@@ -393,14 +401,14 @@ class Scene {
   }
 
   std::vector<fs::path> WriteMeshes(const fs::path& folder, const std::string& format) const {
-    const std::pair<const char*, MeshFormat> formats[] = {
-        {"glb", MeshFormat::kGlb}, {"ply", MeshFormat::kPly}, {"obj", MeshFormat::kObj}};
-    for (const auto& [name, value] : formats) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : kMeshFormats) {
+      names.emplace_back(name);
       if (format != name) continue;
       fs::create_directories(folder);
       return app::WriteMeshes(folder, renderer_->scene(), value);
     }
-    throw py::value_error("format '" + format + "' is not one of: glb, ply, obj");
+    throw py::value_error("format '" + format + "' is not one of: " + JoinNames(names));
   }
 
  private:

@@ -49,7 +49,7 @@ class Scene:
         self, config: str | os.PathLike[str], overrides: dict[str, Any] = {}, threads: int = 0
     ) -> None:
         """`overrides` replaces values of the config: {"render.spp": 64}. threads: 0 = those of the config,
-        else all that may be used."""
+        else PATHFIT_THREADS, else all that may be used."""
 
     @property
     def views(self) -> list[str]:

@@ -177,14 +177,6 @@ void SparseGram::Multiply(const std::vector<double>& x, std::vector<double>& y) 
   });
 }
 
-std::size_t SparseGram::NumPairs() const {
-  std::size_t pairs = 0;
-  for (const Row& row : rows_) {
-    pairs += row.columns.size();
-  }
-  return pairs;
-}
-
 std::size_t SparseGram::NumSeen() const {
   return static_cast<std::size_t>(
       std::ranges::count_if(rows_, [](const Row& row) { return row.columns.size() > 1; }));

@@ -31,7 +31,6 @@ class SparseGram {
   /// y = J^T J x.
   void Multiply(const std::vector<double>& x, std::vector<double>& y) const;
 
-  [[nodiscard]] std::size_t NumPairs() const;
   /// Blocks that some pixel sees beside another one.
   [[nodiscard]] std::size_t NumSeen() const;
   [[nodiscard]] std::size_t MemoryBytes() const;

@@ -11,15 +11,24 @@
 namespace pathfit::optim {
 namespace {
 
+renderer::RandomDomain DomainOf(SampleUse use) {
+  switch (use) {
+    case SampleUse::kValidation:
+      return renderer::RandomDomain::kValidationSeed;
+    case SampleUse::kEvaluation:
+      return renderer::RandomDomain::kEvaluationSeed;
+    default:
+      return renderer::RandomDomain::kFitSeed;
+  }
+}
+
 std::uint64_t MakeSeed(
     std::uint64_t seed, int stage, int round, SampleUse use, std::uint64_t half) {
-  renderer::CounterRng rng(
-      seed,
-      renderer::RandomDomain{static_cast<std::uint64_t>(renderer::RandomDomain::kSeedOfRender) +
-                             static_cast<std::uint64_t>(use)},
-      static_cast<std::uint64_t>(stage),
-      static_cast<std::uint64_t>(round),
-      half);
+  renderer::CounterRng rng(seed,
+                           DomainOf(use),
+                           static_cast<std::uint64_t>(stage),
+                           static_cast<std::uint64_t>(round),
+                           half);
   return static_cast<std::uint64_t>(rng.Next() * 0x1.0p53);
 }
 

@@ -15,7 +15,7 @@
 namespace pathfit::optim {
 
 /// Why samples are drawn; each use of a round has its own stream.
-enum class SampleUse : std::uint64_t { kFit = 0, kValidation = 1, kEvaluation = 2 };
+enum class SampleUse { kFit, kValidation, kEvaluation };
 
 /// Scales of the photos that a stage goes through, the last one image_scale. One that moves
 /// something begins where the photos still show where things are, and doubles: a step then reaches

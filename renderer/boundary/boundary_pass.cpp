@@ -99,9 +99,7 @@ class Runner {
           SplatBuffer splats;
           const CounterRng rng = Stream(streams.pilot, w, index);
           technique.Sample(w, {u, 1.0, static_cast<std::uint64_t>(index), rng, shift}, splats);
-          const std::vector<float>* weights = context_.services.pixel_weights;
-          return weights != nullptr ? splats.WeightedMagnitude(*weights)
-                                    : splats.MagnitudeSince({});
+          return splats.MagnitudeSince({});
         });
   }
 

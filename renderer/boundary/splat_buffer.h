@@ -86,15 +86,6 @@ class SplatBuffer {
   [[nodiscard]] double MagnitudeSince(const Mark& mark) const {
     return MagnitudeOf(mark.entries, entries_.size());
   }
-  /// The same, each pixel's part times its weight.
-  [[nodiscard]] double WeightedMagnitude(const std::vector<float>& pixel_weights) const {
-    double sum = 0.0;
-    for (const Entry& s : splats_) {
-      sum += MagnitudeOf(s.first, s.first + s.count) *
-             static_cast<double>(pixel_weights[static_cast<std::size_t>(s.pixel)]);
-    }
-    return sum;
-  }
 
   RenderStats stats;
 

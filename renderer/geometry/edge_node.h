@@ -14,7 +14,9 @@ namespace pathfit::renderer {
 /// The faces of a subtree have planes n.(x - center) = o with |o| <= thickness and normals n =
 /// normal + p + q + r, where p + q is a combination of the axes with both coefficients in [-1, 1]
 /// and of squared norm at most squared_round, and |r| <= depth. So n.(y - x) over all faces and all
-/// points x of their planes lies within SpreadTowards of normal.(y - center).
+/// points x of their planes is normal.(y - center), up to the smaller of |u| + |v| and
+/// sqrt(squared_round (u^2 + v^2)), plus depth |y - center| + thickness; u and v are the axes times
+/// (y - center).
 struct EdgeNode {
   static constexpr std::size_t kWidth = 4;
   template <class T>

@@ -24,8 +24,11 @@ enum class RandomDomain : std::uint64_t {
   kIndirectShift = 204,
   kIndirectPilot = 205,
   kIndirectSample = 206,
-  kGuidePilots = 0x67756964,    ///< places of pilots in the cells of a guide
-  kSeedOfRender = 0x5EED,       ///< the seeds of a fit's renderings; and the two values after it
+  kGuidePilots = 0x67756964,  ///< places of pilots in the cells of a guide
+  // The seeds of a fit's renderings, by what they are for.
+  kFitSeed = 0x5EED,
+  kValidationSeed = 0x5EEE,
+  kEvaluationSeed = 0x5EEF,
   kPhotoNoise = 0x70686f74,     ///< of synthetic photos
   kPhotoExposure = 0x70686f75,  ///< of synthetic photos
   kPhotoPose = 0x70686f76,      ///< what is believed of their cameras

@@ -3,12 +3,14 @@
 Usage: python_test.py PATHFIT SOURCE_DIR MODULE_FOLDER. Unittest output; exits 1 if anything fails.
 """
 import csv
+import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 import threading
 import unittest
+from unittest import mock
 
 import numpy as np
 
@@ -109,8 +111,15 @@ class Module(unittest.TestCase):
             scene.render(0, spp=0)
         with self.assertRaisesRegex(ValueError, "no photos"):
             scene.photo(0)
-        with self.assertRaisesRegex(ValueError, "no photos or stages"):
+        with self.assertRaisesRegex(pathfit.ConfigError, "(?s)a fit needs photos.*at least one unknown.*at least one stage"):
             scene.fit()
+        with self.assertRaisesRegex(ValueError, "format 'fbx' is not one of: glb, obj, ply"):
+            scene.write_meshes(self.folder / "meshes", "fbx")
+        with self.assertRaisesRegex(ValueError, "threads"):
+            pathfit.Scene(self.config, threads=-1)
+        with mock.patch.dict(os.environ, {"PATHFIT_THREADS": "many"}):
+            with self.assertRaisesRegex(ValueError, "PATHFIT_THREADS: 'many' is not a whole number"):
+                pathfit.Scene(self.config)
         parameters = scene.parameters(["lamp.intensity"])
         with self.assertRaisesRegex(ValueError, "2 values for 3"):
             scene.set_values(parameters, np.zeros(2))

@@ -138,8 +138,12 @@ class Render(unittest.TestCase):
         out = run("render", SCENE, "-o", self.folder / "none", "--derivative", "squre.vertices.x")
         self.assertEqual(out.returncode, 2, out.stderr)
         self.assertIn("squre", out.stderr)
-        for words in (["render", SCENE, "--derivative", MOVES], ["gradcheck", SCENE]):
-            self.assertEqual(run(*words, "--terms", "").returncode, 2)
+        out = run("render", SCENE, "--derivative", MOVES, "--terms", "")
+        self.assertEqual(out.returncode, 2)
+        self.assertIn("--terms: '' has an empty part", out.stderr)
+        out = run("gradcheck", SCENE, "--set", "render.terms=[]")
+        self.assertEqual(out.returncode, 3)
+        self.assertIn("render.terms", out.stderr)
         out = run("gradcheck", SCENE, "--step", "1e300", "-q")
         self.assertEqual(out.returncode, 7, out.stdout)
         self.assertRegex(out.stdout, r"NOT CHECKED.*square\.vertices\[0\]\.x")
@@ -153,6 +157,16 @@ class Render(unittest.TestCase):
         said = [line for line in loud.stderr.splitlines() if "mirror" in line or "not in" in line]
         self.assertTrue(said, loud.stderr)
         self.assertIn("not in the derivative", quiet.stderr)
+
+    def test_gradcheck_sums_the_channel_that_changes_most(self):
+        for channel, name in (("r", "red"), ("g", "green"), ("b", "blue")):
+            out = subprocess.run([str(PATHFIT), "gradcheck", str(SCENE), "--params", "lamp.intensity." + channel, "--spp", "4",
+                                  "--replicates", "4", "-q"], capture_output=True, text=True, timeout=600)
+            self.assertEqual(out.returncode, 0, out.stderr)
+            words = next(line for line in out.stdout.splitlines() if line.startswith("lamp.intensity")).split()
+            self.assertEqual(words[2], name, out.stdout)
+            self.assertGreater(abs(float(words[3])), 1.0, out.stdout)
+            self.assertGreater(abs(float(words[5])), 1.0, out.stdout)
 
     def test_info_names_what_a_bug_report_needs(self):
         out = subprocess.run([str(PATHFIT), "info", "--json", "--threads", "3"], capture_output=True, text=True)

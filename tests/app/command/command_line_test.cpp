@@ -145,6 +145,16 @@ TEST(CommandLine, HelpAndVersionSucceed) {
   EXPECT_STREQ(Parse({"version", "--json"}).command->name, "version");
 }
 
+TEST(CommandLine, WhatSomeCommandsUseStandsBeforeThemToo) {
+  EXPECT_EQ(Parse({"--threads", "3", "eval", "run"}).threads, 3);
+  EXPECT_EQ(Parse({"--threads", "3", "info"}).threads, 3);
+  EXPECT_EQ(Parse({"--seed", "3", "synth", "c.yaml"}).overrides.at(0).assignment, "seed=3");
+  const CommandLine line = Parse({"resume", "run", "--max-memory", "2GiB", "--threads", "2"});
+  ASSERT_EQ(line.overrides.size(), 2U);
+  EXPECT_EQ(line.overrides[0].assignment, "solver.threads=2");
+  EXPECT_EQ(line.overrides[1].assignment, "solver.max_memory=2GiB");
+}
+
 TEST(CommandLine, AnotherProcessSaysAsMuch) {
   using Words = std::vector<std::string>;
   EXPECT_EQ(MessageOptions(Parse({"info"})),
@@ -263,6 +273,15 @@ TEST(CommandLine, MistakesAreNamed) {
       {{"report", "run", "--max-size-mb", "0"},
        "pathfit report: --max-size-mb: '0' is not a number from 0.1 to 1000"},
       {{"eval", "run", "--env", "a.hdr"}, "pathfit eval: --env needs --truth"},
+      {{"report", "run", "--threads", "2"}, "pathfit report: --threads has no use"},
+      {{"--threads=2", "compare", "a", "b"}, "pathfit compare: --threads has no use"},
+      {{"--seed", "4", "init"}, "pathfit init: --seed has no use"},
+      {{"check", "c.yaml", "--seed=4"}, "pathfit check: --seed has no use"},
+      {{"resume", "run", "--seed", "4"}, "pathfit resume: --seed has no use"},
+      {{"render", "c.yaml", "--max-memory", "1GiB"},
+       "pathfit render: unknown option '--max-memory' (it belongs to 'pathfit check')"},
+      {{"gradcheck", "c.yaml", "--max-memory", "1GiB"},
+       "pathfit gradcheck: unknown option '--max-memory' (it belongs to 'pathfit check')"},
       {{"fit", "\xff"}, "pathfit: an argument is not UTF-8 text"},
   };
   for (const auto& [words, expected] : cases) EXPECT_EQ(Refusal(words), expected);

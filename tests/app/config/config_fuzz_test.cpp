@@ -17,7 +17,6 @@ void ExpectAnswer(const ConfigFile& file,
     const ExperimentConfig config = LoadExperimentConfig(file.path(), Sets(sets));
     EXPECT_FALSE(ResolvedText(config).empty());
   } catch (const ConfigError& error) {
-    EXPECT_GE(error.num_problems(), 1);
     EXPECT_NE(std::string(error.what()).find("nothing was run (status 3)"), std::string::npos);
   } catch (const std::exception& error) {
     ADD_FAILURE() << error.what() << "\n" << text;

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/config/schema.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
@@ -81,6 +82,37 @@ TEST(ExperimentConfig, UnknownsWaitForTheScene) {
   EXPECT_EQ(bounds.items[0].text + " " + bounds.items[1].text, "0.02 0.95");
   EXPECT_TRUE(UnknownOf(config, "glaze.metallic").hold);
   EXPECT_EQ(config.source.lines.at(25), "  mug.colors: {bounds: [0.02, 0.95]}");
+}
+
+TEST(ExperimentConfig, ValuesWithoutUseAreAcceptedAndSaid) {
+  const ConfigFile file(
+      Replaced(kFitConfig, "loss:", "render: {guiding: none, guide_share: 0.5}\nloss:"));
+  const ExperimentConfig config = LoadExperimentConfig(file.path(),
+                                                       Sets({"loss.residual=linear",
+                                                             "loss.relative_floor=0.1",
+                                                             "stages[0].spp_pixel=3",
+                                                             "render.form=image"}));
+  const std::vector<std::string> warnings = UselessValues(config);
+  ASSERT_EQ(warnings.size(), 3U);
+  EXPECT_EQ(warnings[0].find(file.path().string() + ":"), 0U) << warnings[0];
+  EXPECT_NE(warnings[0].find(": render.guide_share has no use with render.guiding: none"),
+            std::string::npos)
+      << warnings[0];
+  EXPECT_EQ(warnings[1], "--set #2: loss.relative_floor has no use with loss.residual: linear");
+  EXPECT_EQ(warnings[2], "--set #3: stages[0].spp_pixel has no use with render.form: image");
+
+  const ExperimentConfig used = LoadText(kFitConfig,
+                                         {"loss.residual=relative",
+                                          "loss.relative_floor=0.1",
+                                          "stages[0].spp_pixel=3",
+                                          "render.form=material",
+                                          "render.guiding=grid",
+                                          "render.guide_share=0.5"});
+  EXPECT_TRUE(UselessValues(used).empty());
+  // The resolved copy of a run spells defaults, too.
+  const ConfigFile copy(
+      ResolvedText(LoadText(kFitConfig, {"render.guiding=none", "loss.residual=linear"})));
+  EXPECT_TRUE(UselessValues(LoadExperimentConfig(copy.path(), {})).empty());
 }
 
 TEST(ExperimentConfig, ASceneNeedsNoPhotos) {

@@ -92,7 +92,6 @@ TEST(Overrides, FlagsAreNamedAsThePlace) {
                  "--threads: error: solver.threads: 5000 is out of range (allowed: a whole number "
                  "from 1 to 1024, or auto)\n      solver.threads=5000\n"
                  "pathfit: config has 1 error; nothing was run (status 3)");
-    EXPECT_EQ(error.num_problems(), 1);
   }
 }
 

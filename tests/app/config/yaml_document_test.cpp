@@ -161,7 +161,6 @@ TEST(ConfigError, SortsCountsAndCutsAfterTwenty) {
   }
   const ConfigError error(source, problems);
   const std::string text = error.what();
-  EXPECT_EQ(error.num_problems(), 26);
   EXPECT_EQ(text.find("a.yaml:1:1: error: k: wrong\na.yaml:2:1: "), 0U);
   EXPECT_NE(text.find("a.yaml:20:1: error: k: wrong\n... and 6 more\n"
                       "pathfit: config has 26 errors; nothing was run (status 3)"),

@@ -69,18 +69,17 @@ TEST(FitHistory, AStageOrRoundThatComesAgainReplacesTheOld) {
   EXPECT_EQ(history.rounds.back().step, 2);
 }
 
-TEST(FitHistory, ReadsWhatVersion1Wrote) {
-  const TemporaryFolder folder("history_old");
-  renderer::WriteFileAtomically(folder.path() / "history.json", R"({"version": 1,
+TEST(FitHistory, AFigureThatTheFileLacksKeepsItsDefault) {
+  const TemporaryFolder folder("history_few");
+  renderer::WriteFileAtomically(folder.path() / "history.json", R"({"version": 2,
       "environment_exposure": 0.5,
-      "rounds": [{"step": 3, "stage": "light", "cost_total": 0.25, "cost_decrease_rel": 0.125}],
+      "rounds": [{"step": 3, "stage": "light", "cost_total": 0.25}],
       "stages": [{"after_step": 3, "stage": "light", "rounds": 3, "views": []}],
-      "parameters": [{"name": "a", "final": 1.0}]})");
+      "parameters": []})");
   const FitHistory read = ReadHistory(folder.path() / "history.json");
   ASSERT_EQ(read.rounds.size(), 1U);
   EXPECT_EQ(read.rounds[0].step, 3);
   EXPECT_EQ(read.rounds[0].cost_total, 0.25);
-  EXPECT_EQ(read.rounds[0].cost_change_rel, -0.125);
   EXPECT_EQ(read.rounds[0].jacobian_mb, 0.0) << "a figure that the file lacks";
   ASSERT_EQ(read.stages.size(), 1U);
   EXPECT_EQ(read.stages[0].report.rounds, 3);
@@ -112,9 +111,9 @@ TEST(FitHistory, RefusesDamagedFiles) {
   const TemporaryFolder folder("history_bad");
   for (const char* text : {"",
                            "[]",
-                           "{\"version\": 1}",
+                           "{\"version\": 1, \"rounds\": [], \"stages\": [], \"parameters\": []}",
                            "{\"version\": 9}",
-                           "{\"version\":1,\"rounds\":3}",
+                           "{\"version\":2,\"rounds\":3}",
                            "{\"version\": 2}"}) {
     renderer::WriteFileAtomically(folder.path() / "history.json", text);
     EXPECT_THROW(ReadHistory(folder.path() / "history.json"), renderer::IoError) << text;

@@ -19,7 +19,9 @@ namespace pathfit::tests {
 /// sign is flipped.
 using ExpectedTerms = std::vector<optim::Term>;
 
-/// The bounds of an image derivative: see style.md 3.8 and path_space 7.
+/// The bounds of an image derivative: how far from the difference, in standard errors of both, its
+/// tiles may be in the root mean square, and how clear its signal must be for that to mean
+/// anything.
 inline constexpr double kMaxZRms = 1.3;
 inline constexpr double kMinSignalToNoise = 10.0;
 inline constexpr int kTile = 2;

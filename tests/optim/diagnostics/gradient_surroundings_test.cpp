@@ -119,5 +119,28 @@ TEST(Surroundings, PlatesAboveAFloor) {
       "plates", scene, 1, {0.7, 0.0, 0.5}, 1, 2, 5e-4, {Term::kPrimary, Term::kDirect});
 }
 
+/// A floor that is small against the thing above it, from which it is lit and seen: nothing may be
+/// judged by the size of the smaller one. Each picture is another, so each has its own difference.
+TEST(Surroundings, BoxOverASmallFloor) {
+  const Scene scene =
+      tests::AboveUnderPanel(tests::Placed(tests::Cube(), 0.4, {0.1, 0.9, 0}, {0.2, 0.5, 0.1}));
+  for (const Place& place :
+       {Place{"floor of 0.001", 1e-3}, Place{"floor of 0.1", 1e-1}, Place{"floor of 1", 1.0}}) {
+    const Scene there = At(place, scene);
+    ParameterLayout layout(there);
+    layout.Add(ParameterKind::kObjectTranslation, 1);
+    for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
+      GradientCheckOptions options = tests::OptionsForMotion(form, 1);
+      const GradientCheckResult result =
+          CheckGradient(there, there.sensors[0], -1, layout, {0.7, 0.0, 0.5}, options);
+      ExpectedTerms terms = {Term::kPrimary};
+      if (place.floor == 1.0) terms.push_back(Term::kDirect);
+      const std::string form_name = form == DerivativeForm::kImage ? ", image" : ", material";
+      tests::ExpectRightDerivative(
+          std::string("box, ") + place.name + form_name, result, terms, kTile);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pathfit::optim

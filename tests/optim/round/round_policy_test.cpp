@@ -33,6 +33,14 @@ TEST(SeedPolicy, GivesEveryHalfOfEveryUseItsOwnSeed) {
   EXPECT_EQ(seeds.size(), static_cast<std::size_t>(count));
 }
 
+/// Runs are repeated with the same bits by later versions, too.
+TEST(SeedPolicy, SeedsStayWhatTheyWere) {
+  const auto seed = [](SampleUse use) { return MakeHalves(9, 2, 5, use, {8, 4.0}).b.seed; };
+  EXPECT_EQ(seed(SampleUse::kFit), 678113099755951U);
+  EXPECT_EQ(seed(SampleUse::kValidation), 261337934091994U);
+  EXPECT_EQ(seed(SampleUse::kEvaluation), 5350337694364695U);
+}
+
 TEST(SeedPolicy, GrowsSamplesToTheMaximum) {
   optim::StageSpec stage;
   stage.samples.spp = 4;

@@ -105,18 +105,5 @@ TEST(GuideStore, KeepsTheGuidesOfEachViewUntilCleared) {
   EXPECT_EQ(run(), learned);
 }
 
-/// Weights change where samples go, not what they mean.
-TEST(GuideStore, PixelWeightsKeepTheMean) {
-  const Scene scene = Shadow();
-  RenderOptions options = DirectOnly();
-  const Moments plain = Passes(scene, options, 48);
-  std::vector<float> weights(256, 0.01F);
-  for (std::size_t i = 0; i < 128; ++i) weights[i] = 1.0F;
-  const Moments weighted = Passes(scene, options, 48, {.pixel_weights = &weights});
-  const double z =
-      (plain.mean - weighted.mean) / std::sqrt(plain.variance_of_mean + weighted.variance_of_mean);
-  EXPECT_LT(std::abs(z), 4.0) << plain.mean << " against " << weighted.mean;
-}
-
 }  // namespace
 }  // namespace pathfit::renderer
