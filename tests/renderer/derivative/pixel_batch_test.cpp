@@ -70,8 +70,7 @@ TEST(PixelBatch, SameBitsAsOneAtATime) {
           FilmSink sink(layout, {1.0}, camera.width, camera.height);
           const Film alone = renderer.RenderDerivative(camera, 0, options, layout, sink);
           RenderStats stats;
-          const Film batch =
-              renderer.RenderPrimal(camera, options, {nullptr, nullptr, nullptr, &stats});
+          const Film batch = renderer.RenderPrimal(camera, options, {nullptr, nullptr, &stats});
           EXPECT_EQ(stats.non_finite_samples, 0);
           int different = 0;
           double sum = 0.0;
