@@ -256,7 +256,7 @@ ExitStatus Fit(CommandContext& context) {
 
 ExitStatus Resume(CommandContext& context) {
   const RunDirectory run = OpenRunDirectory(context.line.target);
-  const std::unique_ptr<FileLock> lock = LockRun(run);
+  const std::unique_ptr<FileLock> lock = context.ranks.IsFirst() ? LockRun(run) : nullptr;
   const ExperimentConfig config =
       LoadExperimentConfig(run.ResolvedConfig(), context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
