@@ -50,8 +50,8 @@ struct FitState {
   int level_start = 0;      ///< rounds of the stage before this level
   /// How much finer than the stage's first photos its meshes are at least, by side (FirstLevel).
   double mesh_detail = 1.0;
-  int accepted = 0;         ///< rounds of the stage with a step
-  int growths = 0;          ///< of the samples, in the level
+  int accepted = 0;  ///< rounds of the stage with a step
+  int growths = 0;   ///< of the samples, in the level
   double wall_s = 0.0;
   [[nodiscard]] int RoundsOfLevel() const { return round - level_start; }
 
