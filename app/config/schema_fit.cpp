@@ -162,8 +162,9 @@ SchemaNode SolverSchema() {
                   Doc("`gram`: dense normal equations; `cholesky`, `cgnr`: a factor of, or "
                       "conjugate "
                       "gradients on, the rows of all photos collapsed; `sparse_gram`: conjugate "
-                      "gradients on sparse normal equations, which take least where unknowns and "
-                      "photos are many. `auto` picks by size and coupling; the log says which.") |
+                      "gradients on sparse normal equations, which take least. `auto`: `gram` up "
+                      "to "
+                      "500 unknown numbers, else `sparse_gram`.") |
                   Refuse({{"dense_qr", "; write gram"},
                           {"sparse_normal_cholesky", "; write cholesky"},
                           {"iterative", "; write cgnr"}}),

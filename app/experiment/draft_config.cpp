@@ -154,8 +154,7 @@ std::string DraftConfig(const FoundInput& input,
       "  exposure: {}\n"
       "\nstages:\n"
       "  - {name: light, free: [surroundings.texels, exposure]}\n"
-      "  - {name: shape, free: [object.vertices]}\n"
-      "  - {name: colours, free: [object.colors, exposure]}\n";
+      "  - {name: all, free: [object.vertices, object.colors, surroundings.texels, exposure]}\n";
   return text;
 }
 

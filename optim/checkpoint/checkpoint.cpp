@@ -40,7 +40,7 @@ using renderer::Scene;
 static_assert(std::endian::native == std::endian::little,
               "arrays are written as they are in memory");
 
-constexpr const char* kFormat = "pathfit state 5";
+constexpr const char* kFormat = "pathfit state 6";
 constexpr std::size_t kKeptStates = 2;
 constexpr std::string_view kPrefix = "state_";
 
@@ -262,7 +262,7 @@ class Codec {
                  {"precise", state.precise},
                  {"standard_errors", Json::object()},
                  {"wall_s", state.wall_s},
-                 {"mesh_detail", state.mesh_detail},
+                 {"promised_cost", state.promised_cost},
                  {"radius_factor", state.radius_factor},
                  {"damping", state.damping},
                  {"rejected_in_row", state.rejected_in_row},
@@ -320,7 +320,7 @@ class Codec {
       ReadArray(arrays, values, state.standard_errors[name]);
     }
     json.at("wall_s").get_to(state.wall_s);
-    json.at("mesh_detail").get_to(state.mesh_detail);
+    json.at("promised_cost").get_to(state.promised_cost);
     json.at("radius_factor").get_to(state.radius_factor);
     json.at("damping").get_to(state.damping);
     json.at("rejected_in_row").get_to(state.rejected_in_row);

@@ -48,10 +48,8 @@ struct FitState {
   int round = 0;            ///< finished rounds of the current stage
   int level = 0;            ///< of the stage's image scales (ScalesOfStage), coarsest first
   int level_start = 0;      ///< rounds of the stage before this level
-  /// How much finer than the stage's first photos its meshes are at least, by side (FirstLevel).
-  double mesh_detail = 1.0;
-  int accepted = 0;  ///< rounds of the stage with a step
-  int growths = 0;   ///< of the samples, in the level
+  int accepted = 0;         ///< rounds of the stage with a step
+  int growths = 0;          ///< of the samples, in the level
   double wall_s = 0.0;
   [[nodiscard]] int RoundsOfLevel() const { return round - level_start; }
 
@@ -60,6 +58,9 @@ struct FitState {
   int rejected_in_row = 0;
   renderer::SampleBudget split = kStartSplit;  ///< for the next round, per interior sample
   std::vector<double> costs;                   ///< of the level's rounds, at their start
+  /// After the level's last step, by the samples that it was made from: lower than it is, by what
+  /// the step fitted of their noise.
+  double promised_cost = 0.0;
   QuadraticModel model;  ///< of the level's rounds, where normal equations are formed; else empty
   int within_error = 0;  ///< rounds in a row whose step its own error explains, by the model
   int still = 0;         ///< rounds in a row whose step moved nothing by more than kStillPixels

@@ -163,7 +163,9 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   }
   if (uses_gram_) {
     MakeNormalEquations(values);
-  } else if (!uses_sparse_gram_) {
+  } else if (uses_sparse_gram_) {
+    sparse_gram_.Deflate(sums_.gradient);
+  } else {
     roots_.Finish();
     if (options_.expected_views <= views_.fitted.size()) {
       size_.roots = roots_.Size();

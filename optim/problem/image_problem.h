@@ -94,12 +94,10 @@ class ImageProblem {
     return choice == LinearSolverChoice::kGram ||
            (choice == LinearSolverChoice::kAuto && num_scalars <= kMaxGramScalars);
   }
-  /// Above this many, rows of many photos do not fit; the pairs of unknowns that meet in pixels do,
-  /// though nothing takes the noise of the derivatives from their products.
-  static constexpr std::size_t kMaxRootScalars = 300'000;
+  /// Many unknowns keep the pairs of them that meet in pixels unless rows are asked for.
   static bool FormsSparseNormalEquations(LinearSolverChoice choice, std::size_t num_scalars) {
     return choice == LinearSolverChoice::kSparseGram ||
-           (choice == LinearSolverChoice::kAuto && num_scalars > kMaxRootScalars);
+           (choice == LinearSolverChoice::kAuto && !FormsNormalEquations(choice, num_scalars));
   }
 
  private:

@@ -1,6 +1,9 @@
 #include "optim/problem/sparse_gram.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
 
 #include "renderer/core/check.h"
 #include "renderer/core/parallel.h"
@@ -10,6 +13,7 @@ namespace {
 
 // Pieces of the matrix that are worked on at once; sums do not depend on threads, but on these.
 constexpr std::size_t kChunks = 8;
+constexpr double kRelativeShift = 1e-9;  // of a block's trace: makes its factor exist
 
 struct ChunkRange {
   std::size_t first, end;
@@ -53,9 +57,44 @@ Incidences SortByBlock(const PixelRows& rows, std::size_t num_blocks) {
   return sorted;
 }
 
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 3, 3>;
+using CellMap = Eigen::Map<RowMajor, 0, Eigen::OuterStride<>>;
+using ConstCellMap = Eigen::Map<const RowMajor, 0, Eigen::OuterStride<>>;
+
+/// C such that C A C^T is A, which begins `cells`, without a share of `noise`: with A = L L^T and
+/// the eigenvectors Q of L^-1 noise L^-T, C = L Q sqrt(share) Q^T L^-1.
+Eigen::Matrix3d ScaleWithout(
+    double share,
+    const std::array<double, SparseGram::kStride * SparseGram::kStride>& noise,
+    const std::vector<double>& cells,
+    Eigen::Index size) {
+  const Eigen::OuterStride<> stride(SparseGram::kStride);
+  Eigen::Matrix3d square = Eigen::Matrix3d::Identity(), part = Eigen::Matrix3d::Zero();
+  square.topLeftCorner(size, size) = ConstCellMap(cells.data(), size, size, stride);
+  part.topLeftCorner(size, size) = share * ConstCellMap(noise.data(), size, size, stride);
+  const double trace = square.topLeftCorner(size, size).trace();
+  if (!(trace > 0.0) || !std::isfinite(trace) || part.isZero(0.0)) {
+    return Eigen::Matrix3d::Identity();
+  }
+  square.diagonal().array() += kRelativeShift * trace;
+  const Eigen::LLT<Eigen::Matrix3d> factor(square);
+  const Eigen::Matrix3d lower = factor.matrixL();
+  const Eigen::Matrix3d inverse =
+      lower.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> shares(inverse * part * inverse.transpose());
+  if (factor.info() != Eigen::Success || shares.info() != Eigen::Success) {
+    return Eigen::Matrix3d::Identity();
+  }
+  const Eigen::Matrix3d& vectors = shares.eigenvectors();
+  const Eigen::Vector3d roots =
+      (1.0 - shares.eigenvalues().array()).cwiseMax(kLeastTrueShare).cwiseMin(1.0).sqrt();
+  return lower * vectors * roots.asDiagonal() * vectors.transpose() * inverse;
+}
+
 }  // namespace
 
-SparseGram::SparseGram(const ParameterSet& set) : set_(&set), rows_(set.NumBlocks()) {
+SparseGram::SparseGram(const ParameterSet& set)
+    : set_(&set), rows_(set.NumBlocks()), noise_(set.NumBlocks()) {
   for (std::size_t b = 0; b < rows_.size(); ++b) {
     const auto block = static_cast<std::int32_t>(b);
     Append(block, static_cast<std::size_t>(set.BlockSize(block)) * kStride, rows_[b]);
@@ -95,6 +134,22 @@ void SparseGram::Add(const PixelRows& rows) {
         const auto num_rows = static_cast<std::size_t>(unit.NumRows());
         const RowEntry& own = rows.entries[sorted.list[i].entry];
         const std::size_t end = unit.first_entry + static_cast<std::size_t>(unit.num_entries);
+        if (!rows.spreads.empty()) {
+          const EntrySpread& spread = rows.spreads[sorted.list[i].entry];
+          for (std::size_t p = 0; p < size; ++p) {
+            const auto of_gradient = static_cast<double>(spread.gradient[p]);
+            noise_[b].gradient[p] += of_gradient * of_gradient;
+          }
+          for (std::size_t r = 0; r < num_rows; ++r) {
+            for (std::size_t p = 0; p < size; ++p) {
+              for (std::size_t q = 0; q < size; ++q) {
+                noise_[b].square[p * kStride + q] +=
+                    static_cast<double>(spread.jacobian[r * size + p]) *
+                    static_cast<double>(spread.jacobian[r * size + q]);
+              }
+            }
+          }
+        }
         for (std::size_t e = sorted.list[i].entry; e < end; ++e) {
           const RowEntry& other = rows.entries[e];
           auto& place = position[static_cast<std::size_t>(other.block)];
@@ -115,6 +170,44 @@ void SparseGram::Add(const PixelRows& rows) {
       }
       for (const std::int32_t column : row.columns) {
         position[static_cast<std::size_t>(column)] = -1;
+      }
+    }
+  });
+}
+
+void SparseGram::Deflate(const std::vector<double>& gradient) {
+  std::vector<Eigen::Matrix3d> scales(rows_.size());
+  renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
+    const ChunkRange range = RangeOf(chunk, rows_.size());
+    for (std::size_t b = range.first; b < range.end; ++b) {
+      const auto block = static_cast<std::int32_t>(b);
+      const auto size = static_cast<std::size_t>(set_->BlockSize(block));
+      double squares = 0.0;  // of the gradient in its standard deviations
+      for (std::size_t p = 0; p < size; ++p) {
+        const double g = gradient[set_->BlockOffset(block) + p];
+        squares += g == 0.0 ? 0.0 : g * g / noise_[b].gradient[p];
+      }
+      // As means are shrunk by their noise [James and Stein 1961].
+      const double share = std::max(0.0, 1.0 - static_cast<double>(size) / squares);
+      scales[b] =
+          ScaleWithout(share, noise_[b].square, rows_[b].cells, static_cast<Eigen::Index>(size));
+    }
+  });
+  renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
+    const ChunkRange range = RangeOf(chunk, rows_.size());
+    for (std::size_t b = range.first; b < range.end; ++b) {
+      Row& row = rows_[b];
+      const auto size = static_cast<Eigen::Index>(set_->BlockSize(static_cast<std::int32_t>(b)));
+      for (std::size_t k = 0; k < row.columns.size(); ++k) {
+        const auto width = static_cast<Eigen::Index>(set_->BlockSize(row.columns[k]));
+        CellMap cell(row.cells.data() + k * static_cast<std::size_t>(size) * kStride,
+                     size,
+                     width,
+                     Eigen::OuterStride<>(kStride));
+        const auto& right = scales[static_cast<std::size_t>(row.columns[k])];
+        cell = (scales[b].topLeftCorner(size, size) * cell *
+                right.topLeftCorner(width, width).transpose())
+                   .eval();
       }
     }
   });
@@ -183,7 +276,7 @@ std::size_t SparseGram::NumSeen() const {
 }
 
 std::size_t SparseGram::MemoryBytes() const {
-  std::size_t bytes = rows_.capacity() * sizeof(Row);
+  std::size_t bytes = rows_.capacity() * sizeof(Row) + noise_.capacity() * sizeof(noise_[0]);
   for (const Row& row : rows_) {
     bytes += row.columns.capacity() * sizeof(std::int32_t) + row.cells.capacity() * sizeof(double);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -20,6 +21,11 @@ class SparseGram {
   explicit SparseGram(const ParameterSet& set);
 
   void Add(const PixelRows& rows);
+  /// Once after all rows: scales each block's rows and columns so that those on the diagonal are
+  /// without what the noise of derivatives adds to them, where the rows have spreads; of no
+  /// direction less than kLeastTrueShare is left. The matrix stays positive. Where `gradient` is
+  /// noise itself, the matrix keeps what noise adds, and so damps the step.
+  void Deflate(const std::vector<double>& gradient);
   /// Adds a product of the sizes of the blocks, row-major, row_block <= column_block.
   void Add(std::int32_t row_block, std::int32_t column_block, std::span<const double> product);
 
@@ -49,6 +55,11 @@ class SparseGram {
 
   const ParameterSet* set_ = nullptr;
   std::vector<Row> rows_;  // by block
+  struct Noise {
+    std::array<double, kStride * kStride> square{};  // what it adds to the diagonal's block
+    std::array<double, kStride> gradient{};          // variance, by scalar
+  };
+  std::vector<Noise> noise_;  // by block
 };
 
 }  // namespace pathfit::optim

@@ -921,7 +921,6 @@ RootSize SupportRoots::Size() const {
       size.panel_blocks += blocks;
       size.jacobian_cells += rows * width;
       size.product_cells += 0.5 * blocks * (blocks + 1.0);
-      size.product_flops += rows * width * width;
     }
   }
   if (panels_.empty() && view_ < num_views_ && num_seen > 0.0) {
@@ -931,8 +930,7 @@ RootSize SupportRoots::Size() const {
                            &size.num_panels,
                            &size.panel_blocks,
                            &size.jacobian_cells,
-                           &size.product_cells,
-                           &size.product_flops}) {
+                           &size.product_cells}) {
       *figure *= unseen;
     }
   }

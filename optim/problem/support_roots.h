@@ -65,7 +65,6 @@ struct RootSize {
   double panel_blocks = 0.0;    ///< sum over panels of their blocks
   double jacobian_cells = 0.0;  ///< with noise rows
   double product_cells = 0.0;   ///< sum over panels of blocks^2 / 2: terms of J^T J
-  double product_flops = 0.0;   ///< sum over panels of rows * columns^2
 };
 
 /// The least-squares rows of all photos, collapsed as they come: supports that overlap are joined

@@ -189,7 +189,6 @@ class FitDriver {
     state_.accepted = 0;
     state_.split = kStartSplit;
     state_.stage_start = state_.scene;  // before it is refined
-    state_.mesh_detail = 1.0;
     BeginLevel();
   }
 
@@ -203,6 +202,7 @@ class FitDriver {
     state_.damping = kStartDamping;
     state_.rejected_in_row = 0;
     state_.costs.clear();
+    state_.promised_cost = 0.0;
     QuadraticModel coarse = std::exchange(state_.model, QuadraticModel());
     state_.within_error = 0;
     state_.still = 0;
@@ -213,8 +213,8 @@ class FitDriver {
       return;
     }
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
-    const double scale = Scales()[static_cast<std::size_t>(state_.level)];
-    SceneLevel level = state_.level == 0 ? FirstLevel(stage, scale) : LevelAt(stage, scale);
+    const std::vector<double> scales = Scales();
+    SceneLevel level = state_.level == 0 ? FirstLevel(stage, scales) : LevelAt(stage, scales);
     state_.scene = std::move(level.scene);
     state_.level_scene = state_.scene;
     const ParameterSet set = FreeSet(state_.scene, stage);
@@ -223,7 +223,8 @@ class FitDriver {
     if (!goes_on) {
       state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
     } else if (coarse.NumScalars() == set.NumScalars()) {
-      const double ratio = scale / Scales()[static_cast<std::size_t>(state_.level - 1)];
+      const auto l = static_cast<std::size_t>(state_.level);
+      const double ratio = scales[l] / scales[l - 1];
       state_.model = std::move(coarse);
       CarryToPhotosOfMorePixels(ratio * ratio, state_.model);
     }
@@ -232,23 +233,20 @@ class FitDriver {
     }
   }
 
-  SceneLevel LevelAt(const StageSpec& stage, double scale) {
-    return SceneOfLevel(
-        state_.scene, spec_, stage.free, evaluation_.ViewsAt(scale), scale, FinerAt(scale));
+  /// Of the present level.
+  SceneLevel LevelAt(const StageSpec& stage, const std::vector<double>& scales) {
+    const double scale = scales[static_cast<std::size_t>(state_.level)];
+    return SceneOfLevel(state_.scene, spec_, stage.free, evaluation_.ViewsAt(scale), scale);
   }
 
-  /// Than photos of this scale ask for: meshes lose no detail from level to level.
-  [[nodiscard]] double FinerAt(double scale) const {
-    return std::max(1.0, state_.mesh_detail * Scales().front() / scale);
-  }
-
-  /// The coarsest meshes that lose nothing that the photos show: what is far from them is as good
-  /// coarse, what is near is not made worse first.
-  SceneLevel FirstLevel(const StageSpec& stage, double scale) {
-    const double finest = stage.image_scale / scale;
-    SceneLevel level = LevelAt(stage, scale);
-    while (state_.mesh_detail < finest && !SameShapes(level.scene, state_.scene)) {
-      const double seen_at = std::min(stage.image_scale, kLookFiner * scale);
+  /// Goes to the first level whose meshes lose nothing that the photos show: a start that is far
+  /// from them is as good coarse, one that is near has got further than small photos lead.
+  SceneLevel FirstLevel(const StageSpec& stage, const std::vector<double>& scales) {
+    SceneLevel level = LevelAt(stage, scales);
+    while (state_.level + 1 < static_cast<int>(scales.size()) &&
+           !SameShapes(level.scene, state_.scene)) {
+      const double seen_at =
+          std::min(stage.image_scale, kLookFiner * scales[static_cast<std::size_t>(state_.level)]);
       const FitViews& views = evaluation_.ViewsAt(seen_at);
       std::vector<ComparedScene> scenes;
       scenes.push_back({evaluation_.MakeSource(level.scene, {}, views)});
@@ -264,8 +262,8 @@ class FitDriver {
           comparison.costs[0].Total() < (1.0 + kLossOfDetail) * comparison.costs[1].Total()) {
         break;
       }
-      state_.mesh_detail = std::min(2.0 * state_.mesh_detail, finest);
-      level = LevelAt(stage, scale);
+      ++state_.level;
+      level = LevelAt(stage, scales);
     }
     return level;
   }
@@ -413,7 +411,7 @@ class FitDriver {
       RoundReport report = RunRound(context, *source, state_);
       bool mended = false;
       if (division_.IsFirst()) {
-        mended = report.accepted && Mend(stage, context.views, context.image_scale);
+        mended = report.accepted && Mend(stage, context.views);
         EndRound(context, before, std::move(report));
       }
       SaveCheckpoint();
@@ -442,9 +440,9 @@ class FitDriver {
   }
 
   /// New triangles where the last step has worn out the meshes. False: nowhere.
-  bool Mend(const StageSpec& stage, const FitViews& views, double scale) {
+  bool Mend(const StageSpec& stage, const FitViews& views) {
     std::optional<renderer::Scene> mended =
-        MendMeshes(state_.scene, spec_.unknowns, stage.free, views, FinerAt(scale));
+        MendMeshes(state_.scene, spec_.unknowns, stage.free, views);
     if (!mended) {
       return false;
     }

@@ -68,8 +68,7 @@ ProblemSize SizeOfAll(const std::vector<ProblemSize>& sizes,
                             &RootSize::num_panels,
                             &RootSize::panel_blocks,
                             &RootSize::jacobian_cells,
-                            &RootSize::product_cells,
-                            &RootSize::product_flops}) {
+                            &RootSize::product_cells}) {
     size.roots.*figure = Extrapolate(half.roots.*figure, size.roots.*figure, more);
   }
   return size;
@@ -244,7 +243,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     memory.solver = problem.UsesGram() ? LinearSolverKind::kGram : LinearSolverKind::kSparseGram;
     CheckFits(size, memory.solver, spec.max_memory_bytes);
   } else {
-    memory.solver = ChooseLinearSolver(spec.linear_solver, size, spec.max_memory_bytes);
+    memory.solver = SolverOfRows(spec.linear_solver, size, spec.max_memory_bytes);
   }
   memory.items = ForecastMemory(size, memory.solver);
   memory.items.insert(memory.items.begin(), {"scenes", scene_bytes});

@@ -139,11 +139,8 @@ std::string Describe(const renderer::MeshFolds& folds) {
 
 class Leveller {
  public:
-  Leveller(const std::vector<UnknownSpec>& unknowns,
-           const FitViews& views,
-           double finer,
-           MeshLevels& levels)
-      : unknowns_(unknowns), views_(views), finer_(finer), levels_(levels) {}
+  Leveller(const std::vector<UnknownSpec>& unknowns, const FitViews& views, MeshLevels& levels)
+      : unknowns_(unknowns), views_(views), levels_(levels) {}
 
   void Level(int index) {
     renderer::SceneMesh& item = levels_.scene.meshes[static_cast<std::size_t>(index)];
@@ -222,10 +219,10 @@ class Leveller {
     const Footprint footprint = FootprintOn(world, views_);
     if (footprint.size == 0.0) return 0.0;
     const double area = SurfaceArea(world);
-    const double pixels = footprint.pixels * finer_ * finer_;
+    const double pixels = footprint.pixels;
     const double most = std::clamp(pixels / kPixelsPerVertex, kMinVertices, kMaxVertices);
     const double vertices =
-        std::clamp(VerticesOf(area, kEdgePixels * footprint.size / finer_), kMinVertices, most);
+        std::clamp(VerticesOf(area, kEdgePixels * footprint.size), kMinVertices, most);
     return EdgeOf(area, vertices) / item.pose.scale;
   }
 
@@ -243,7 +240,6 @@ class Leveller {
 
   const std::vector<UnknownSpec>& unknowns_;
   const FitViews& views_;
-  double finer_;
   MeshLevels& levels_;
 };
 
@@ -252,10 +248,9 @@ class Leveller {
 MeshLevels RefineMeshes(Scene scene,
                         const std::vector<UnknownSpec>& unknowns,
                         const std::vector<int>& free,
-                        const FitViews& views,
-                        double finer) {
+                        const FitViews& views) {
   MeshLevels levels{std::move(scene), {}};
-  Leveller leveller(unknowns, views, finer, levels);
+  Leveller leveller(unknowns, views, levels);
   for (const int mesh : MeshesOfLevels(unknowns, free)) {
     leveller.Level(mesh);
   }
@@ -265,10 +260,9 @@ MeshLevels RefineMeshes(Scene scene,
 std::optional<Scene> MendMeshes(const Scene& scene,
                                 const std::vector<UnknownSpec>& unknowns,
                                 const std::vector<int>& free,
-                                const FitViews& views,
-                                double finer) {
+                                const FitViews& views) {
   MeshLevels levels{scene, {}};
-  Leveller leveller(unknowns, views, finer, levels);
+  Leveller leveller(unknowns, views, levels);
   bool mended = false;
   for (const int mesh : MeshesOfLevels(unknowns, free)) {
     mended = leveller.Mend(mesh) || mended;

@@ -19,15 +19,13 @@ struct MeshLevels {
 
 /// The scene with the meshes whose vertices are among the unknowns `free` brought to the detail
 /// that the fitted views resolve: edges of kEdgePixels pixels of their median footprint on the
-/// mesh, but from kMinVertices vertices to as many as the views have pixels for; as if photos had
-/// `finer` times as many pixels along each side. Those near that already, and without folds, stay
-/// as they are; so do meshes that ask for it (MeshDetail::kKeep) and such as cannot be remeshed
-/// without loss, which is said. Depends on the arguments only.
+/// mesh, but from kMinVertices vertices to as many as the views have pixels for. Those near that
+/// already, and without folds, stay as they are; so do meshes that ask for it (MeshDetail::kKeep)
+/// and such as cannot be remeshed without loss, which is said. Depends on the arguments only.
 MeshLevels RefineMeshes(renderer::Scene scene,
                         const std::vector<UnknownSpec>& unknowns,
                         const std::vector<int>& free,
-                        const FitViews& views,
-                        double finer = 1.0);
+                        const FitViews& views);
 
 /// The same between rounds of one level: parts of these meshes that the last steps have stretched,
 /// crushed or folded get new triangles (MendEdges), so that a thing can grow out of a coarse
@@ -35,8 +33,7 @@ MeshLevels RefineMeshes(renderer::Scene scene,
 std::optional<renderer::Scene> MendMeshes(const renderer::Scene& scene,
                                           const std::vector<UnknownSpec>& unknowns,
                                           const std::vector<int>& free,
-                                          const FitViews& views,
-                                          double finer = 1.0);
+                                          const FitViews& views);
 
 /// Of all meshes whose vertices are in the layout.
 renderer::MeshFolds CountFolds(const renderer::Scene& scene,

@@ -43,6 +43,9 @@ constexpr double kPoorStep = 0.25;
 constexpr double kEnoughPixels = 5e4;
 // What a coarse level gains more slowly is faster gained by the next one.
 constexpr double kFallOfCoarseLevels = 0.1;
+// More noise fitted than this share of what a step gains is worth more samples, which widen the
+// trust region, too.
+constexpr double kFittedShare = 0.1;
 constexpr double kWidening = 4.0;  // of a kept radius after a good step
 
 double MeanOf(const std::vector<double>& costs, std::size_t end) {
@@ -111,8 +114,14 @@ double SampleFactor(
   return stage.samples.spp ? factor : std::min(factor, kEnoughPixels / std::max(1.0, pixels));
 }
 
-bool NeedsMoreSamples(const RoundReport& report, bool adds_up, bool precise) {
-  return adds_up ? !precise : -report.cost_change_rel <= report.noise_relative;
+bool FitsNoise(const FitState& state, double cost) {
+  if (state.costs.empty()) {
+    return false;
+  }
+  // What a step fits of its samples' noise lowers their cost by as much as it raises that of
+  // others.
+  const double fitted = 0.5 * (cost - state.promised_cost);
+  return fitted > kFittedShare * (state.costs.back() - cost);
 }
 
 int SamplesOfRound(const StageSpec& stage, int growths, double factor) {

@@ -46,10 +46,9 @@ double SampleFactor(
 /// many times: factor * spp * growth^growths, even, at most factor * max_spp.
 int SamplesOfRound(const StageSpec& stage, int growths, double factor);
 
-/// Whether the next round should have more samples. Few unknowns, whose rounds add up, until they
-/// are `precise` (which says nothing while something is still on its way); the others once a step
-/// changes the cost by no more than the noise's share of the residuals.
-bool NeedsMoreSamples(const RoundReport& report, bool adds_up, bool precise);
+/// Whether what the level's last step fitted of its samples' noise is too large a share of what it
+/// gained: `cost` is that of the point it led to, by samples of their own. Not before the first.
+bool FitsNoise(const FitState& state, double cost);
 
 /// Budgets of a round with `spp` samples: what the stage gives, grown like spp, else those of
 /// `split` (SplitMeter); 0 for terms that do not exist.

@@ -132,8 +132,8 @@ SolveOutcome Solve(const StageContext& context,
   } else if (problem.UsesSparseGram()) {
     options.linear_solver = LinearSolverKind::kSparseGram;
   } else {
-    options.linear_solver = ChooseLinearSolver(
-        context.spec.linear_solver, problem.size(), context.spec.max_memory_bytes);
+    options.linear_solver =
+        SolverOfRows(context.spec.linear_solver, problem.size(), context.spec.max_memory_bytes);
   }
   options.radius =
       TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
@@ -371,7 +371,14 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   const bool is_still = outcome.accepted && report.motion < kStillPixels && !pays && !is_limited &&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
+  // The errors of few unknowns fall with the samples of all rounds, until they are precise (which
+  // says nothing while something is still on its way). Each step of many has those of its own.
+  const bool needs_more = problem.UsesGram()
+                              ? !state.precise || moves
+                              : !outcome.accepted || FitsNoise(state, report.cost_total);
+  state.growths += needs_more ? 1 : 0;
   state.costs.push_back(report.cost_total);
+  state.promised_cost = report.cost_total * (1.0 + report.cost_change_rel);
   // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
   // whatever the model promises of each step.
   const bool is_flat = stage.stop_relative_cost > 0.0 && outcome.accepted && problem.UsesGram() &&
@@ -379,7 +386,6 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
                        (-report.cost_change_rel < stage.stop_relative_cost ||
                         NoLongerFalls(state.costs, stage.stop_relative_cost));
   state.flat = is_flat ? state.flat + 1 : 0;
-  state.growths += NeedsMoreSamples(report, problem.UsesGram(), state.precise && !moves) ? 1 : 0;
   if (!problem.UsesGram()) {
     AddIterate(
         state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);

@@ -416,11 +416,10 @@ SceneLevel SceneOfLevel(const Scene& before,
                         const FitSpec& spec,
                         const std::vector<int>& free,
                         const FitViews& views,
-                        double scale,
-                        double finer) {
+                        double scale) {
   double largest = scale;
   for (const StageSpec& stage : spec.stages) largest = std::max(largest, stage.image_scale);
-  MeshLevels meshes = RefineMeshes(before, spec.unknowns, free, views, finer);
+  MeshLevels meshes = RefineMeshes(before, spec.unknowns, free, views);
   SceneLevel level =
       PromoteSurfaces(before, std::move(meshes.scene), spec.unknowns, free, views, largest / scale);
   level.messages.insert(level.messages.begin(), meshes.messages.begin(), meshes.messages.end());

@@ -29,13 +29,12 @@ SceneLevel PromoteSurfaces(const renderer::Scene& before,
                            double finer);
 
 /// The scene that a level of a stage begins with: its meshes refined (RefineMeshes), its properties
-/// promoted. `scale`: that of the photos in `views`; `finer`: of the meshes (RefineMeshes).
+/// promoted. `scale`: that of the photos in `views`.
 SceneLevel SceneOfLevel(const renderer::Scene& before,
                         const FitSpec& spec,
                         const std::vector<int>& free,
                         const FitViews& views,
-                        double scale,
-                        double finer = 1.0);
+                        double scale);
 
 inline constexpr double kTexelsPerPixel = 1.0;
 inline constexpr int kLargestTexture = 2048;

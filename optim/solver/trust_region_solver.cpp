@@ -25,10 +25,6 @@ namespace {
 // Above this, priors beside a dense system are cheaper kept sparse.
 constexpr int kMaxDenseRows = 3000;
 
-// Conjugate gradients end after 6 to 11 iterations, measured in rounds of 6 to 61 thousand unknowns
-// with and without noise: damping and priors keep the system's condition low.
-constexpr double kIterations = 40.0;
-constexpr double kFlopsPerCell = 4.0;  // of an iteration
 constexpr int kMaxIterations = 200;
 
 class SilenceLog {
@@ -246,23 +242,14 @@ ceres::Solver::Options MakeSolverOptions(const SolveOptions& options, int num_ro
 
 std::string CeresVersion() { return CERES_VERSION_STRING; }
 
-LinearSolverKind ChooseLinearSolver(LinearSolverChoice choice,
-                                    const ProblemSize& size,
-                                    double max_bytes) {
-  if (choice == LinearSolverChoice::kCholesky) {
-    CheckFits(size, LinearSolverKind::kCholesky, max_bytes);
-    return LinearSolverKind::kCholesky;
-  }
-  const double fill = FactorCells(size.num_scalars);
-  const double factor_flops = fill * fill / std::max(1.0, size.num_scalars);
-  if (choice == LinearSolverChoice::kAuto &&
-      size.roots.product_flops + factor_flops <=
-          kIterations * kFlopsPerCell * size.roots.jacobian_cells &&
-      Fits(size, LinearSolverKind::kCholesky, max_bytes)) {
-    return LinearSolverKind::kCholesky;
-  }
-  CheckFits(size, LinearSolverKind::kCgnr, max_bytes);
-  return LinearSolverKind::kCgnr;
+LinearSolverKind SolverOfRows(LinearSolverChoice choice,
+                              const ProblemSize& size,
+                              double max_bytes) {
+  const LinearSolverKind kind = choice == LinearSolverChoice::kCholesky
+                                    ? LinearSolverKind::kCholesky
+                                    : LinearSolverKind::kCgnr;
+  CheckFits(size, kind, max_bytes);
+  return kind;
 }
 
 SolveOutcome SolveRound(ImageProblem& problem,

@@ -14,14 +14,9 @@ namespace pathfit::optim {
 /// Version of the Ceres headers.
 std::string CeresVersion();
 
-/// Linear solver of a round whose Jacobian is stored (the dense normal equations are chosen before,
-/// by the number of unknowns: ImageProblem::kMaxGramScalars). Cholesky where its products and its
-/// factor take less than a few dozen iterations of conjugate gradients, which is below a thousand
-/// unknowns or so. Throws MemoryError if not even conjugate
-/// gradients, or the solver asked for, fits.
-LinearSolverKind ChooseLinearSolver(LinearSolverChoice choice,
-                                    const ProblemSize& size,
-                                    double max_bytes);
+/// Linear solver of a round that keeps rows: the one asked for. Throws MemoryError if it does not
+/// fit.
+LinearSolverKind SolverOfRows(LinearSolverChoice choice, const ProblemSize& size, double max_bytes);
 
 struct SolveOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kGram;

@@ -101,7 +101,7 @@ TEST_F(DraftConfigTest, FindsPhotosCamerasAndMasks) {
 
   const Experiment experiment = Built(input);
   EXPECT_EQ(experiment.observations.views.size(), std::size_t{kViews});
-  EXPECT_EQ(experiment.fit.stages.size(), 3U);
+  EXPECT_EQ(experiment.fit.stages.size(), 2U);
   EXPECT_EQ(experiment.fit.unknowns.size(), 4U);
   const StartCheck start = CheckStart(LoadExperimentConfig(top() / "draft.yaml", {}), experiment);
   EXPECT_TRUE(start.warnings.empty()) << start.warnings.front();

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -114,6 +116,56 @@ TEST_F(SparseGramTest, HasTheSameBitsForAnyNumberOfThreads) {
     gram.Multiply(x, y);
     if (first.empty()) first = y;
     EXPECT_EQ(y, first);
+  }
+}
+
+TEST_F(SparseGramTest, IsWithoutTheNoiseOfDerivatives) {
+  const std::size_t n = set_.NumScalars();
+  std::vector<double> x(n), y, without;
+  for (std::size_t i = 0; i < n; ++i) x[i] = 0.5 + static_cast<double>(i % 7);
+  std::vector<double> gradient(n, 1.0);
+  double gradient_noise = 0.0;
+  const auto product = [&](double share, bool deflates, std::vector<double>& to) {
+    PixelRows rows = MakeRows(set_, 1);
+    for (const optim::RowEntry& entry : rows.entries) {
+      optim::EntrySpread& spread = rows.spreads.emplace_back();
+      for (std::size_t i = 0; i < entry.jacobian.size(); ++i) {
+        spread.jacobian[i] = static_cast<float>(std::sqrt(share)) * entry.jacobian[i];
+      }
+      spread.gradient.fill(static_cast<float>(gradient_noise));
+    }
+    SparseGram gram(set_);
+    gram.Add(rows);
+    if (deflates) gram.Deflate(gradient);
+    gram.Multiply(x, to);
+  };
+  product(0.0, false, y);
+  for (const auto& [share, left] : {std::pair{0.0, 1.0}, {0.25, 0.75}, {1.0, 0.1}}) {
+    product(share, true, without);
+    for (std::size_t i = 0; i < n; ++i) {
+      EXPECT_NEAR(without[i], left * y[i], 1e-5 * (1.0 + std::abs(y[i]))) << share;
+    }
+  }
+  gradient_noise = 10.0;
+  product(0.25, true, without);
+  EXPECT_EQ(without, y) << "the gradient is noise";
+}
+
+TEST_F(SparseGramTest, StaysPositiveWhateverTheNoise) {
+  PixelRows rows = MakeRows(set_, 1);
+  renderer::CounterRng rng(1, renderer::RandomDomain{2}, 7, 4, 5);
+  rows.spreads.resize(rows.entries.size());
+  for (optim::EntrySpread& spread : rows.spreads) {
+    for (float& value : spread.jacobian) value = static_cast<float>(rng.Next() - 0.5);
+  }
+  SparseGram gram(set_);
+  gram.Add(rows);
+  gram.Deflate(std::vector<double>(set_.NumScalars(), 1.0));
+  std::vector<double> x(set_.NumScalars()), y;
+  for (int trial = 0; trial < 200; ++trial) {
+    for (double& value : x) value = rng.Next() - 0.5;
+    gram.Multiply(x, y);
+    EXPECT_GT(std::inner_product(x.begin(), x.end(), y.begin(), 0.0), 0.0);
   }
 }
 

@@ -199,9 +199,9 @@ TEST_F(FitTest, DetailThatPhotosShowIsNotRemeshedAway) {
     return *optim::ReadNewestCheckpoint(folder_, {start, spec_.unknowns}).state;
   };
   const optim::FitState plain = first_level(tests::BallScene(4, 4, 64));
-  EXPECT_EQ(plain.mesh_detail, 1.0);
+  EXPECT_EQ(plain.level, 0);
   const optim::FitState thorny = first_level(truth);
-  EXPECT_GT(thorny.mesh_detail, 1.0);
+  EXPECT_GT(thorny.level, 0);
   EXPECT_GT(thorny.scene.meshes[0].mesh.positions.size(),
             plain.scene.meshes[0].mesh.positions.size());
 }
@@ -276,7 +276,7 @@ TEST_F(FitTest, RefusesStatesThatNoFitCanHaveWritten) {
   refuses([](optim::FitState& state) { state.round = -1; });
   refuses([](optim::FitState& state) { state.costs.push_back(1.0); });
   refuses([](optim::FitState& state) { state.damping = std::nan(""); });
-  refuses([](optim::FitState& state) { state.mesh_detail = 0.5; });
+  refuses([](optim::FitState& state) { state.promised_cost = std::nan(""); });
   refuses([](optim::FitState& state) { state.average.newer.weight = std::nan(""); });
   refuses([](optim::FitState& state) { state.average.newer_start = 2000000000; });
   refuses([](optim::FitState& state) {

@@ -53,17 +53,15 @@ TEST(SeedPolicy, GrowsSamplesToTheMaximum) {
   EXPECT_EQ(optim::SamplesOfRound(stage, 0, 1.0), 2);
 }
 
-TEST(SeedPolicy, MoreSamplesWhereNoiseHidesWhatAStepGains) {
-  optim::RoundReport report;
-  report.noise_relative = 0.1;
-  report.cost_change_rel = -0.2;
-  EXPECT_FALSE(optim::NeedsMoreSamples(report, false, false));
-  EXPECT_TRUE(optim::NeedsMoreSamples(report, true, false)) << "their rounds add up";
-  EXPECT_FALSE(optim::NeedsMoreSamples(report, true, true));
-  report.cost_change_rel = -0.05;
-  EXPECT_TRUE(optim::NeedsMoreSamples(report, false, false));
-  report.cost_change_rel = 0.0;  // no step
-  EXPECT_TRUE(optim::NeedsMoreSamples(report, false, false));
+TEST(SeedPolicy, TellsStepsThatGainLessThanTheyFitOfTheNoise) {
+  optim::FitState state;
+  EXPECT_FALSE(optim::FitsNoise(state, 1.0)) << "no step yet";
+  state.costs = {1.0};
+  state.promised_cost = 0.5;
+  EXPECT_FALSE(optim::FitsNoise(state, 0.5)) << "all that was promised";
+  EXPECT_FALSE(optim::FitsNoise(state, 0.55)) << "fell by .45, with .025 of noise fitted";
+  EXPECT_TRUE(optim::FitsNoise(state, 0.9)) << "fell by .1, with .2 of noise fitted";
+  EXPECT_TRUE(optim::FitsNoise(state, 1.1));
 }
 
 class IterateAverageTest : public testing::Test {

@@ -289,7 +289,7 @@ TEST_F(SurfaceLevelsTest, AFitGoesFromConstantToVerticesToTextureAndContinuesToT
     spec.stages[i].free = {free[i]};
     spec.stages[i].max_rounds = 2;
     spec.stages[i].image_scale = i == 2 ? 0.5 : 0.25;
-    spec.stages[i].samples.spp = 8;
+    spec.stages[i].samples.spp = 12;
   }
   observations_ = tests::Photograph(scene_, 32);
   tests::RecordingObserver straight;

@@ -14,7 +14,6 @@
 namespace pathfit {
 namespace {
 
-using optim::ChooseLinearSolver;
 using optim::ImageProblem;
 using optim::LinearSolverChoice;
 using optim::LinearSolverKind;
@@ -24,44 +23,28 @@ using optim::SolveOutcome;
 using tests::LinearFit;
 using tests::LinearImageSource;
 
-// The measured table: icospheres of 2.5 and 40 thousand vertices, panels of 13 rows and 17 blocks.
-ProblemSize Sized(double num_scalars, double num_panels, double blocks) {
+// As measured on icospheres: panels of 13 rows and 17 blocks.
+ProblemSize Sized(double num_scalars, double num_panels) {
+  constexpr double kBlocks = 17.0;
   ProblemSize size;
   size.num_scalars = num_scalars;
   size.roots.num_panels = num_panels;
-  size.roots.panel_blocks = num_panels * blocks;
-  size.roots.jacobian_cells = 14.0 * num_panels * 3.0 * blocks;
+  size.roots.panel_blocks = num_panels * kBlocks;
+  size.roots.jacobian_cells = 14.0 * num_panels * 3.0 * kBlocks;
   size.roots.kept_bytes = 4.0 * size.roots.jacobian_cells;
-  size.roots.product_cells = 0.5 * num_panels * blocks * (blocks + 1.0);
-  size.roots.product_flops = 14.0 * num_panels * 9.0 * blocks * blocks;
+  size.roots.product_cells = 0.5 * num_panels * kBlocks * (kBlocks + 1.0);
   return size;
 }
 
-TEST(LinearSolverPolicy, TakesCholeskyForSmallProblems) {
-  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(600, 1500, 17), 0.0),
-            LinearSolverKind::kCholesky);
-  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kCholesky, Sized(120e3, 150e3, 17), 0.0),
-            LinearSolverKind::kCholesky);
-}
-
-TEST(LinearSolverPolicy, TakesConjugateGradientsWhereTheFactorCostsMoreOrDoesNotFit) {
-  for (const double blocks : {17.0, 45.0}) {
-    EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(7700, 19e3, blocks), 0.0),
-              LinearSolverKind::kCgnr);
-  }
-  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(30e3, 150e3, 45), 0.0),
-            LinearSolverKind::kCgnr);
-  EXPECT_EQ(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 150e3, 17), 3e9),
-            LinearSolverKind::kCgnr);
-}
-
-TEST(LinearSolverPolicy, RefusesWhatFitsNowhere) {
-  EXPECT_THROW(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 150e3, 17), 1e9),
-               optim::MemoryError);
-  EXPECT_THROW(ChooseLinearSolver(LinearSolverChoice::kCholesky, Sized(120e3, 150e3, 17), 3e9),
-               optim::MemoryError);
-  EXPECT_THROW(ChooseLinearSolver(LinearSolverChoice::kAuto, Sized(120e3, 4e6, 17), 0.0),
-               optim::MemoryError);  // 2^31 cells
+TEST(SolverOfRows, RefusesWhatDoesNotFit) {
+  const auto solver = [](LinearSolverChoice choice, double num_panels, double max_bytes) {
+    return optim::SolverOfRows(choice, Sized(120e3, num_panels), max_bytes);
+  };
+  EXPECT_EQ(solver(LinearSolverChoice::kCgnr, 150e3, 3e9), LinearSolverKind::kCgnr);
+  EXPECT_EQ(solver(LinearSolverChoice::kCholesky, 150e3, 0.0), LinearSolverKind::kCholesky);
+  EXPECT_THROW(solver(LinearSolverChoice::kCgnr, 150e3, 1e9), optim::MemoryError);
+  EXPECT_THROW(solver(LinearSolverChoice::kCholesky, 150e3, 3e9), optim::MemoryError);
+  EXPECT_THROW(solver(LinearSolverChoice::kCgnr, 4e6, 0.0), optim::MemoryError);  // 2^31 cells
 }
 
 class TrustRegionSolverTest : public testing::Test {
