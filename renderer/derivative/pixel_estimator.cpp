@@ -13,8 +13,8 @@ constexpr int kMirrorGroup = 4;
 // Shifts by multiples of (1 / n, 1 / golden ratio) fill the unit square evenly.
 constexpr double kGoldenStep = 0.6180339887498949;
 
-// Paths of a plain image that are traced side by side: two packets, so that one stays full for
-// longer while paths end.
+// Paths of a pixel that are traced side by side: two packets, so that one stays full for longer
+// while paths end.
 constexpr std::size_t kImageBatch = 16;
 
 /// What a camera ray that meets nothing finds.
@@ -154,10 +154,13 @@ Rgba EstimatePixel(const PathContext& context,
   return MeanOfSamples<kImageBatch>(context, camera, options, x, y, pair, stats, samples);
 }
 
-struct PixelDerivative::Place {
-  int x, y;
-  int mirror;     // of the filter's support, 0 to 3
-  bool mirrored;  // the second path of an antithetic pair
+struct PixelDerivative::Recorded {
+  LatticeSampler numbers;  // from the first vertex on
+  bool mirrored = false;   // the second path of an antithetic pair
+  PixelSample pixel;       // where the path starts
+  bool missed = false;
+  bool on_surface = false;  // the path has vertices, and its radiance is finite
+  PathRecorder path;
 };
 
 PixelDerivative::PixelDerivative(const AdjointContext& context,
@@ -169,67 +172,111 @@ PixelDerivative::PixelDerivative(const AdjointContext& context,
               context.camera.camera().filter.shape != PixelFilter::Shape::kBox),
       pair_(context.path.antithetic ? 2 : 1),
       points_(spread_ ? kMirrorGroup : 1),
-      recorder_(touches == nullptr ? PathRecorder() : PathRecorder(*touches)),
-      adjoint_(context, sum_) {}
+      adjoint_(context, sum_) {
+  const CounterRng none(0);
+  const PathRecorder recorder = touches == nullptr ? PathRecorder() : PathRecorder(*touches);
+  for (std::size_t i = 0; i <= kImageBatch; ++i) {  // the last: paths that are drawn again
+    samples_.push_back({LatticeSampler(none, none, 0), false, {}, false, false, recorder});
+  }
+}
+PixelDerivative::~PixelDerivative() = default;
 
 Rgba PixelDerivative::Estimate(int x, int y, RenderStats& stats) {
   sum_.Clear();
-  const auto sample = [&](int s, const auto& numbers_of, std::span<Rgba> values) {
-    const LatticeSampler numbers = numbers_of(s);
-    const Place place{x, y, s / pair_ % points_, s % pair_ == 1};
-    const Rgba value = Record(place, numbers);
-    const PixelSample pixel = pixel_;
-    AddRecorded(place, numbers, pixel, 0, 1.0);
-    values[0] = value * pixel.weight;
+  const auto samples = [&](int first, const auto& numbers_of, std::span<Rgba> values) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const int s = first + static_cast<int>(i);
+      Recorded& sample = samples_[i];
+      sample.mirrored = s % pair_ == 1;
+      sample.numbers = numbers_of(s);
+      sample.pixel = spread_
+                         ? CoverSupport(context_.camera, x, y, s / pair_ % points_, sample.numbers)
+                         : FollowFilter(context_.camera, x, y, sample.numbers);
+    }
+    RecordTogether(values);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const Recorded& sample = samples_[i];
+      AddRecorded(sample, sample.pixel, 0, 1.0);
+      values[i] *= sample.pixel.weight;
+    }
   };
-  return MeanOfSamples<1>(
-      context_.path, context_.camera, options_, x, y, pair_ * points_, stats, sample);
+  return MeanOfSamples<kImageBatch>(
+      context_.path, context_.camera, options_, x, y, pair_ * points_, stats, samples);
 }
 
-/// Records the path of these numbers.
-Rgba PixelDerivative::Record(const Place& place, LatticeSampler numbers) {
-  pixel_ = spread_ ? CoverSupport(context_.camera, place.x, place.y, place.mirror, numbers)
-                   : FollowFilter(context_.camera, place.x, place.y, numbers);
-  recorder_.Clear();
+/// Records the paths of the first samples, and their values.
+void PixelDerivative::RecordTogether(std::span<Rgba> values) {
   const PathContext& path = context_.path;
-  const std::optional<Hit> hit = path.world->caster().Intersect(pixel_.ray);
-  on_surface_ = false;
-  if (!hit) {
-    if (path.lights.ShowsEnvironment()) {
-      adjoint_.AddMiss(pixel_);
-    }
-    return ValueOfMiss(path, pixel_.ray);
+  const std::size_t count = values.size();
+  std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
+  std::array<Ray, kImageBatch> rays;
+  std::array<std::optional<Hit>, kImageBatch> hits;
+  for (std::size_t i = 0; i < count; ++i) {
+    samplers[i] = samples_[i].numbers;
+    samples_[i].path.Clear();
+    rays[i] = samples_[i].pixel.ray;
   }
-  const Rgb radiance = TraceRadiance(path,
-                                     MakeSurfacePoint(*path.world, *hit, pixel_.ray),
-                                     numbers,
-                                     recorder_,
-                                     {path.max_bounces, true, place.mirrored});
-  on_surface_ = IsFinite(radiance);
-  return {radiance, 1.0};
+  path.world->caster().Intersect({rays.data(), count}, true, {hits.data(), count});
+  PathBatch<kImageBatch, LatticeSampler, PathRecorder> batch(path);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (hits[i]) {
+      Recorded& sample = samples_[i];
+      batch.Start(i,
+                  MakeSurfacePoint(*path.world, *hits[i], rays[i]),
+                  *samplers[i],
+                  sample.path,
+                  {path.max_bounces, true, sample.mirrored});
+    }
+  }
+  batch.Trace();
+  for (std::size_t i = 0; i < count; ++i) {
+    values[i] = hits[i] ? Rgba(batch.radiance(i), 1.0) : ValueOfMiss(path, rays[i]);
+    samples_[i].on_surface = hits[i] && IsFinite(values[i].Color());
+    samples_[i].missed = !hits[i];
+  }
+}
+
+/// Records the path from `first` on with other numbers, as the last of samples_.
+void PixelDerivative::RecordAgain(const SurfacePoint& first,
+                                  bool mirrored,
+                                  LatticeSampler numbers) {
+  Recorded& again = samples_.back();
+  again.numbers = numbers;
+  again.mirrored = mirrored;
+  again.path.Clear();
+  const Rgb radiance = TraceRadiance(
+      context_.path, first, numbers, again.path, {context_.path.max_bounces, true, mirrored});
+  again.on_surface = IsFinite(radiance);
 }
 
 /// Adds the recorded path, or draws the rest of it again from each vertex (from `first` on) that is
 /// close to something that moves against it. `part`: where the path starts, with its share of the
 /// weight; `share`: see NearMotion.
-void PixelDerivative::AddRecorded(const Place& place,
-                                  const LatticeSampler& numbers,
+void PixelDerivative::AddRecorded(const Recorded& sample,
                                   const PixelSample& part,
                                   int first,
                                   double share) {
-  if (!on_surface_) {
+  if (!sample.on_surface) {
+    if (sample.missed && context_.path.lights.ShowsEnvironment()) {
+      adjoint_.AddMiss(part);
+    }
     return;
   }
+  const PathRecord& record = sample.path.record();
   const NearMotion::Split split = context_.near_motion->FirstSplit(
-      recorder_.record(), context_.path, first, numbers.CanShift() ? share : 0.0);
+      record, context_.path, first, sample.numbers.CanShift() ? share : 0.0);
   if (split.count == 1) {
     adjoint_.AddPath(
         part,
-        recorder_.record(),
+        record,
         split.touches ? static_cast<std::size_t>(split.vertex) : PathAdjoint::kNoContact);
     return;
   }
   const double each = 1.0 / split.count;
+  // The sample may be the one that is recorded again.
+  const LatticeSampler numbers = sample.numbers;
+  const SurfacePoint first_vertex = record.vertices.front().p;
+  const bool mirrored = sample.mirrored;
   for (int i = 0; i < split.count; ++i) {
     LatticeSampler shifted = numbers;
     // Half of them evenly over all directions: where the surface grazes, the derivative does not
@@ -238,8 +285,8 @@ void PixelDerivative::AddRecorded(const Place& place,
                            i / 2 * 2 * each,
                            i / 2 * kGoldenStep,
                            i % 2 == 0 ? DirectionDraw::kMixedBsdf : DirectionDraw::kMixedUniform);
-    Record(place, shifted);
-    AddRecorded(place, shifted, Scaled(part, each), split.vertex + 1, share * each);
+    RecordAgain(first_vertex, mirrored, shifted);
+    AddRecorded(samples_.back(), Scaled(part, each), split.vertex + 1, share * each);
   }
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "renderer/derivative/path_adjoint.h"
 #include "renderer/render_stats.h"
 #include "renderer/sampler/path_sampler.h"
@@ -28,6 +31,9 @@ class PixelDerivative {
   PixelDerivative(const AdjointContext& context,
                   const RenderOptions& options,
                   const std::vector<bool>* touches);
+  ~PixelDerivative();
+  PixelDerivative(const PixelDerivative&) = delete;
+  PixelDerivative& operator=(const PixelDerivative&) = delete;
 
   /// The number of EstimatePixel (in image form, bit for bit); replaces sum().
   Rgba Estimate(int x, int y, RenderStats& stats);
@@ -35,24 +41,19 @@ class PixelDerivative {
   [[nodiscard]] DerivativeAccumulator& sum() { return sum_; }
 
  private:
-  struct Place;  // which sample of which pixel
+  struct Recorded;  // a sample's path
 
-  Rgba Record(const Place& place, LatticeSampler numbers);
-  void AddRecorded(const Place& place,
-                   const LatticeSampler& numbers,
-                   const PixelSample& part,
-                   int first,
-                   double share);
+  void RecordTogether(std::span<Rgba> values);
+  void RecordAgain(const SurfacePoint& first, bool mirrored, LatticeSampler numbers);
+  void AddRecorded(const Recorded& sample, const PixelSample& part, int first, double share);
 
   const AdjointContext& context_;
   const RenderOptions& options_;
   const bool spread_;  // over the filter's support
   const int pair_, points_;
-  PathRecorder recorder_;
+  std::vector<Recorded> samples_;  // recorded side by side
   DerivativeAccumulator sum_;
   PathAdjoint adjoint_;
-  PixelSample pixel_;        // where the recorded path starts
-  bool on_surface_ = false;  // the recorded path has vertices, and its radiance is finite
 };
 
 }  // namespace pathfit::renderer

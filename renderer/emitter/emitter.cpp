@@ -36,8 +36,10 @@ TexelSquare SquareAround(const EnvironmentEmitter& environment, const Vec2& uv) 
   const double row = uv.y * h - 0.5;
   const double y = std::clamp(row, 0.0, static_cast<double>(h - 1));
   const double floor_x = std::floor(x);
-  const int x0 = (static_cast<int>(floor_x) + w) % w;
-  const int x1 = (x0 + 1) % w;
+  // The map's own coordinates are at most half a texel outside: no division is needed.
+  const int column = static_cast<int>(floor_x);
+  const int x0 = column < 0 ? column + w : (column < w ? column : column - w);
+  const int x1 = x0 + 1 < w ? x0 + 1 : 0;
   const int y0 = std::min(static_cast<int>(y), h - 1);
   const int y1 = std::min(y0 + 1, h - 1);
   return {{y0 * w + x0, y0 * w + x1, y1 * w + x0, y1 * w + x1}, x - floor_x, y - y0, row != y};
@@ -70,11 +72,11 @@ TexelWeights EnvironmentTexelWeights(const EnvironmentEmitter& environment, cons
 
 Rgb EnvironmentRadianceAt(const EnvironmentEmitter& environment, const Vec2& uv) {
   if (environment.texels.size() == 1) return environment.intensity * environment.texels[0];
-  const TexelWeights lookup = EnvironmentTexelWeights(environment, uv);
-  Rgb sum;
-  for (std::size_t i = 0; i < 4; ++i) {
-    sum += environment.texels[static_cast<std::size_t>(lookup.texel[i])] * lookup.weight[i];
-  }
+  const auto [texel, fx, fy, beyond_rows] = SquareAround(environment, uv);
+  const Rgb* const texels = environment.texels.data();
+  const Rgb sum = texels[texel[0]] * ((1.0 - fx) * (1.0 - fy)) +
+                  texels[texel[1]] * (fx * (1.0 - fy)) + texels[texel[2]] * ((1.0 - fx) * fy) +
+                  texels[texel[3]] * (fx * fy);
   return environment.intensity * sum;
 }
 

@@ -427,6 +427,10 @@ constexpr double kFlat = 1e-3;
 constexpr double kRounding = 2.5e-4;
 // Nearer than so many offsets, rays from a point that start beside it miss much of a triangle.
 constexpr double kMissed = 32.0;
+// Bounds of so many meshes are looked at faster than one tree of triangles.
+constexpr std::size_t kFewMeshes = 32;
+// Distances to bounds count up to so much farther: they are rounded.
+constexpr double kAlmost = 1.0 + 1e-9;
 
 struct NearQuery {
   const RayCaster& caster;
@@ -442,6 +446,16 @@ struct NearQuery {
 struct Corner {
   double distance = 0.0, rise = 0.0, reach = 0.0;
 };
+/// Whether bounds tell that a triangle does not count: no point of it is farther from its first
+/// corner, `distance` away, than its longer side from there, or higher than `height`.
+bool IsTooFarOrFlat(
+    const TriangleGeometry& t, double distance, double height, double limit, double slack) {
+  const double side = std::sqrt(std::max(SquaredNorm(t.e1), SquaredNorm(t.e2)));
+  const double least = distance / kAlmost - side - slack;
+  return least > 0.0 && (least >= limit || least * least >= limit * height * kAlmost ||
+                         height * kAlmost <= kFlat * least);
+}
+
 Corner VisitedCorner(const RTCPointQueryFunctionArguments* arguments, const NearQuery& query) {
   const TriangleId id = query.caster.TriangleOf(arguments->geomID, arguments->primID);
   const double reach = query.reach.Of(id.mesh);
@@ -451,12 +465,12 @@ Corner VisitedCorner(const RTCPointQueryFunctionArguments* arguments, const Near
   const TriangleGeometry& t = query.caster.Geometry(id);
   const std::array<Vec3, 3> to_corners = {
       t.p0 - query.x, t.p0 + t.e1 - query.x, t.p0 + t.e2 - query.x};
-  if (std::all_of(to_corners.begin(), to_corners.end(), [&](const Vec3& to) {
-        return !(Dot(query.n, to) > 0.0);
-      })) {
+  const double height = std::max(
+      {Dot(query.n, to_corners[0]), Dot(query.n, to_corners[1]), Dot(query.n, to_corners[2])});
+  const double limit = query.most * reach;
+  if (!(height > 0.0) || IsTooFarOrFlat(t, Norm(to_corners[0]), height, limit, query.slack)) {
     return {};
   }
-  const double limit = query.most * reach;
   const Vec3 to_nearest = ClosestPointOfTriangle(query.x, t) - query.x;
   Corner corner{Norm(to_nearest), 0.0, reach};
   if (corner.distance - query.slack >= limit) {
@@ -466,9 +480,9 @@ Corner VisitedCorner(const RTCPointQueryFunctionArguments* arguments, const Near
   const double least = kRounding * query.caster.Offset(query.x);
   const auto look_at = [&](const Vec3& to) {
     const double norm = Norm(to);
-    const double height = Dot(query.n, to);
-    if (norm > least && height > 0.0) {
-      corner.rise = std::max(corner.rise, height / std::max(norm - query.slack, height));
+    const double up = Dot(query.n, to);
+    if (norm > least && up > 0.0) {
+      corner.rise = std::max(corner.rise, up / std::max(norm - query.slack, up));
     }
   };
   look_at(to_nearest);
@@ -502,6 +516,21 @@ bool VisitForRadius(RTCPointQueryFunctionArguments* arguments) {
   return false;
 }
 
+/// False if the bounds of the meshes alone tell that Nearness is `most`.
+bool MayBeNear(const RayCaster& caster, const Vec3& x, const RayCaster::Reach& reach, double most) {
+  const std::size_t count = reach.of_mesh.size();
+  if (count > kFewMeshes) {
+    return true;
+  }
+  for (int mesh = 0; mesh < static_cast<int>(count); ++mesh) {
+    const double of_mesh = reach.Of(mesh);
+    if (of_mesh > 0.0 && caster.Bounds(mesh).Distance(x) < kAlmost * most * of_mesh) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// `x` relative to the caster's centre.
 void VisitTriangles(
     RTCScene scene, const Vec3& x, double radius, RTCPointQueryFunction visit, void* user) {
@@ -520,6 +549,9 @@ void VisitTriangles(
 
 double RayCaster::Nearness(
     const Vec3& x, const Vec3& n, const Reach& reach, double most, double radius) const {
+  if (!MayBeNear(*this, x, reach, most)) {
+    return most;
+  }
   NearQuery query{*this, reach, x, n, most, 0.0};
   VisitTriangles(handles_->scene,
                  x - frame_.center,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -29,12 +30,18 @@ using renderer::ParameterLayout;
 using renderer::Renderer;
 using renderer::RenderOptions;
 
-template <class Body>
-double SecondsOf(Body body) {
-  const auto start = std::chrono::steady_clock::now();
-  body();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+/// Of all threads of the process, so far.
+double CpuSeconds() {
+  std::timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
+
+/// Of several runs: what else the machine does moves the least CPU time least.
+struct Seconds {
+  double median = 0.0;
+  double least_cpu = 0.0;
+};
 
 double Median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -111,17 +118,27 @@ class CaseRun {
     options.seed += static_cast<std::uint64_t>(repeat);
     return options;
   }
-  /// Calls run(repeat) and returns the median seconds; the first call only warms up. What the
-  /// renderer keeps between passes is dropped before each: set-up counts.
+  /// Calls run(repeat); the first call only warms up. What the renderer keeps between passes is
+  /// dropped before each: set-up counts.
   template <class Run>
-  double MedianSeconds(Run run) {
+  Seconds SecondsOf(Run run) {
     run(-1);
     std::vector<double> seconds;
+    std::vector<double> cpu;
     for (int i = 0; i < options_.repeats; ++i) {
       renderer_.SetParameters(layout_, Moved(0.0));
-      seconds.push_back(SecondsOf([&] { run(i); }));
+      const auto start = std::chrono::steady_clock::now();
+      const double cpu_start = CpuSeconds();
+      run(i);
+      cpu.push_back(CpuSeconds() - cpu_start);
+      seconds.push_back(
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
-    return Median(seconds);
+    return {Median(seconds), *std::min_element(cpu.begin(), cpu.end())};
+  }
+  [[nodiscard]] double NanosecondsPerPath(const Seconds& seconds) const {
+    return seconds.least_cpu * 1e9 /
+           (static_cast<double>(camera_.width) * camera_.height * options_.render.spp);
   }
   [[nodiscard]] std::vector<double> Moved(double amount) const {
     std::vector<double> values = layout_.Gather(case_.scene);
@@ -157,25 +174,32 @@ class CaseRun {
 
   json MeasureImages() {
     RepeatedImages primal;
-    const double primal_s = MedianSeconds([&](int i) {
+    const Seconds primal_s = SecondsOf([&](int i) {
       const Film film = renderer_.RenderPrimal(camera_, OptionsOf(i));
       if (i >= 0) {
         primal.Add(film);
       }
     });
+    json result = {{"method", "primal"},
+                   {"primal_s", primal_s.median},
+                   {"primal_variance", primal.MeanVariance()},
+                   {"path_ns", NanosecondsPerPath(primal_s)}};
+    if (options_.primal) {
+      Compare("_primal", primal, "primal_agreement", result);
+      return result;
+    }
     RepeatedImages derivative;
-    const double gradient_s = MedianSeconds([&](int i) {
+    const Seconds gradient_s = SecondsOf([&](int i) {
       options_.finite_differences ? AddDifference(i, derivative) : AddDerivative(i, derivative);
     });
     const double variance = derivative.MeanVariance();
-    json result = {{"method", options_.finite_differences ? "finite_differences" : "estimator"},
-                   {"primal_s", primal_s},
-                   {"gradient_s", gradient_s},
-                   {"ratio", gradient_s / primal_s},
-                   {"primal_variance", primal.MeanVariance()},
+    result.update({{"method", options_.finite_differences ? "finite_differences" : "estimator"},
+                   {"gradient_s", gradient_s.median},
+                   {"ratio", gradient_s.median / primal_s.median},
+                   {"cpu_ratio", gradient_s.least_cpu / primal_s.least_cpu},
                    {"variance", variance},
-                   {"efficiency", 1.0 / (variance * gradient_s)},
-                   {"mean_square_of_derivative", derivative.MeanSquare()}};
+                   {"efficiency", 1.0 / (variance * gradient_s.median)},
+                   {"mean_square_of_derivative", derivative.MeanSquare()}});
     Compare("_fd", derivative, "agreement", result);
     Compare("_primal", primal, "primal_agreement", result);
     if (!options_.out.empty()) {
@@ -205,11 +229,11 @@ class CaseRun {
   json MeasureJacobian() {
     ParameterLayout vertices(case_.scene);
     vertices.Add(renderer::ParameterKind::kVertexPositions, case_.mover);
-    const double primal_s =
-        MedianSeconds([&](int i) { (void)renderer_.RenderPrimal(camera_, OptionsOf(i)); });
+    const Seconds primal_s =
+        SecondsOf([&](int i) { (void)renderer_.RenderPrimal(camera_, OptionsOf(i)); });
     std::size_t bytes = 0;
     std::size_t blocks = 0;
-    const double jacobian_s = MedianSeconds([&](int i) {
+    const Seconds jacobian_s = SecondsOf([&](int i) {
       optim::JacobianSink sink(camera_.width, camera_.height);
       renderer_.RenderDerivative(camera_, -1, OptionsOf(i), vertices, sink);
       sink.Finish();
@@ -223,9 +247,11 @@ class CaseRun {
             {"vertices", vertices.NumBlocks()},
             {"blocks", blocks},
             {"jacobian_mb", static_cast<double>(bytes) / 1048576.0},
-            {"primal_s", primal_s},
-            {"gradient_s", jacobian_s},
-            {"ratio", jacobian_s / primal_s}};
+            {"primal_s", primal_s.median},
+            {"path_ns", NanosecondsPerPath(primal_s)},
+            {"gradient_s", jacobian_s.median},
+            {"ratio", jacobian_s.median / primal_s.median},
+            {"cpu_ratio", jacobian_s.least_cpu / primal_s.least_cpu}};
   }
 
   const PeerCase& case_;

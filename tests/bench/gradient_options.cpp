@@ -111,6 +111,7 @@ const char* GradientUsage() {
          "  --repeats N --threads N --seed N\n"
          "  --finite-differences X    central differences of the primal instead; X is the whole\n"
          "                            step, 0 the case's own\n"
+         "  --primal                  images only\n"
          "  --jacobian                sparse derivative by all vertices of the moving mesh\n"
          "  --references DIR          CASE_fd.exr, CASE_primal.exr, each with _variance.exr,\n"
          "                            to compare with\n"
@@ -160,8 +161,8 @@ GradientOptions ParseGradientOptions(int argc, const char* const* argv) {
   };
   for (int i = 1; i < argc; ++i) {
     const std::string name = argv[i];
-    if (name == "--jacobian") {
-      options.jacobian = true;
+    if (name == "--jacobian" || name == "--primal") {
+      (name == "--primal" ? options.primal : options.jacobian) = true;
       continue;
     }
     const auto setter = setters.find(name);

@@ -18,7 +18,8 @@ struct GradientOptions {
   int repeats = 8;
   int threads = 0;  ///< 0: what the machine offers
   bool finite_differences = false;
-  double step = 0.0;  ///< of finite differences; 0: the case's
+  double step = 0.0;    ///< of finite differences; 0: the case's
+  bool primal = false;  ///< images only
   bool jacobian = false;
 };
 

@@ -1,9 +1,12 @@
 #include "renderer/geometry/ray_caster.h"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
 #include <gtest/gtest.h>
 
+#include "renderer/geometry/closest_point.h"
 #include "renderer/math/warp.h"
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
@@ -136,6 +139,46 @@ TEST(RayCaster, NearnessSeesCornersAndNotWhatLiesBehind) {
     const Vec3 x = t.Point(a, rng.Next() * (1.0 - a));
     EXPECT_EQ(of_ball.Nearness(x, t.n, {alone, 0.5}), 1.0);
   }
+}
+
+/// Of what RayCaster::Nearness is the least.
+double NearnessOf(const TriangleGeometry& t, const Vec3& x, const Vec3& n, double reach) {
+  constexpr double kFlat = 1e-3;
+  const Vec3 to_nearest = ClosestPointOfTriangle(x, t) - x;
+  double rise = 0.0;
+  for (const Vec3& to : {to_nearest, t.p0 - x, t.p0 + t.e1 - x, t.p0 + t.e2 - x}) {
+    rise = std::max(rise, Dot(n, to) / Norm(to));
+  }
+  return reach > 0.0 && rise > kFlat ? Norm(to_nearest) / (rise * reach) : kInfinity;
+}
+
+/// Bounds leave out what does not count, and nothing else.
+TEST(RayCaster, NearnessIsTheLeastOfAllTriangles) {
+  Mesh ball = MakeIcosphere(3, 1.0);
+  Mesh pebble = MakeIcosphere(2, 0.3);
+  for (Vec3& p : pebble.positions) p = p + Vec3{1.1, 0.2, 0.0};
+  Mesh floor = tests::Rectangle();
+  for (Vec3& p : floor.positions) p = {2.0 * p.x, 2.0 * p.y, p.z - 0.9};
+  const std::array<const Mesh*, 3> meshes = {&ball, &pebble, &floor};
+  const RayCaster caster = CasterOf({meshes.begin(), meshes.end()});
+  CounterRng rng(12);
+  int near = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const std::vector<double> of_mesh = {0.4, i % 3 == 0 ? 0.0 : 0.2, 0.3};
+    const RayCaster::Reach reach{of_mesh, 0.35, i % 5 == 0 ? 0 : -1};
+    const Vec3 x{4.0 * rng.Next() - 2.0, 4.0 * rng.Next() - 2.0, 3.0 * rng.Next() - 1.5};
+    const Vec3 n = SampleUniformSphere(rng.Next(), rng.Next());
+    double least = 1.0;
+    for (int m = 0; m < 3; ++m) {
+      const auto count = static_cast<int>(meshes[static_cast<std::size_t>(m)]->triangles.size());
+      for (int k = 0; k < count; ++k) {
+        least = std::min(least, NearnessOf(caster.Geometry({m, k}), x, n, reach.Of(m)));
+      }
+    }
+    EXPECT_NEAR(caster.Nearness(x, n, reach), least, 1e-6) << "point " << i;
+    near += least < 1.0 ? 1 : 0;
+  }
+  EXPECT_GT(near, 100);
 }
 
 /// Embree's distances to thin triangles are inexact: what a large triangle is cut into must not be
