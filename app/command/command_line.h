@@ -4,6 +4,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -25,6 +26,7 @@ class Ranks;
 namespace pathfit::app {
 
 struct Command;
+struct CommandContext;
 
 /// What the process returns; README.md lists the same table.
 enum class ExitStatus {
@@ -40,9 +42,15 @@ enum class ExitStatus {
   kInterrupted = 130,  ///< Ctrl-C, with a checkpoint
 };
 
-/// What the user asked for: values only, checked one by one; nothing has been opened.
+/// Runs a command with the values that it was given. Wrong input throws: ConfigError, IoError,
+/// SceneError, MemoryError, NumericalError.
+using Action = std::function<ExitStatus(CommandContext&)>;
+
+/// What the user asked for: values only, checked one by one; nothing has been opened. What a
+/// command alone takes is in its action.
 struct CommandLine {
   const Command* command = nullptr;  ///< null: help_text goes to stdout
+  Action run;                        ///< the command
   std::string help_text;
   std::filesystem::path target;                ///< CONFIG or RUN, relative to the working directory
   std::vector<std::filesystem::path> targets;  ///< all such words, `target` first
@@ -50,7 +58,6 @@ struct CommandLine {
   /// The changes to the config: every --set, then the flags that stand for a value of it.
   std::vector<ConfigOverride> overrides;
 
-  // Every command.
   LogLevel log_level = LogLevel::kInfo;  ///< -v debug, -vv trace, -q error, --log-level
   std::filesystem::path log_file;        ///< empty: none beside that of the run
   std::optional<int> threads;            ///< --threads
@@ -58,44 +65,6 @@ struct CommandLine {
   ColorMode color = ColorMode::kAuto;
   ProgressMode progress = ProgressMode::kAuto;
   bool json = false;  ///< machine-readable result on stdout
-
-  // Some commands.
-  std::filesystem::path output;          ///< -o; empty: as the config says
-  double time_limit_s = 0.0;             ///< 0 = none
-  std::string stop_after;                ///< name of a stage, empty: none
-  std::vector<std::string> views;        ///< indices or names of photos or sensors; empty: all
-  std::vector<std::string> derivatives;  ///< parameters
-  std::filesystem::path masks, mesh;     ///< of init
-  std::string sfm;                       ///< of init: program that finds the cameras; empty: none
-  std::filesystem::path calibration;     ///< of init and convert: OpenCV's
-  std::filesystem::path cameras;         ///< to render instead of the scene's
-  std::filesystem::path environment;     ///< that lights the scene instead of its lights
-  int orbit = 0;                         ///< number of cameras on a circle; 0: none
-  bool force = false;                    ///< overwrites files
-  std::vector<std::string> formats;      ///< of export
-  std::string stage;  ///< whose end is meant, or "start"; empty: the newest state
-
-  // Of synth.
-  double noise = 0.0, shot_noise = 0.0, exposure_jitter_ev = 0.0, pose_jitter_deg = 0.0;
-  int copies = 0;  ///< folders of their own, each with other errors; 0: one set, no such folder
-  std::string photo_format = "exr";  ///< exr, png, jpg
-  int jpeg_quality = 95;
-
-  double max_size_mb = 8.0;  ///< of report
-  int port = 8321;           ///< of serve; 0: any
-  // Of convert: words for formats; `to` empty: by the name of the output.
-  std::string from = "auto", to;
-  std::filesystem::path images;
-
-  // Of sweep.
-  std::vector<std::string> vary;  ///< KEY=A,B,C
-  int seeds = 1;
-  bool list = false;  ///< prints the commands instead of running them
-  int only = 0;       ///< number of one run; 0: all
-
-  // Of eval.
-  std::filesystem::path truth;  ///< config, run, or folder of synth
-  int points = 50000, spp = 64;
 };
 
 /// The command line is wrong: what() is the complete message, the status is ExitStatus::kUsage.
@@ -152,6 +121,8 @@ class OptionList {
   /// Runs after all values are stored; throws by Fail.
   void Check(std::function<void()> check) { actions_.push_back(std::move(check)); }
   [[nodiscard]] bool Given(const char* name) const;
+  /// In a check: the command's words and what all commands have.
+  [[nodiscard]] const CommandLine& line() const { return line_; }
   [[noreturn]] void Fail(const std::string& text) const;
 
   /// Stores the values of what was given, and checks.
@@ -188,8 +159,7 @@ struct ResultKey {
   const char* doc;
 };
 
-/// A command of the program. Wrong input throws when it runs: ConfigError, IoError, SceneError,
-/// MemoryError, NumericalError.
+/// A command of the program.
 struct Command {
   const char* name;
   const char* doc;
@@ -197,20 +167,31 @@ struct Command {
   /// be given, of "A..." there may be any number, "show|default" are the words that may stand
   /// there.
   const char* target;
-  void (*declare)(OptionList& options, CommandLine& line);  ///< null: it has no options of its own
-  ExitStatus (*run)(CommandContext& context);
+  Action (*prepare)(OptionList& options);  ///< declares its options; the action takes their values
   std::span<const ResultKey> result = {};  ///< of --json, below `schema`; empty: it prints text
   bool over_ranks = false;  ///< shares its work among what mpirun starts; else it is refused
 };
 
+/// Command::prepare of a command whose options are the members of an `Options` of its own.
+template <class Options,
+          void (*kDeclare)(OptionList&, Options&),
+          ExitStatus (*kRun)(CommandContext&, const Options&)>
+Action Prepare(OptionList& list) {
+  auto own = std::make_shared<Options>();
+  kDeclare(list, *own);
+  return [own](CommandContext& context) { return kRun(context, *own); };
+}
+
+using Commands = std::vector<const Command*>;
 /// In the order of the help.
-const std::vector<const Command*>& AllCommands();
+const Commands& AllCommands();
 
 /// Parses argv (the program's name first). Flags may stand anywhere. Throws UsageError with the
 /// nearest command or option when a word is unknown, also for wrong values of PATHFIT_THREADS and
 /// PATHFIT_LOG_LEVEL.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
-                             const Environment& environment);
+                             const Environment& environment,
+                             const Commands& commands = AllCommands());
 
 /// The options with which another process says as much as this one, whichever way they were given.
 std::vector<std::string> MessageOptions(const CommandLine& line);

@@ -299,12 +299,16 @@ void PrintTable(const std::vector<Row>& rows) {
       kTile);
 }
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  fs::path output;
+};
+
+void Declare(OptionList& options, Options& own) {
   using Form = OptionList::Form;
   options.Set();
   options.Seed();
   options.Threads();
-  options.Path("-o,--output", "DIR", "Where images and the table go", line.output);
+  options.Path("-o,--output", "DIR", "Where images and the table go", own.output);
   options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
   options.Override("--spp", "N", "Samples per pixel", "gradcheck.spp", Form::kWhole, 1);
   options.Override(
@@ -324,7 +328,7 @@ constexpr ResultKey kResult[] = {
      "z_rms, z_max, z_limit, z_sum_max, z_sum_limit, "
      "signal_to_noise, sums of the derivative, its terms and the difference; or not_checked"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
@@ -343,8 +347,8 @@ ExitStatus Run(CommandContext& context) {
   }
   const StopSignals signals;
   const optim::GradientCheckOptions options = OptionsOf(config);
-  const bool has_output = !line.output.empty();
-  if (has_output && context.ranks.IsFirst()) renderer::CreateFolders(line.output);
+  const bool has_output = !own.output.empty();
+  if (has_output && context.ranks.IsFirst()) renderer::CreateFolders(own.output);
 
   std::vector<Row> rows;
   const auto check = [&](std::size_t i, const auto& give) {
@@ -369,7 +373,7 @@ ExitStatus Run(CommandContext& context) {
   };
   const auto take = [&](std::size_t, CheckedRow checked) {
     const Row& row = checked.row;
-    WriteImages(checked.pictures, line.output / SafeFileName(row.sensor + "_" + row.name));
+    WriteImages(checked.pictures, own.output / SafeFileName(row.sensor + "_" + row.name));
     context.log.Info("checked " + row.name + " as seen by " + row.sensor);
     rows.push_back(std::move(checked.row));
   };
@@ -411,8 +415,7 @@ extern const Command kGradcheckCommand = {
     "gradcheck",
     "Compares derivatives with finite differences; status 7 if they disagree",
     "CONFIG",
-    Declare,
-    Run,
+    Prepare<Options, Declare, Run>,
     kResult,
     true};
 

@@ -37,10 +37,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
+struct Options {
+  fs::path output;
+  std::vector<std::string> views;        ///< indices or names of photos or sensors; empty: all
+  std::vector<std::string> derivatives;  ///< parameters
+  fs::path cameras;                      ///< to render instead of the scene's
+  fs::path environment;                  ///< that lights the scene instead of its lights
+  std::string stage;                     ///< of a run; empty: the newest state
+  int orbit = 0;                         ///< number of cameras on a circle; 0: none
+};
+
 /// Sensors by index or name; all without a choice.
-std::vector<int> ChooseSensors(const renderer::Scene& scene, const CommandLine& line) {
+std::vector<int> ChooseSensors(const renderer::Scene& scene,
+                               const std::vector<std::string>& wanted) {
   const int count = static_cast<int>(scene.sensors.size());
-  const std::vector<std::string>& wanted = line.views;
   std::vector<int> chosen;
   for (int i = 0; i < count; ++i) {
     const std::string& name = scene.sensors[static_cast<std::size_t>(i)].name;
@@ -140,13 +150,13 @@ struct Target {
 };
 
 /// A config, or a run with its newest state.
-Target LoadTarget(CommandContext& context) {
+Target LoadTarget(CommandContext& context, const std::string& stage) {
   const CommandLine& line = context.line;
   if (fs::is_directory(line.target)) {
-    RunScene loaded = LoadRunScene(context, line.target, line.stage);
+    RunScene loaded = LoadRunScene(context, line.target, stage);
     return {std::move(loaded.config), std::move(loaded.experiment)};
   }
-  if (!line.stage.empty()) throw UsageError("render", "--stage needs a run, not a config");
+  if (!stage.empty()) throw UsageError("render", "--stage needs a run, not a config");
   ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   Experiment experiment = BuildExperiment(config);
@@ -181,10 +191,10 @@ std::vector<renderer::Camera> CamerasOfFile(const fs::path& path) {
 }
 
 /// What the options make of the scene.
-void ChangeScene(const CommandLine& line, renderer::Scene& scene) {
-  if (!line.environment.empty()) Relight(line.environment, scene);
-  if (!line.cameras.empty()) scene.sensors = CamerasOfFile(line.cameras);
-  if (line.orbit > 0) scene.sensors = OrbitCameras(scene, line.orbit);
+void ChangeScene(const Options& own, renderer::Scene& scene) {
+  if (!own.environment.empty()) Relight(own.environment, scene);
+  if (!own.cameras.empty()) scene.sensors = CamerasOfFile(own.cameras);
+  if (own.orbit > 0) scene.sensors = OrbitCameras(scene, own.orbit);
   renderer::ValidateScene(scene);
 }
 
@@ -219,49 +229,49 @@ Direction NamedDirection(const renderer::Scene& scene, const std::string& name) 
   }
 }
 
-void Declare(OptionList& options, CommandLine& line) {
+void Declare(OptionList& options, Options& own) {
   using Form = OptionList::Form;
   options.Set();
   options.Seed();
   options.Threads();
-  options.Path("-o,--output", "DIR", "Where images go", line.output);
+  options.Path("-o,--output", "DIR", "Where images go", own.output);
   options.List(
       "--views",
       "LIST",
       "Photos by index or name, e.g. 0,3,8; all; or orbit:24 on a circle, numbered pictures that "
       "become a film by: ffmpeg -framerate 24 -i orbit_%03d.png -pix_fmt yuv420p orbit.mp4",
-      line.views);
-  options.Path("--cameras", "PATH", "Cameras to render, of a camera file or folder", line.cameras);
-  options.Path("--env", "FILE", "Lights the scene by this EXR or HDR alone", line.environment);
-  options.Text("--stage", "STAGE", "Of a run: its state after a stage, or start", line.stage);
-  options.Texts("--sensor", "NAME", "A sensor or photo; may be repeated", line.views);
+      own.views);
+  options.Path("--cameras", "PATH", "Cameras to render, of a camera file or folder", own.cameras);
+  options.Path("--env", "FILE", "Lights the scene by this EXR or HDR alone", own.environment);
+  options.Text("--stage", "STAGE", "Of a run: its state after a stage, or start", own.stage);
+  options.Texts("--sensor", "NAME", "A sensor or photo; may be repeated", own.views);
   options.Override("--spp", "N", "Samples per pixel", "render.spp", Form::kWhole, 1);
-  options.Texts("--derivative", "PARAM", "Derivative image; may be repeated", line.derivatives);
+  options.Texts("--derivative", "PARAM", "Derivative image; may be repeated", own.derivatives);
   options.Override("--terms",
                    "interior,primary,direct,indirect,pixel",
                    "Of the derivative",
                    "render.terms",
                    Form::kWords);
   options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
-  options.Check([&options, &line] {
-    line.orbit = OrbitCount(options, line.views);
-    if (line.orbit > 0) line.views.clear();
+  options.Check([&options, &own] {
+    own.orbit = OrbitCount(options, own.views);
+    if (own.orbit > 0) own.views.clear();
     for (const char* flag : {"--cameras", "--env"}) {
-      if (options.Given(flag) && !line.derivatives.empty()) {
+      if (options.Given(flag) && !own.derivatives.empty()) {
         options.Fail(std::string(flag) + " and --derivative exclude each other");
       }
     }
-    if (line.orbit > 0 && (options.Given("--cameras") || !line.derivatives.empty())) {
+    if (own.orbit > 0 && (options.Given("--cameras") || !own.derivatives.empty())) {
       options.Fail("--views orbit: excludes --cameras and --derivative");
     }
     if (options.Given("--views") && options.Given("--sensor")) {
       options.Fail("--views and --sensor exclude each other");
     }
-    if (options.Given("--views") && line.views.size() == 1 && line.views.front() == "all") {
-      line.views.clear();
+    if (options.Given("--views") && own.views.size() == 1 && own.views.front() == "all") {
+      own.views.clear();
     }
     for (const char* flag : {"--terms", "--form"}) {
-      if (options.Given(flag) && line.derivatives.empty()) {
+      if (options.Given(flag) && own.derivatives.empty()) {
         options.Fail(std::string(flag) + " needs --derivative");
       }
     }
@@ -289,13 +299,13 @@ void Read(optim::ByteReader& reader, Rendering& rendering) {
 
 constexpr ResultKey kResult[] = {{"files", "list", "Paths of the pictures that were written"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
-  auto [config, experiment] = LoadTarget(context);
-  ChangeScene(line, experiment.scene);
+  auto [config, experiment] = LoadTarget(context, own.stage);
+  ChangeScene(own, experiment.scene);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   std::vector<Direction> directions;
-  for (const std::string& name : line.derivatives) {
+  for (const std::string& name : own.derivatives) {
     directions.push_back(NamedDirection(experiment.scene, name));
   }
   const renderer::ParameterLayout layout = UnionLayout(experiment.scene, directions);
@@ -305,9 +315,9 @@ ExitStatus Run(CommandContext& context) {
   }
   const renderer::RenderOptions& options = config.render;
   renderer::CheckDerivative(experiment.scene, layout, options);
-  const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
+  const std::vector<int> sensors = ChooseSensors(experiment.scene, own.views);
   const fs::path folder =
-      fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
+      fs::absolute(own.output.empty() ? fs::path("renders") / config.name : own.output);
   if (context.ranks.IsFirst()) renderer::CreateFolders(folder);
 
   const StopSignals signals;
@@ -365,7 +375,7 @@ ExitStatus Run(CommandContext& context) {
   } catch (const renderer::Cancelled&) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
-  if (line.orbit > 0) {
+  if (own.orbit > 0) {
     context.log.Info(
         fmt::format("a film of them: ffmpeg -framerate 24 -i '{}/orbit_%03d.png' -vf "
                     "'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p orbit.mp4",
@@ -383,7 +393,11 @@ ExitStatus Run(CommandContext& context) {
 
 }  // namespace
 
-extern const Command kRenderCommand = {
-    "render", "Renders views, or derivative images", "CONFIG|RUN", Declare, Run, kResult, true};
+extern const Command kRenderCommand = {"render",
+                                       "Renders views, or derivative images",
+                                       "CONFIG|RUN",
+                                       Prepare<Options, Declare, Run>,
+                                       kResult,
+                                       true};
 
 }  // namespace pathfit::app
