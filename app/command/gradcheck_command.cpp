@@ -128,6 +128,18 @@ struct Row {
   TermSum derivative, difference;
   bool passed = false;
   std::string not_checked;  ///< why there is nothing but the names
+
+  static void VisitParts(auto& row, const auto& visit) {
+    visit(row.name);
+    visit(row.sensor);
+    visit(row.tiles);
+    visit(row.whole);
+    visit(row.terms);
+    visit(row.derivative);
+    visit(row.difference);
+    visit(row.passed);
+    visit(row.not_checked);
+  }
 };
 
 void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
@@ -144,54 +156,12 @@ void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
 struct CheckedRow {
   Row row;
   Pictures pictures;  ///< none without an output folder
+
+  static void VisitParts(auto& checked, const auto& visit) {
+    visit(checked.row);
+    visit(checked.pictures);
+  }
 };
-
-void Write(const CheckedRow& checked, optim::ByteWriter& writer) {
-  const Row& row = checked.row;
-  writer.Put(row.name);
-  writer.Put(row.sensor);
-  writer.Put(row.tiles);
-  writer.Put(row.whole);
-  writer.Put(row.terms.size());
-  for (const auto& [name, sum] : row.terms) {
-    writer.Put(name);
-    writer.Put(sum);
-  }
-  writer.Put(row.derivative);
-  writer.Put(row.difference);
-  writer.Put(row.passed);
-  writer.Put(row.not_checked);
-  writer.Put(checked.pictures.size());
-  for (const auto& [kind, film] : checked.pictures) {
-    writer.Put(kind);
-    Write(film, writer);
-  }
-}
-
-void Read(optim::ByteReader& reader, CheckedRow& checked) {
-  Row& row = checked.row;
-  std::size_t count = 0;
-  reader.Get(row.name);
-  reader.Get(row.sensor);
-  reader.Get(row.tiles);
-  reader.Get(row.whole);
-  reader.Get(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    auto& [name, sum] = row.terms.emplace_back();
-    reader.Get(name);
-    reader.Get(sum);
-  }
-  reader.Get(row.derivative);
-  reader.Get(row.difference);
-  reader.Get(row.passed);
-  reader.Get(row.not_checked);
-  reader.Get(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    auto& [kind, film] = checked.pictures.emplace_back();
-    reader.Get(kind);
-    Read(reader, film);
-  }
-}
 
 Json ToJson(const Row& row) {
   if (!row.not_checked.empty()) {

@@ -282,20 +282,12 @@ void Declare(OptionList& options, Options& own) {
 struct Rendering {
   std::vector<renderer::Film> films;
   renderer::RenderStats stats;
+
+  static void VisitParts(auto& rendering, const auto& visit) {
+    visit(rendering.films);
+    visit(rendering.stats);
+  }
 };
-
-void Write(const Rendering& rendering, optim::ByteWriter& writer) {
-  writer.Put(rendering.films.size());
-  for (const renderer::Film& film : rendering.films) Write(film, writer);
-  writer.Put(rendering.stats);
-}
-
-void Read(optim::ByteReader& reader, Rendering& rendering) {
-  std::size_t count = 0;
-  reader.Get(count);
-  for (std::size_t i = 0; i < count; ++i) Read(reader, rendering.films.emplace_back());
-  reader.Get(rendering.stats);
-}
 
 constexpr ResultKey kResult[] = {{"files", "list", "Paths of the pictures that were written"}};
 

@@ -129,26 +129,6 @@ void SplitMeter::Add(const SplitMeter& other) {
   add(other.difference_square_, difference_square_);
 }
 
-void SplitMeter::Write(ByteWriter& writer) const {
-  for (const Term& term : terms_) {
-    writer.Put(term.variance);
-    writer.Put(term.num_samples);
-  }
-  writer.Put(image_variance_);
-  writer.Put(square_);
-  writer.Put(difference_square_);
-}
-
-void SplitMeter::Read(ByteReader& reader) {
-  for (Term& term : terms_) {
-    reader.Get(term.variance);
-    reader.Get(term.num_samples);
-  }
-  reader.Get(image_variance_);
-  reader.Get(square_);
-  reader.Get(difference_square_);
-}
-
 SampleBudget SplitMeter::Improve(const SampleBudget& used,
                                  const std::optional<SampleBudget>& at_cost_of) const {
   // Best costs of the terms are as the roots of variance times cost, at the numbers in use.
