@@ -78,7 +78,7 @@ SchemaNode RenderSchema() {
               Key("spp_pixel", kRender, &SampleBudget::spp_pixel) |
                   Doc("Samples per pixel of pixel boundaries: surfaces that move over the border "
                       "of a box filter; only with `form: material`.") |
-                  From(0.0, kMost),
+                  From(0.0, kMost) | UselessWith("render.form", "image"),
               Key("max_bounces", kRender, &RenderOptions::max_bounces) |
                   Doc("1 = direct light only, 0 = only what shines or is seen behind the "
                       "objects.") |
