@@ -81,14 +81,23 @@ class OptionList {
   OptionList(CLI::App& app, CommandLine& line);
 
   void Flag(const char* names, const char* doc, bool& value);
-  void Text(const char* names, const char* type, const char* doc, std::string& value);
-  void Path(const char* names, const char* type, const char* doc, std::filesystem::path& value);
+  void Text(const char* names, const std::string& type, const char* doc, std::string& value);
+  void Path(const char* names,
+            const std::string& type,
+            const char* doc,
+            std::filesystem::path& value);
   /// May be repeated; each takes one word.
-  void Texts(const char* names, const char* type, const char* doc, std::vector<std::string>& value);
+  void Texts(const char* names,
+             const std::string& type,
+             const char* doc,
+             std::vector<std::string>& value);
   /// Words separated by commas, none empty. `type`: "LIST", or all that are allowed: "glb,obj,ply".
-  void List(const char* names, const char* type, const char* doc, std::vector<std::string>& value);
+  void List(const char* names,
+            const std::string& type,
+            const char* doc,
+            std::vector<std::string>& value);
   /// One of `words`, "exr|png|jpg".
-  void Word(const char* names, const char* words, const char* doc, std::string& value);
+  void Word(const char* names, const std::string& words, const char* doc, std::string& value);
   /// From `low` to `high`.
   void Number(const char* names, const char* doc, double low, double high, double& value);
   void Whole(const char* names, const char* doc, int low, int high, int& value);
@@ -107,7 +116,7 @@ class OptionList {
   };
   /// A value of the config that has a flag of its own.
   void Override(const char* names,
-                const char* type,
+                const std::string& type,
                 const char* doc,
                 const char* key,
                 Form form,
@@ -130,7 +139,7 @@ class OptionList {
 
  private:
   void Add(const char* names,
-           const char* type,
+           const std::string& type,
            const char* doc,
            std::function<void(const std::string&)> store);
   void RequireWord(const std::string& name,
@@ -216,6 +225,16 @@ DeclaredProgram DescribeProgram();
 
 /// "a|b|c" or "a,b,c" of lower-case words; empty if a type is no such choice.
 std::vector<std::string> WordsOfType(const std::string& type);
+/// The other way: names(item) of all items, with a separator between.
+template <class Items, class Name>
+std::string TypeOfWords(const Items& items, char separator, const Name& name) {
+  std::string type;
+  for (const auto& item : items) {
+    if (!type.empty()) type += separator;
+    type += std::invoke(name, item);
+  }
+  return type;
+}
 
 // What commands share.
 

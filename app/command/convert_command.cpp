@@ -21,16 +21,7 @@ namespace fs = std::filesystem;
 using renderer::IoError;
 
 /// Every format that is read, as a type of an option.
-const char* FromWords() {
-  static const std::string words = [] {
-    std::string joined;
-    for (const std::string& word : optim::CameraFormatWords()) {
-      joined += (joined.empty() ? "" : "|") + word;
-    }
-    return joined;
-  }();
-  return words.c_str();
-}
+std::string FromWords() { return TypeOfWords(optim::CameraFormatWords(), '|', std::identity()); }
 
 struct Cameras {
   std::vector<renderer::Camera> cameras;

@@ -92,16 +92,7 @@ constexpr std::array<ExportFormat, 6> kFormats = {{kMeshRow<0>,
                                                    {"blender", WriteBlender}}};
 
 /// "glb,obj" and so on: what --to may hold.
-const char* FormatWords() {
-  static const std::string words = [] {
-    std::string joined;
-    for (const ExportFormat& format : kFormats) {
-      joined += (joined.empty() ? "" : ",") + std::string(format.word);
-    }
-    return joined;
-  }();
-  return words.c_str();
-}
+std::string FormatWords() { return TypeOfWords(kFormats, ',', &ExportFormat::word); }
 
 struct Options {
   std::vector<std::string> formats;

@@ -76,9 +76,9 @@ using Pictures = std::vector<std::pair<std::string, renderer::Film>>;
 
 Pictures PicturesOf(const optim::GradientCheckResult& result) {
   Pictures pictures;
-  for (const optim::Term term : optim::kAllTerms) {
+  for (const auto& [name, term] : renderer::kDerivativeTerms) {
     if (!result[term].empty()) {
-      pictures.emplace_back(optim::TermName(term), optim::MeanFilm(result[term]));
+      pictures.emplace_back(name, optim::MeanFilm(result[term]));
     }
   }
   pictures.emplace_back("derivative", optim::MeanFilm(optim::Estimates(result)));
@@ -147,8 +147,8 @@ void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
   row.whole = optim::Compare(result, {}, 0, sigma);
   row.derivative = SumOf(optim::Estimates(result));
   row.difference = SumOf(result.difference);
-  for (const optim::Term term : optim::kAllTerms) {
-    if (!result[term].empty()) row.terms.emplace_back(optim::TermName(term), SumOf(result[term]));
+  for (const auto& [name, term] : renderer::kDerivativeTerms) {
+    if (!result[term].empty()) row.terms.emplace_back(name, SumOf(result[term]));
   }
   row.passed = row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit;
 }

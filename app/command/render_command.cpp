@@ -247,11 +247,12 @@ void Declare(OptionList& options, Options& own) {
   options.Texts("--sensor", "NAME", "A sensor or photo; may be repeated", own.views);
   options.Override("--spp", "N", "Samples per pixel", "render.spp", Form::kWhole, 1);
   options.Texts("--derivative", "PARAM", "Derivative image; may be repeated", own.derivatives);
-  options.Override("--terms",
-                   "interior,primary,direct,indirect,pixel",
-                   "Of the derivative",
-                   "render.terms",
-                   Form::kWords);
+  options.Override(
+      "--terms",
+      TypeOfWords(renderer::kDerivativeTerms, ',', [](const auto& term) { return term.first; }),
+      "Of the derivative",
+      "render.terms",
+      Form::kWords);
   options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
   options.Check([&options, &own] {
     own.orbit = OrbitCount(options, own.views);

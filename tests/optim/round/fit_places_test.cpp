@@ -232,7 +232,7 @@ TEST_F(FitPlacesTest, WithoutTheDirectTermTheOccluderStaysWhereItIs) {
   Scene start = truth;
   start.meshes[0].pose.translation = {0.12, -0.1, 0.15};
   Free(ParameterKind::kObjectTranslation, 0);
-  spec_.estimators.terms.direct = false;
+  spec_.estimators.terms.Set(renderer::DerivativeTerm::kDirect, false);
   const Scene result = Fit(start, truth, 2);
   EXPECT_NEAR(
       Norm(result.meshes[0].pose.translation - start.meshes[0].pose.translation), 0.0, 1e-9);
