@@ -21,7 +21,7 @@ ExitStatus Run(CommandContext& context) {
   return ExitStatus::kFinished;
 }
 
-Action Prepare(OptionList& /*options*/) { return Run; }
+Action PrepareCompletion(OptionList& /*options*/) { return Run; }
 
 }  // namespace
 
@@ -29,6 +29,6 @@ extern const Command kCompletionCommand = {
     "completion",
     "Prints a script that completes commands and options in a shell, or the man page",
     "bash|zsh|fish|man",
-    Prepare};
+    PrepareCompletion};
 
 }  // namespace pathfit::app

@@ -298,65 +298,48 @@ constexpr ResultKey kResult[] = {
      "z_rms, z_max, z_limit, z_sum_max, z_sum_limit, "
      "signal_to_noise, sums of the derivative, its terms and the difference; or not_checked"}};
 
-ExitStatus Run(CommandContext& context, const Options& own) {
-  const CommandLine& line = context.line;
-  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
-  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
-  const Experiment experiment = BuildExperiment(config);
-  for (const std::string& text : experiment.assumptions) context.log.Info(text);
-  for (const std::string& text : experiment.warnings) context.log.Warn(text);
-  const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
+/// Says what is not in the derivatives, once.
+void WarnOfLimits(CommandContext& context,
+                  const renderer::Scene& scene,
+                  const std::vector<Direction>& directions) {
   std::set<std::string> limits;
   for (const Direction& direction : directions) {
-    for (const std::string& text : renderer::DerivativeLimits(experiment.scene, direction.layout)) {
-      if (limits.insert(text).second) {
-        context.log.Warn(text);
-        ShowThoughQuiet(context, "not in the derivative: " + text);
-      }
+    for (const std::string& text : renderer::DerivativeLimits(scene, direction.layout)) {
+      if (limits.insert(text).second) WarnOfLimit(context, text);
     }
   }
-  const StopSignals signals;
-  const optim::GradientCheckOptions options = OptionsOf(config);
-  const bool has_output = !own.output.empty();
-  if (has_output && context.ranks.IsFirst()) renderer::CreateFolders(own.output);
+}
 
-  std::vector<Row> rows;
-  const auto check = [&](std::size_t i, const auto& give) {
-    const std::size_t s = i / directions.size();
-    const auto& camera = experiment.scene.sensors[s];
-    const Direction& direction = directions[i % directions.size()];
-    CheckedRow checked{{direction.name, camera.name, {}, {}, {}, {}, {}, false, {}}, {}};
-    try {
-      const optim::GradientCheckResult result = optim::CheckGradient(experiment.scene,
-                                                                     camera,
-                                                                     static_cast<int>(s),
-                                                                     direction.layout,
-                                                                     direction.values,
-                                                                     options,
-                                                                     &signals.flag());
-      FillRow(result, config.gradcheck.sigma, checked.row);
-      if (has_output) checked.pictures = PicturesOf(result);
-    } catch (const renderer::SceneError& error) {
-      checked.row.not_checked = error.what();
-    }
-    give(std::move(checked));
-  };
-  const auto take = [&](std::size_t, CheckedRow checked) {
-    const Row& row = checked.row;
-    WriteImages(checked.pictures, own.output / SafeFileName(row.sensor + "_" + row.name));
-    context.log.Info("checked " + row.name + " as seen by " + row.sensor);
-    rows.push_back(std::move(checked.row));
-  };
+/// One direction as one sensor sees it.
+CheckedRow CheckRow(const renderer::Scene& scene,
+                    std::size_t sensor,
+                    const Direction& direction,
+                    const GradcheckConfig& config,
+                    const optim::GradientCheckOptions& options,
+                    bool with_pictures,
+                    const renderer::CancelFlag& cancel) {
+  const renderer::Camera& camera = scene.sensors[sensor];
+  CheckedRow checked;
+  checked.row.name = direction.name;
+  checked.row.sensor = camera.name;
   try {
-    optim::Division division(&context.ranks, &signals.flag());
-    division.ForEach<CheckedRow>(optim::Division::Kind::kReport,
-                                 experiment.scene.sensors.size() * directions.size(),
-                                 check,
-                                 take);
-    if (!context.ranks.IsFirst()) return ExitStatus::kFinished;
-  } catch (const renderer::Cancelled&) {
-    return signals.Received().value_or(ExitStatus::kStopped);
+    const optim::GradientCheckResult result = optim::CheckGradient(scene,
+                                                                   camera,
+                                                                   static_cast<int>(sensor),
+                                                                   direction.layout,
+                                                                   direction.values,
+                                                                   options,
+                                                                   &cancel);
+    FillRow(result, config.sigma, checked.row);
+    if (with_pictures) checked.pictures = PicturesOf(result);
+  } catch (const renderer::SceneError& error) {
+    checked.row.not_checked = error.what();
   }
+  return checked;
+}
+
+/// The verdict, on standard output.
+ExitStatus Conclude(CommandContext& context, const std::vector<Row>& rows) {
   const bool passed = std::ranges::all_of(rows, [](const Row& r) { return r.passed; });
   const auto inconclusive = std::ranges::count_if(rows, IsInconclusive);
   if (inconclusive > 0) {
@@ -366,7 +349,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
                     inconclusive,
                     rows.size()));
   }
-  if (line.json) {
+  if (context.line.json) {
     Json list = Json::array();
     for (const Row& row : rows) {
       list.push_back(ToJson(row));
@@ -377,6 +360,47 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     PrintTable(rows);
   }
   return passed ? ExitStatus::kFinished : ExitStatus::kCheckFailed;
+}
+
+ExitStatus Run(CommandContext& context, const Options& own) {
+  const CommandLine& line = context.line;
+  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
+  const Experiment experiment = BuildExperiment(config);
+  for (const std::string& text : experiment.assumptions) context.log.Info(text);
+  for (const std::string& text : experiment.warnings) context.log.Warn(text);
+  const renderer::Scene& scene = experiment.scene;
+  const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
+  WarnOfLimits(context, scene, directions);
+  const StopSignals signals;
+  const optim::GradientCheckOptions options = OptionsOf(config);
+  const bool has_output = !own.output.empty();
+  if (has_output && context.ranks.IsFirst()) renderer::CreateFolders(own.output);
+
+  std::vector<Row> rows;
+  const auto check = [&](std::size_t i, const auto& give) {
+    give(CheckRow(scene,
+                  i / directions.size(),
+                  directions[i % directions.size()],
+                  config.gradcheck,
+                  options,
+                  has_output,
+                  signals.flag()));
+  };
+  const auto take = [&](std::size_t, CheckedRow checked) {
+    const Row& row = checked.row;
+    WriteImages(checked.pictures, own.output / SafeFileName(row.sensor + "_" + row.name));
+    context.log.Info("checked " + row.name + " as seen by " + row.sensor);
+    rows.push_back(std::move(checked.row));
+  };
+  try {
+    optim::Division division(&context.ranks, &signals.flag());
+    division.ForEach<CheckedRow>(
+        optim::Division::Kind::kReport, scene.sensors.size() * directions.size(), check, take);
+  } catch (const renderer::Cancelled&) {
+    return signals.Received().value_or(ExitStatus::kStopped);
+  }
+  return context.ranks.IsFirst() ? Conclude(context, rows) : ExitStatus::kFinished;
 }
 
 }  // namespace

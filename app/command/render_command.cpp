@@ -290,80 +290,117 @@ struct Rendering {
   }
 };
 
+/// What is rendered, by view: first its image, then its derivatives.
+class Pictures {
+ public:
+  Pictures(const renderer::Scene& scene,
+           const renderer::RenderOptions& options,
+           std::vector<Direction> directions,
+           std::vector<int> sensors,
+           fs::path folder)
+      : scene_(scene),
+        options_(options),
+        directions_(std::move(directions)),
+        sensors_(std::move(sensors)),
+        folder_(std::move(folder)),
+        layout_(UnionLayout(scene, directions_)),
+        renderer_(scene) {
+    for (const renderer::Camera& sensor : scene.sensors) names_.push_back(sensor.name);
+    names_ = ViewFolderNames(names_);
+  }
+
+  [[nodiscard]] std::size_t Count() const { return sensors_.size() * NumParts(); }
+
+  [[nodiscard]] Rendering Render(std::size_t i, const renderer::CancelFlag& cancel) const {
+    const std::size_t sensor = SensorOf(i);
+    const renderer::Camera& camera = scene_.sensors[sensor];
+    renderer::RenderOptions options = options_;
+    options.view = sensor;
+    Rendering rendering;
+    const renderer::RenderServices services{.cancel = &cancel, .stats = &rendering.stats};
+    if (IsImage(i)) {
+      rendering.films.push_back(renderer_.RenderPrimal(camera, options, services));
+      return rendering;
+    }
+    DirectionSink sink(layout_, directions_, camera);
+    options.with_image = false;
+    renderer_.RenderDerivative(camera, static_cast<int>(sensor), options, layout_, sink, services);
+    for (std::size_t d = 0; d < directions_.size(); ++d) rendering.films.push_back(sink.film(d));
+    return rendering;
+  }
+
+  void Write(std::size_t i, const Rendering& rendering, Log& log) {
+    const std::string& name = names_[SensorOf(i)];
+    LogStats(rendering.stats, log);
+    if (IsImage(i)) WriteFilm(rendering.films.front(), folder_ / name, files_);
+    for (std::size_t d = 0; d < directions_.size() && !IsImage(i); ++d) {
+      const std::string file = name + "_d_" + SafeFileName(directions_[d].name);
+      WriteDerivative(rendering.films[d], folder_ / file, log, files_);
+    }
+    if ((i + 1) % NumParts() == 0) log.Info("rendered " + scene_.sensors[SensorOf(i)].name);
+  }
+
+  [[nodiscard]] const std::vector<fs::path>& files() const { return files_; }
+
+ private:
+  [[nodiscard]] std::size_t NumParts() const { return directions_.empty() ? 1 : 2; }
+  [[nodiscard]] bool IsImage(std::size_t i) const { return i % NumParts() == 0; }
+  [[nodiscard]] std::size_t SensorOf(std::size_t i) const {
+    return static_cast<std::size_t>(sensors_[i / NumParts()]);
+  }
+
+  const renderer::Scene& scene_;
+  renderer::RenderOptions options_;
+  std::vector<Direction> directions_;
+  std::vector<int> sensors_;
+  fs::path folder_;
+  renderer::ParameterLayout layout_;
+  renderer::Renderer renderer_;
+  std::vector<std::string> names_;  ///< of all sensors, for files
+  std::vector<fs::path> files_;
+};
+
+/// Those that the options name; says what is not in their derivatives.
+std::vector<Direction> ChooseDirections(CommandContext& context,
+                                        const Options& own,
+                                        const renderer::Scene& scene,
+                                        const renderer::RenderOptions& options) {
+  std::vector<Direction> directions;
+  for (const std::string& name : own.derivatives) {
+    directions.push_back(NamedDirection(scene, name));
+  }
+  const renderer::ParameterLayout layout = UnionLayout(scene, directions);
+  for (const std::string& limit : renderer::DerivativeLimits(scene, layout)) {
+    WarnOfLimit(context, limit);
+  }
+  renderer::CheckDerivative(scene, layout, options);
+  return directions;
+}
+
 constexpr ResultKey kResult[] = {{"files", "list", "Paths of the pictures that were written"}};
 
 ExitStatus Run(CommandContext& context, const Options& own) {
-  const CommandLine& line = context.line;
   auto [config, experiment] = LoadTarget(context, own.stage);
+  const renderer::Scene& scene = experiment.scene;
   ChangeScene(own, experiment.scene);
-  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
-  std::vector<Direction> directions;
-  for (const std::string& name : own.derivatives) {
-    directions.push_back(NamedDirection(experiment.scene, name));
-  }
-  const renderer::ParameterLayout layout = UnionLayout(experiment.scene, directions);
-  for (const std::string& limit_of : renderer::DerivativeLimits(experiment.scene, layout)) {
-    context.log.Warn(limit_of);
-    ShowThoughQuiet(context, "not in the derivative: " + limit_of);
-  }
-  const renderer::RenderOptions& options = config.render;
-  renderer::CheckDerivative(experiment.scene, layout, options);
-  const std::vector<int> sensors = ChooseSensors(experiment.scene, own.views);
+  const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
+  std::vector<Direction> directions = ChooseDirections(context, own, scene, config.render);
   const fs::path folder =
       fs::absolute(own.output.empty() ? fs::path("renders") / config.name : own.output);
+  Pictures pictures(
+      scene, config.render, std::move(directions), ChooseSensors(scene, own.views), folder);
   if (context.ranks.IsFirst()) renderer::CreateFolders(folder);
 
   const StopSignals signals;
-  const renderer::Renderer renderer(experiment.scene);
-  const std::vector<std::string> names = ViewFolderNames([&] {
-    std::vector<std::string> all;
-    for (const auto& sensor : experiment.scene.sensors) all.push_back(sensor.name);
-    return all;
-  }());
-  std::vector<fs::path> written;
-  // By view, first its image, then its derivatives.
-  const std::size_t num_parts = directions.empty() ? 1 : 2;
-  const auto sensor_of = [&](std::size_t i) {
-    return static_cast<std::size_t>(sensors[i / num_parts]);
-  };
-  const auto render = [&](std::size_t i, const auto& give) {
-    const auto& camera = experiment.scene.sensors[sensor_of(i)];
-    renderer::RenderOptions of_view = options;
-    of_view.view = sensor_of(i);
-    Rendering rendering;
-    const renderer::RenderServices services{.cancel = &signals.flag(), .stats = &rendering.stats};
-    if (i % num_parts == 0) {
-      rendering.films.push_back(renderer.RenderPrimal(camera, of_view, services));
-    } else {
-      DirectionSink sink(layout, directions, camera);
-      of_view.with_image = false;
-      renderer.RenderDerivative(
-          camera, static_cast<int>(sensor_of(i)), of_view, layout, sink, services);
-      for (std::size_t d = 0; d < directions.size(); ++d) rendering.films.push_back(sink.film(d));
-    }
-    give(std::move(rendering));
-  };
-  const auto write = [&](std::size_t i, const Rendering& rendering) {
-    const std::string& name = names[sensor_of(i)];
-    LogStats(rendering.stats, context.log);
-    if (i % num_parts == 0) {
-      WriteFilm(rendering.films.front(), folder / name, written);
-    } else {
-      for (std::size_t d = 0; d < directions.size(); ++d) {
-        WriteDerivative(rendering.films[d],
-                        folder / (name + "_d_" + SafeFileName(directions[d].name)),
-                        context.log,
-                        written);
-      }
-    }
-    if (i % num_parts + 1 == num_parts) {
-      context.log.Info("rendered " + experiment.scene.sensors[sensor_of(i)].name);
-    }
-  };
   try {
     optim::Division division(&context.ranks, &signals.flag());
     division.ForEach<Rendering>(
-        optim::Division::Kind::kReport, sensors.size() * num_parts, render, write);
+        optim::Division::Kind::kReport,
+        pictures.Count(),
+        [&](std::size_t i, const auto& give) { give(pictures.Render(i, signals.flag())); },
+        [&](std::size_t i, const Rendering& rendering) {
+          pictures.Write(i, rendering, context.log);
+        });
     if (!context.ranks.IsFirst()) return ExitStatus::kFinished;
   } catch (const renderer::Cancelled&) {
     return signals.Received().value_or(ExitStatus::kStopped);
@@ -374,12 +411,12 @@ ExitStatus Run(CommandContext& context, const Options& own) {
                     "'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p orbit.mp4",
                     folder.string()));
   }
-  if (line.json) {
+  if (context.line.json) {
     Json files = Json::array();
-    for (const fs::path& path : written) files.push_back(path.string());
+    for (const fs::path& path : pictures.files()) files.push_back(path.string());
     PrintResult(context, {{"files", std::move(files)}});
   } else {
-    for (const fs::path& path : written) fmt::print("{}\n", path.string());
+    for (const fs::path& path : pictures.files()) fmt::print("{}\n", path.string());
   }
   return ExitStatus::kFinished;
 }

@@ -452,9 +452,8 @@ void WriteTable(const CommandContext& context, const fs::path& folder, const Pla
   context.log.Info("tables: " + csv.string() + ", " + json.string());
 }
 
-ExitStatus RunSweep(CommandContext& context, const Options& own) {
-  const CommandLine& line = context.line;
-  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+/// All runs, none of which starts unless all can.
+Plan CheckedPlan(const CommandLine& line, const Options& own, const ExperimentConfig& config) {
   RequireFittable(config, "");
   std::vector<Axis> axes;
   for (const std::string& word : own.vary) axes.push_back(ParseAxis(word));
@@ -464,19 +463,31 @@ ExitStatus RunSweep(CommandContext& context, const Options& own) {
       seeds.values.push_back(std::to_string(config.render.seed + static_cast<std::uint64_t>(i)));
     }
   }
-  const Plan plan = MakePlan(std::move(axes));
-  for (const Run& run : plan.runs) {  // nothing runs unless all can
+  Plan plan = MakePlan(std::move(axes));
+  for (const Run& run : plan.runs) {
     RequireFittable(LoadExperimentConfig(line.target, OverridesOf(line, plan, run)), "");
   }
-  const fs::path folder =
-      fs::absolute(own.output.empty() ? fs::path("sweeps") / config.name : own.output)
-          .lexically_normal();
+  return plan;
+}
+
+/// That of all runs.
+fs::path FolderOf(const Options& own, const ExperimentConfig& config) {
+  fs::path folder = fs::absolute(own.output.empty() ? fs::path("sweeps") / config.name : own.output)
+                        .lexically_normal();
   for (const char* pattern : {"{name}", "{timestamp}", "${"}) {
     // The runs would replace it, each for itself.
     if (folder.string().find(pattern) != std::string::npos) {
       throw UsageError("sweep", folder.string() + ": a sweep's folder cannot hold " + pattern);
     }
   }
+  return folder;
+}
+
+ExitStatus RunSweep(CommandContext& context, const Options& own) {
+  const CommandLine& line = context.line;
+  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  const Plan plan = CheckedPlan(line, own, config);
+  const fs::path folder = FolderOf(own, config);
   if (own.list) {
     PrintList(context, folder, plan);
     return ExitStatus::kFinished;

@@ -224,6 +224,28 @@ void Declare(OptionList& options, Options& own) {
   });
 }
 
+/// Names and size of what is to be rendered.
+SyntheticScene MakeScene(const ExperimentConfig& config,
+                         const Experiment& experiment,
+                         const std::string& photo_format,
+                         Log& log) {
+  SyntheticScene scene{config, experiment, {}, {}, {}};
+  for (const renderer::Camera& sensor : experiment.scene.sensors) {
+    scene.names.push_back(sensor.name);
+    if (sensor.filter != renderer::PixelFilter{}) {
+      log.Warn(sensor.name +
+               ": its pixel filter is not known to a fit, which takes photos for means "
+               "over pixels");
+    }
+  }
+  scene.names = ViewFolderNames(scene.names);
+  for (std::string& name : scene.names) name += "." + photo_format;
+  for (const renderer::Mesh& mesh : renderer::WorldMeshes(experiment.scene)) {
+    scene.box.Include(renderer::BoxAround(mesh.positions));
+  }
+  return scene;
+}
+
 constexpr ResultKey kResult[] = {
     {"sets", "list", "Maps with folder, photos (number), masks (boolean), config and truth"}};
 
@@ -242,20 +264,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   const Experiment experiment = BuildExperiment(config);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
 
-  SyntheticScene scene{config, experiment, {}, {}, {}};
-  for (const renderer::Camera& sensor : experiment.scene.sensors) {
-    scene.names.push_back(sensor.name);
-    if (sensor.filter != renderer::PixelFilter{}) {
-      context.log.Warn(sensor.name +
-                       ": its pixel filter is not known to a fit, which takes photos for means "
-                       "over pixels");
-    }
-  }
-  scene.names = ViewFolderNames(scene.names);
-  for (std::string& name : scene.names) name += "." + own.photo_format;
-  for (const renderer::Mesh& mesh : renderer::WorldMeshes(experiment.scene)) {
-    scene.box.Include(renderer::BoxAround(mesh.positions));
-  }
+  SyntheticScene scene = MakeScene(config, experiment, own.photo_format, context.log);
   const StopSignals signals;
   try {
     scene.films = RenderAll(scene, signals.flag(), context.log);
