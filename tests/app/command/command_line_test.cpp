@@ -188,7 +188,7 @@ TEST(CommandLine, ACommandOwnsItsValues) {
 }
 
 TEST(CommandLine, EveryCommandCanBeRun) {
-  EXPECT_EQ(AllCommands().size(), 18U);
+  for (const Command* command : AllCommands()) EXPECT_NE(command->prepare, nullptr);
   EXPECT_FALSE(Parse({"help"}).run);
   EXPECT_TRUE(Parse({"--version"}).run);
   EXPECT_TRUE(Parse({"init"}).run);
