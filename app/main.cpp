@@ -18,7 +18,7 @@ ExitStatus RunSilently(const CommandLine& line, optim::Ranks& ranks) {
   Log log(terminal, LogLevel::kOff);
   try {
     CommandContext context{line, terminal, log, ranks};
-    return line.command->run(context);
+    return line.run(context);
   } catch (const std::exception& e) {
     ranks.ReportException();
     return StatusOfException(e);
@@ -51,7 +51,7 @@ ExitStatus Run(const std::vector<std::string>& arguments, optim::Ranks& ranks) {
   try {
     if (!line.log_file.empty()) log.AddFile(line.log_file);
     CommandContext context{line, terminal, log, ranks};
-    return line.command->run(context);
+    return line.run(context);
   } catch (const UsageError& e) {
     terminal.PrintLine(e.what());
     return ExitStatus::kUsage;

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "renderer/core/parallel.h"
@@ -12,13 +15,42 @@ namespace pathfit::renderer {
 
 struct RenderStats;
 
-/// Which estimators of the derivative run.
-struct DerivativeTerms {
-  bool interior = true;
-  bool primary = true;   ///< edges seen by the sensor
-  bool direct = true;    ///< edges between a light and a surface
-  bool indirect = true;  ///< edges between two surfaces
-  bool pixel = true;     ///< pixel borders: material form under a box filter only
+/// The parts of the derivative, each with an estimator and samples of its own.
+enum class DerivativeTerm : std::uint8_t {
+  kInterior,
+  kPrimary,   ///< edges seen by the sensor
+  kDirect,    ///< edges between a light and a surface
+  kIndirect,  ///< edges between two surfaces
+  kPixel,     ///< pixel borders: material form under a box filter only
+};
+/// All of them in their order, with the words that configs and tables call them by.
+inline constexpr std::array<std::pair<const char*, DerivativeTerm>, 5> kDerivativeTerms = {
+    {{"interior", DerivativeTerm::kInterior},
+     {"primary", DerivativeTerm::kPrimary},
+     {"direct", DerivativeTerm::kDirect},
+     {"indirect", DerivativeTerm::kIndirect},
+     {"pixel", DerivativeTerm::kPixel}}};
+inline constexpr std::size_t kNumDerivativeTerms = kDerivativeTerms.size();
+constexpr const char* NameOf(DerivativeTerm term) {
+  return kDerivativeTerms[static_cast<std::size_t>(term)].first;
+}
+
+/// A set of terms.
+class DerivativeTerms {
+ public:
+  constexpr DerivativeTerms() = default;  ///< all
+  constexpr DerivativeTerms(std::initializer_list<DerivativeTerm> terms) : bits_(0) {
+    for (const DerivativeTerm term : terms) Set(term, true);
+  }
+  [[nodiscard]] constexpr bool Has(DerivativeTerm term) const { return (bits_ & Bit(term)) != 0; }
+  constexpr void Set(DerivativeTerm term, bool on) {
+    bits_ = on ? bits_ | Bit(term) : bits_ & ~Bit(term);
+  }
+  bool operator==(const DerivativeTerms&) const = default;
+
+ private:
+  static constexpr unsigned Bit(DerivativeTerm term) { return 1U << static_cast<unsigned>(term); }
+  unsigned bits_ = (1U << kNumDerivativeTerms) - 1U;
 };
 
 /// What is kept fixed when the camera vertex is differentiated (path_space 1.5). Both give the same
@@ -53,7 +85,7 @@ struct SampleBudget {
             spp_pixel * factor};
   }
 };
-/// The budgets of the boundary terms.
+/// The budgets of the boundary terms, those behind the interior, in their order.
 inline constexpr std::array kBoundaryBudgets = {&SampleBudget::sppe,
                                                 &SampleBudget::spp_direct,
                                                 &SampleBudget::spp_indirect,
@@ -61,9 +93,9 @@ inline constexpr std::array kBoundaryBudgets = {&SampleBudget::sppe,
 
 /// How images and derivatives are estimated, whatever the number of samples.
 struct EstimatorOptions {
-  int max_bounces = 1;  ///< 0 = only what shines towards the sensor, 1 = direct light
-  int rr_depth = 5;     ///< Russian roulette from this bounce on
-  DerivativeTerms terms;
+  int max_bounces = 1;    ///< 0 = only what shines towards the sensor, 1 = direct light
+  int rr_depth = 5;       ///< Russian roulette from this bounce on
+  DerivativeTerms terms;  ///< whose estimators run
   DerivativeForm form = DerivativeForm::kImage;
   GuideKind guide = GuideKind::kAdaptive;
   double guide_share = 0.25;  ///< share of the boundary samples spent on building the guide
@@ -71,6 +103,20 @@ struct EstimatorOptions {
   /// samples: derivatives of glossy reflections by normals and positions lose most of their noise
   /// (path_space 1.10), images gain nothing.
   bool antithetic = false;
+
+  /// Whether a term that is on can be there, with this form and number of bounces.
+  [[nodiscard]] bool Has(DerivativeTerm term) const {
+    switch (term) {
+      case DerivativeTerm::kDirect:
+        return terms.Has(term) && max_bounces > 0;
+      case DerivativeTerm::kIndirect:
+        return terms.Has(term) && max_bounces > 1;
+      case DerivativeTerm::kPixel:
+        return terms.Has(term) && form == DerivativeForm::kMaterial;
+      default:
+        return terms.Has(term);
+    }
+  }
 };
 
 /// What an image or derivative is a function of, besides scene and camera.

@@ -88,13 +88,14 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const AdjointContext adjoint{context, model, active, options.form, &near_motion};
   Film film = options.with_image ? Film(camera.width, camera.height) : Film();
   RenderStats sum;
-  const bool interior = options.terms.interior || options.with_image;
+  const bool derives = options.terms.Has(DerivativeTerm::kInterior);
+  const bool interior = derives || options.with_image;
   const bool all_paths = options.with_image || active.all_paths;
   // Direct light depends on what the sensor sees alone.
   const PixelBounds bounds = all_paths || options.max_bounces > 1
                                  ? PixelBounds{0, 0, camera.width, camera.height}
                                  : BoundsOfMeshes(*world_, model, active.touches);
-  if (options.terms.interior) {
+  if (derives) {
     sink.BeginTerm(DerivativeTerm::kInterior, options.spp * bounds.NumPixels());
   }
   ForEachRow(interior ? camera.height : 0, services, sum, [&](int y, RenderStats& row_stats) {
@@ -105,15 +106,14 @@ Film Renderer::RenderDerivative(const Camera& camera,
         continue;
       }
       const std::int64_t pixel = static_cast<std::int64_t>(y) * camera.width + x;
-      const Rgba value = options.terms.interior
-                             ? interior_of.Estimate(x, y, row_stats)
-                             : EstimatePixel(context, model, options, x, y, row_stats);
+      const Rgba value = derives ? interior_of.Estimate(x, y, row_stats)
+                                 : EstimatePixel(context, model, options, x, y, row_stats);
       for (ParameterDerivative& entry : entries.Entries()) {
         for (Rgba& d : entry.d) {
           d *= camera.gain / options.spp;
         }
       }
-      if (active.camera.exposure >= 0 && options.terms.interior && !IsBlack(value.Color())) {
+      if (active.camera.exposure >= 0 && derives && !IsBlack(value.Color())) {
         entries.Entry(active.camera.exposure)[0] = Rgba(value.Color(), 0.0);
       }
       if (!entries.Entries().empty()) {

@@ -163,12 +163,13 @@ Json ResultOf(const Experiment& experiment,
 
 /// Its path; null if the folder that nobody chose takes no file.
 Json WritePage(CommandContext& context,
+               const fs::path& output,
                const ExperimentConfig& config,
                const Experiment& experiment,
                const StartCheck& start,
                const Json& summary) {
-  const bool chosen = !context.line.output.empty();
-  const fs::path page = fs::absolute(chosen ? context.line.output : "check.html");
+  const bool chosen = !output.empty();
+  const fs::path page = fs::absolute(chosen ? output : "check.html");
   const std::string text = ReportPage(CheckJson(config, experiment, start, summary));
   try {
     renderer::WriteFileAtomically(page, text);
@@ -192,17 +193,21 @@ constexpr ResultKey kResult[] = {
     {"initial_iou", "map", "By photo with a mask: overlap of the start's silhouette with it"},
     {"page", "text or null", "The page that was written; null without photos"}};
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  fs::path output;  ///< empty: check.html here
+};
+
+void Declare(OptionList& options, Options& own) {
   options.Set();
   options.Threads();
   options.MaxMemory();
   options.Path("-o,--output",
                "FILE",
                "Page to write, the start drawn over every photo; else check.html here",
-               line.output);
+               own.output);
 }
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   const Experiment experiment = BuildExperiment(config);
@@ -210,7 +215,8 @@ ExitStatus Run(CommandContext& context) {
   const std::vector<optim::StageMemory> memory = ForecastStages(experiment);
   Json result = ResultOf(experiment, start, memory);
   Json& page = result["page"] = nullptr;
-  if (!start.views.empty()) page = WritePage(context, config, experiment, start, result);
+  if (!start.views.empty())
+    page = WritePage(context, own.output, config, experiment, start, result);
   if (context.line.json) {
     PrintResult(context, result);
   } else {
@@ -224,7 +230,10 @@ ExitStatus Run(CommandContext& context) {
 
 }  // namespace
 
-extern const Command kCheckCommand = {
-    "check", "Checks a config and its input files; fits nothing", "CONFIG", Declare, Run, kResult};
+extern const Command kCheckCommand = {"check",
+                                      "Checks a config and its input files; fits nothing",
+                                      "CONFIG",
+                                      Prepare<Options, Declare, Run>,
+                                      kResult};
 
 }  // namespace pathfit::app

@@ -117,9 +117,9 @@ struct GlobalWords {
   }
 };
 
-std::vector<std::string> CommandNames() {
+std::vector<std::string> NamesOf(const Commands& commands) {
   std::vector<std::string> names;
-  for (const Command* command : AllCommands()) names.emplace_back(command->name);
+  for (const Command* command : commands) names.emplace_back(command->name);
   names.emplace_back("help");
   return names;
 }
@@ -169,7 +169,10 @@ void RefuseUseless(const CLI::App& root, const CLI::App& app) {
 }
 
 // What the parser could not place: an unknown option or one word too many.
-void RefuseExtras(const CLI::App& root, const CLI::App& app, const std::string& command) {
+void RefuseExtras(const Commands& commands,
+                  const CLI::App& root,
+                  const CLI::App& app,
+                  const std::string& command) {
   const std::vector<std::string> extras = app.remaining();
   for (const std::string& word : extras) {
     if (word.size() < 2 || word.front() != '-') continue;
@@ -191,7 +194,7 @@ void RefuseExtras(const CLI::App& root, const CLI::App& app, const std::string& 
   if (extras.empty()) return;
   const std::string& word = extras.front();
   if (command.empty()) {
-    throw UsageError(command, "unknown command '" + word + "'" + NameHint(word, CommandNames()));
+    throw UsageError(command, "unknown command '" + word + "'" + NameHint(word, NamesOf(commands)));
   }
   throw UsageError(command, "unexpected argument '" + word + "'");
 }
@@ -206,30 +209,43 @@ std::string Explain(const CLI::ParseError& error) {
   return text;
 }
 
-std::string HelpOf(const CLI::App& root, const std::string& command) {
+std::string HelpOf(const Commands& commands, const CLI::App& root, const std::string& command) {
   if (command.empty()) return root.help();
-  const std::vector<std::string> names = CommandNames();
+  const std::vector<std::string> names = NamesOf(commands);
   if (std::ranges::find(names, command) == names.end()) {
     throw UsageError("", "unknown command '" + command + "'" + NameHint(command, names));
   }
   return root.get_subcommand(command)->help("pathfit");
 }
 
-const Command* FindCommand(const std::string& name) {
-  for (const Command* command : AllCommands()) {
-    if (command->name == name) return command;
-  }
-  return nullptr;
-}
-
 /// The whole command line, declared.
 struct Declarations {
   struct Declared {
+    const Command* command;
     CLI::App* app;
     std::vector<TargetWord> words;
     std::vector<std::unique_ptr<std::vector<std::string>>> given;  // for each of the words
     OptionList own, global;
+    Action run;
+
+    void StoreWords(CommandLine& line) const {
+      for (std::size_t i = 0; i < words.size(); ++i) {
+        std::vector<std::string>& texts = *given[i];
+        std::erase(texts, "");
+        if (texts.empty() && !words[i].is_optional) {
+          throw UsageError(command->name, words[i].name + " is missing");
+        }
+        const std::vector<std::string>& known = words[i].words;
+        for (const std::string& text : texts) {
+          if (known.empty() || Contains(known, text)) continue;
+          throw UsageError(command->name, "'" + text + "' is not known" + NameHint(text, known));
+        }
+        line.targets.insert(line.targets.end(), texts.begin(), texts.end());
+      }
+      if (!line.targets.empty()) line.target = line.targets.front();
+    }
   };
+  const Commands& commands;
   CLI::App root{"Fits a scene (mesh, colours, lights) to photographs.", "pathfit"};
   CommandLine line;
   GlobalWords globals;
@@ -237,12 +253,12 @@ struct Declarations {
   OptionList before{root, line};
   std::vector<std::unique_ptr<Declared>> all;
 
-  Declarations() {
+  explicit Declarations(const Commands& all_commands) : commands(all_commands) {
     root.footer(kFooter);
     root.allow_extras();
     root.require_subcommand(0, 1);
     globals.Declare(root, before, line);
-    for (const Command* command : AllCommands()) Declare(*command);
+    for (const Command* command : commands) Declare(*command);
     root.add_subcommand("help", "Prints help, also of one command")
         ->add_option("COMMAND", help_target, "")
         ->type_name("");
@@ -250,11 +266,25 @@ struct Declarations {
   Declarations(const Declarations&) = delete;
   Declarations& operator=(const Declarations&) = delete;
 
+  /// Null: `help`.
+  [[nodiscard]] Declared* Find(const std::string& name) const {
+    const auto found = std::ranges::find_if(
+        all, [&](const auto& declared) { return declared->command->name == name; });
+    return found == all.end() ? nullptr : found->get();
+  }
+  Declared* Choose(const std::string& name) {
+    Declared* const chosen = Find(name);
+    if (chosen == nullptr) return nullptr;
+    line.command = chosen->command;
+    line.run = chosen->run;
+    return chosen;
+  }
+
  private:
   void Declare(const Command& command) {
     CLI::App* sub = root.add_subcommand(command.name, command.doc);
-    all.push_back(std::make_unique<Declared>(
-        Declared{sub, WordsOf(command), {}, OptionList(*sub, line), OptionList(*sub, line)}));
+    all.push_back(std::make_unique<Declared>(Declared{
+        &command, sub, WordsOf(command), {}, OptionList(*sub, line), OptionList(*sub, line), {}}));
     Declared& declared = *all.back();
     for (const TargetWord& word : declared.words) {
       std::vector<std::string>& given = *declared.given.emplace_back(
@@ -263,7 +293,7 @@ struct Declarations {
                     : sub->add_option(word.name, given.front(), ""))
           ->type_name("");
     }
-    if (command.declare != nullptr) command.declare(declared.own, line);
+    declared.run = command.prepare(declared.own);
     globals.Declare(*sub, declared.global, line);
   }
 };
@@ -290,11 +320,12 @@ UsageError::UsageError(const std::string& command, const std::string& text)
       }()) {}
 
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
-                             const Environment& environment) {
+                             const Environment& environment,
+                             const Commands& commands) {
   for (const std::string& argument : arguments) {
     if (FirstBadByte(argument)) throw UsageError("", "an argument is not UTF-8 text");
   }
-  Declarations declarations;
+  Declarations declarations(commands);
   CLI::App& root = declarations.root;
   CommandLine& line = declarations.line;
   line.arguments = arguments;
@@ -309,43 +340,27 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
     const auto parsed = root.get_subcommands();
     throw UsageError(parsed.empty() ? "" : parsed.back()->get_name(), Explain(error));
   }
-  RefuseExtras(root, root, "");
+  RefuseExtras(commands, root, root, "");
   if (declarations.globals.version) {
-    line.command = FindCommand("version");
+    declarations.Choose("version");
     return line;
   }
   if (root.get_subcommands().empty()) {
-    throw UsageError("", "a command is needed: " + JoinNames(CommandNames()));
+    throw UsageError("", "a command is needed: " + JoinNames(NamesOf(commands)));
   }
   const CLI::App& sub = *root.get_subcommands().front();
   const std::string name = sub.get_name();
-  RefuseExtras(root, sub, name);
-  line.command = FindCommand(name);
-  if (line.command == nullptr) {
-    line.help_text = HelpOf(root, declarations.help_target);
+  RefuseExtras(commands, root, sub, name);
+  Declarations::Declared* const chosen = declarations.Choose(name);
+  if (chosen == nullptr) {
+    line.help_text = HelpOf(commands, root, declarations.help_target);
     return line;
   }
   RefuseUseless(root, sub);
   declarations.before.Finish();
-  for (const auto& declared : declarations.all) {
-    if (declared->app != &sub) continue;
-    for (std::size_t i = 0; i < declared->words.size(); ++i) {
-      std::vector<std::string>& given = *declared->given[i];
-      std::erase(given, "");
-      if (given.empty() && !declared->words[i].is_optional) {
-        throw UsageError(name, declared->words[i].name + " is missing");
-      }
-      const std::vector<std::string>& known = declared->words[i].words;
-      for (const std::string& word : given) {
-        if (known.empty() || Contains(known, word)) continue;
-        throw UsageError(name, "'" + word + "' is not known" + NameHint(word, known));
-      }
-      line.targets.insert(line.targets.end(), given.begin(), given.end());
-    }
-    if (!line.targets.empty()) line.target = line.targets.front();
-    declared->global.Finish();
-    declared->own.Finish();
-  }
+  chosen->StoreWords(line);
+  chosen->global.Finish();
+  chosen->own.Finish();
   declarations.globals.Store(name, environment, line);
   return line;
 }
@@ -371,7 +386,7 @@ std::vector<std::string> WordsOfType(const std::string& type) {
 }
 
 DeclaredProgram DescribeProgram() {
-  const Declarations declarations;
+  const Declarations declarations(AllCommands());
   const CLI::App& root = declarations.root;
   DeclaredProgram program{root.get_description(), root.get_footer(), OptionsOf(root), {}};
   for (const CLI::App* sub : root.get_subcommands(nullptr)) {
@@ -379,12 +394,11 @@ DeclaredProgram DescribeProgram() {
     command.name = sub->get_name();
     command.doc = sub->get_description();
     command.options = OptionsOf(*sub);
-    const Command* known = FindCommand(command.name);
-    std::istringstream words(known == nullptr           ? "[COMMAND]"
-                             : known->target == nullptr ? ""
-                                                        : known->target);
+    const Declarations::Declared* const known = declarations.Find(command.name);
+    const char* const target = known == nullptr ? "[COMMAND]" : known->command->target;
+    std::istringstream words(target == nullptr ? "" : target);
     for (std::string word; words >> word;) command.targets.push_back(word);
-    if (known != nullptr) command.result = known->result;
+    if (known != nullptr) command.result = known->command->result;
   }
   return program;
 }

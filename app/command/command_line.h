@@ -4,6 +4,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -25,6 +26,7 @@ class Ranks;
 namespace pathfit::app {
 
 struct Command;
+struct CommandContext;
 
 /// What the process returns; README.md lists the same table.
 enum class ExitStatus {
@@ -40,9 +42,15 @@ enum class ExitStatus {
   kInterrupted = 130,  ///< Ctrl-C, with a checkpoint
 };
 
-/// What the user asked for: values only, checked one by one; nothing has been opened.
+/// Runs a command with the values that it was given. Wrong input throws: ConfigError, IoError,
+/// SceneError, MemoryError, NumericalError.
+using Action = std::function<ExitStatus(CommandContext&)>;
+
+/// What the user asked for: values only, checked one by one; nothing has been opened. What a
+/// command alone takes is in its action.
 struct CommandLine {
   const Command* command = nullptr;  ///< null: help_text goes to stdout
+  Action run;                        ///< the command
   std::string help_text;
   std::filesystem::path target;                ///< CONFIG or RUN, relative to the working directory
   std::vector<std::filesystem::path> targets;  ///< all such words, `target` first
@@ -50,7 +58,6 @@ struct CommandLine {
   /// The changes to the config: every --set, then the flags that stand for a value of it.
   std::vector<ConfigOverride> overrides;
 
-  // Every command.
   LogLevel log_level = LogLevel::kInfo;  ///< -v debug, -vv trace, -q error, --log-level
   std::filesystem::path log_file;        ///< empty: none beside that of the run
   std::optional<int> threads;            ///< --threads
@@ -58,44 +65,6 @@ struct CommandLine {
   ColorMode color = ColorMode::kAuto;
   ProgressMode progress = ProgressMode::kAuto;
   bool json = false;  ///< machine-readable result on stdout
-
-  // Some commands.
-  std::filesystem::path output;          ///< -o; empty: as the config says
-  double time_limit_s = 0.0;             ///< 0 = none
-  std::string stop_after;                ///< name of a stage, empty: none
-  std::vector<std::string> views;        ///< indices or names of photos or sensors; empty: all
-  std::vector<std::string> derivatives;  ///< parameters
-  std::filesystem::path masks, mesh;     ///< of init
-  std::string sfm;                       ///< of init: program that finds the cameras; empty: none
-  std::filesystem::path calibration;     ///< of init and convert: OpenCV's
-  std::filesystem::path cameras;         ///< to render instead of the scene's
-  std::filesystem::path environment;     ///< that lights the scene instead of its lights
-  int orbit = 0;                         ///< number of cameras on a circle; 0: none
-  bool force = false;                    ///< overwrites files
-  std::vector<std::string> formats;      ///< of export
-  std::string stage;  ///< whose end is meant, or "start"; empty: the newest state
-
-  // Of synth.
-  double noise = 0.0, shot_noise = 0.0, exposure_jitter_ev = 0.0, pose_jitter_deg = 0.0;
-  int copies = 0;  ///< folders of their own, each with other errors; 0: one set, no such folder
-  std::string photo_format = "exr";  ///< exr, png, jpg
-  int jpeg_quality = 95;
-
-  double max_size_mb = 8.0;  ///< of report
-  int port = 8321;           ///< of serve; 0: any
-  // Of convert: words for formats; `to` empty: by the name of the output.
-  std::string from = "auto", to;
-  std::filesystem::path images;
-
-  // Of sweep.
-  std::vector<std::string> vary;  ///< KEY=A,B,C
-  int seeds = 1;
-  bool list = false;  ///< prints the commands instead of running them
-  int only = 0;       ///< number of one run; 0: all
-
-  // Of eval.
-  std::filesystem::path truth;  ///< config, run, or folder of synth
-  int points = 50000, spp = 64;
 };
 
 /// The command line is wrong: what() is the complete message, the status is ExitStatus::kUsage.
@@ -112,14 +81,23 @@ class OptionList {
   OptionList(CLI::App& app, CommandLine& line);
 
   void Flag(const char* names, const char* doc, bool& value);
-  void Text(const char* names, const char* type, const char* doc, std::string& value);
-  void Path(const char* names, const char* type, const char* doc, std::filesystem::path& value);
+  void Text(const char* names, const std::string& type, const char* doc, std::string& value);
+  void Path(const char* names,
+            const std::string& type,
+            const char* doc,
+            std::filesystem::path& value);
   /// May be repeated; each takes one word.
-  void Texts(const char* names, const char* type, const char* doc, std::vector<std::string>& value);
+  void Texts(const char* names,
+             const std::string& type,
+             const char* doc,
+             std::vector<std::string>& value);
   /// Words separated by commas, none empty. `type`: "LIST", or all that are allowed: "glb,obj,ply".
-  void List(const char* names, const char* type, const char* doc, std::vector<std::string>& value);
+  void List(const char* names,
+            const std::string& type,
+            const char* doc,
+            std::vector<std::string>& value);
   /// One of `words`, "exr|png|jpg".
-  void Word(const char* names, const char* words, const char* doc, std::string& value);
+  void Word(const char* names, const std::string& words, const char* doc, std::string& value);
   /// From `low` to `high`.
   void Number(const char* names, const char* doc, double low, double high, double& value);
   void Whole(const char* names, const char* doc, int low, int high, int& value);
@@ -138,7 +116,7 @@ class OptionList {
   };
   /// A value of the config that has a flag of its own.
   void Override(const char* names,
-                const char* type,
+                const std::string& type,
                 const char* doc,
                 const char* key,
                 Form form,
@@ -152,6 +130,8 @@ class OptionList {
   /// Runs after all values are stored; throws by Fail.
   void Check(std::function<void()> check) { actions_.push_back(std::move(check)); }
   [[nodiscard]] bool Given(const char* name) const;
+  /// In a check: the command's words and what all commands have.
+  [[nodiscard]] const CommandLine& line() const { return line_; }
   [[noreturn]] void Fail(const std::string& text) const;
 
   /// Stores the values of what was given, and checks.
@@ -159,7 +139,7 @@ class OptionList {
 
  private:
   void Add(const char* names,
-           const char* type,
+           const std::string& type,
            const char* doc,
            std::function<void(const std::string&)> store);
   void RequireWord(const std::string& name,
@@ -188,8 +168,7 @@ struct ResultKey {
   const char* doc;
 };
 
-/// A command of the program. Wrong input throws when it runs: ConfigError, IoError, SceneError,
-/// MemoryError, NumericalError.
+/// A command of the program.
 struct Command {
   const char* name;
   const char* doc;
@@ -197,20 +176,31 @@ struct Command {
   /// be given, of "A..." there may be any number, "show|default" are the words that may stand
   /// there.
   const char* target;
-  void (*declare)(OptionList& options, CommandLine& line);  ///< null: it has no options of its own
-  ExitStatus (*run)(CommandContext& context);
+  Action (*prepare)(OptionList& options);  ///< declares its options; the action takes their values
   std::span<const ResultKey> result = {};  ///< of --json, below `schema`; empty: it prints text
   bool over_ranks = false;  ///< shares its work among what mpirun starts; else it is refused
 };
 
+/// Command::prepare of a command whose options are the members of an `Options` of its own.
+template <class Options,
+          void (*kDeclare)(OptionList&, Options&),
+          ExitStatus (*kRun)(CommandContext&, const Options&)>
+Action Prepare(OptionList& list) {
+  auto own = std::make_shared<Options>();
+  kDeclare(list, *own);
+  return [own](CommandContext& context) { return kRun(context, *own); };
+}
+
+using Commands = std::vector<const Command*>;
 /// In the order of the help.
-const std::vector<const Command*>& AllCommands();
+const Commands& AllCommands();
 
 /// Parses argv (the program's name first). Flags may stand anywhere. Throws UsageError with the
 /// nearest command or option when a word is unknown, also for wrong values of PATHFIT_THREADS and
 /// PATHFIT_LOG_LEVEL.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
-                             const Environment& environment);
+                             const Environment& environment,
+                             const Commands& commands = AllCommands());
 
 /// The options with which another process says as much as this one, whichever way they were given.
 std::vector<std::string> MessageOptions(const CommandLine& line);
@@ -235,6 +225,16 @@ DeclaredProgram DescribeProgram();
 
 /// "a|b|c" or "a,b,c" of lower-case words; empty if a type is no such choice.
 std::vector<std::string> WordsOfType(const std::string& type);
+/// The other way: names(item) of all items, with a separator between.
+template <class Items, class Name>
+std::string TypeOfWords(const Items& items, char separator, const Name& name) {
+  std::string type;
+  for (const auto& item : items) {
+    if (!type.empty()) type += separator;
+    type += std::invoke(name, item);
+  }
+  return type;
+}
 
 // What commands share.
 
@@ -247,6 +247,8 @@ int NumThreads(const CommandLine& line, int in_config);
 
 /// Prints on standard error what -q must not hide, if the log does not show it.
 void ShowThoughQuiet(CommandContext& context, const std::string& text);
+/// Of something that is not in the derivative, which -q does not hide.
+void WarnOfLimit(CommandContext& context, const std::string& text);
 
 /// The status a command ends with when this exception reaches main.
 ExitStatus StatusOfException(const std::exception& error);

@@ -19,30 +19,33 @@ bool IsOneOf(const std::exception& error) {
 
 }  // namespace
 
-extern const Command kInitCommand, kCheckCommand, kFitCommand, kResumeCommand, kRenderCommand,
-    kExportCommand, kReportCommand, kServeCommand, kCompareCommand, kEvalCommand, kSweepCommand,
-    kSynthCommand, kConvertCommand, kGradcheckCommand, kConfigCommand, kCompletionCommand,
-    kInfoCommand, kVersionCommand;
+// Each is `kNAMECommand` of its own file; in the order of the help.
+#define PATHFIT_COMMANDS(ROW) \
+  ROW(Init)                   \
+  ROW(Check)                  \
+  ROW(Fit)                    \
+  ROW(Resume)                 \
+  ROW(Render)                 \
+  ROW(Export)                 \
+  ROW(Report)                 \
+  ROW(Serve)                  \
+  ROW(Compare)                \
+  ROW(Eval)                   \
+  ROW(Sweep)                  \
+  ROW(Synth)                  \
+  ROW(Convert)                \
+  ROW(Gradcheck)              \
+  ROW(Config)                 \
+  ROW(Completion)             \
+  ROW(Info)                   \
+  ROW(Version)
 
-const std::vector<const Command*>& AllCommands() {
-  static const std::vector<const Command*> commands = {&kInitCommand,
-                                                       &kCheckCommand,
-                                                       &kFitCommand,
-                                                       &kResumeCommand,
-                                                       &kRenderCommand,
-                                                       &kExportCommand,
-                                                       &kReportCommand,
-                                                       &kServeCommand,
-                                                       &kCompareCommand,
-                                                       &kEvalCommand,
-                                                       &kSweepCommand,
-                                                       &kSynthCommand,
-                                                       &kConvertCommand,
-                                                       &kGradcheckCommand,
-                                                       &kConfigCommand,
-                                                       &kCompletionCommand,
-                                                       &kInfoCommand,
-                                                       &kVersionCommand};
+#define PATHFIT_DECLARE(name) extern const Command k##name##Command;
+PATHFIT_COMMANDS(PATHFIT_DECLARE)
+
+const Commands& AllCommands() {
+#define PATHFIT_ADDRESS(name) &k##name##Command,
+  static const Commands commands = {PATHFIT_COMMANDS(PATHFIT_ADDRESS)};
   return commands;
 }
 
@@ -58,6 +61,11 @@ int NumThreads(const CommandLine& line, int in_config) {
 
 void ShowThoughQuiet(CommandContext& context, const std::string& text) {
   if (context.line.log_level > LogLevel::kWarn) context.terminal.PrintLine("warning: " + text);
+}
+
+void WarnOfLimit(CommandContext& context, const std::string& text) {
+  context.log.Warn(text);
+  ShowThoughQuiet(context, "not in the derivative: " + text);
 }
 
 ExitStatus StatusOfException(const std::exception& error) {

@@ -12,10 +12,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void Declare(OptionList& options, CommandLine& line) {
-  options.Path("-o,--output", "FILE", "Page to write; else compare.html here", line.output);
-  options.Check([&options, &line] {
-    if (line.targets.size() < 2) options.Fail("at least two runs are needed");
+struct Options {
+  fs::path output;
+};
+
+void Declare(OptionList& options, Options& own) {
+  options.Path("-o,--output", "FILE", "Page to write; else compare.html here", own.output);
+  options.Check([&options, &own] {
+    if (options.line().targets.size() < 2) options.Fail("at least two runs are needed");
   });
 }
 
@@ -25,12 +29,12 @@ constexpr ResultKey kResult[] = {
     {"differences", "list", "Settings that differ: maps of key and values, one for each run"},
     {"page", "text", "The page that was written"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   std::vector<RunDirectory> directories;
   for (const fs::path& target : line.targets) directories.push_back(OpenRunDirectory(target));
   const std::vector<ComparedRun> runs = LoadRuns(directories);
-  const fs::path page = fs::absolute(line.output.empty() ? "compare.html" : line.output);
+  const fs::path page = fs::absolute(own.output.empty() ? "compare.html" : own.output);
   renderer::WriteFileAtomically(page, ReportPage(ComparisonJson(runs, {})));
   if (line.json) {
     Json json = ComparisonFigures(runs);
@@ -49,8 +53,7 @@ extern const Command kCompareCommand = {
     "compare",
     "Compares runs: a table, and a page with curves and pictures",
     "RUN...",
-    Declare,
-    Run,
+    Prepare<Options, Declare, Run>,
     kResult};
 
 }  // namespace pathfit::app

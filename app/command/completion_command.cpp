@@ -21,13 +21,14 @@ ExitStatus Run(CommandContext& context) {
   return ExitStatus::kFinished;
 }
 
+Action PrepareCompletion(OptionList& /*options*/) { return Run; }
+
 }  // namespace
 
 extern const Command kCompletionCommand = {
     "completion",
     "Prints a script that completes commands and options in a shell, or the man page",
     "bash|zsh|fish|man",
-    nullptr,
-    Run};
+    PrepareCompletion};
 
 }  // namespace pathfit::app

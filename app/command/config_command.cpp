@@ -15,13 +15,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  fs::path output;
+};
+
+void Declare(OptionList& options, Options& own) {
   options.Set();
   options.Seed();
   options.Threads();
   options.MaxMemory();
-  options.Path("-o,--output", "FILE", "File to write; else it is printed", line.output);
-  options.Check([&options, &line] {
+  options.Path("-o,--output", "FILE", "File to write; else it is printed", own.output);
+  options.Check([&options, &own] {
+    const CommandLine& line = options.line();
     const bool show = line.target == "show";
     if (show && line.targets.size() < 2) options.Fail("show: CONFIG is missing");
     if (!show && line.targets.size() > 1) {
@@ -41,7 +46,7 @@ constexpr ResultKey kResult[] = {
      "map or null",
      "show: where each value was written, by its path: default, FILE:LINE:COLUMN, --set #N"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   std::string text;
   Json result = {{"config", nullptr}, {"values", nullptr}, {"origins", nullptr}};
@@ -58,9 +63,9 @@ ExitStatus Run(CommandContext& context) {
     text = SchemaYaml();
     if (line.json) throw UsageError("config", "default is YAML with comments: --json has no use");
   }
-  if (!line.output.empty()) {
-    renderer::WriteFileAtomically(fs::absolute(line.output), text);
-    context.log.Info("written: " + fs::absolute(line.output).lexically_normal().string());
+  if (!own.output.empty()) {
+    renderer::WriteFileAtomically(fs::absolute(own.output), text);
+    context.log.Info("written: " + fs::absolute(own.output).lexically_normal().string());
     if (line.json) PrintResult(context, result);
   } else if (line.json) {
     PrintResult(context, result);
@@ -76,8 +81,7 @@ extern const Command kConfigCommand = {
     "config",
     "Shows a config with all defaults and where each value came from; all settings; their schema",
     "show|default|schema [CONFIG]",
-    Declare,
-    Run,
+    Prepare<Options, Declare, Run>,
     kResult};
 
 }  // namespace pathfit::app

@@ -21,16 +21,7 @@ namespace fs = std::filesystem;
 using renderer::IoError;
 
 /// Every format that is read, as a type of an option.
-const char* FromWords() {
-  static const std::string words = [] {
-    std::string joined;
-    for (const std::string& word : optim::CameraFormatWords()) {
-      joined += (joined.empty() ? "" : "|") + word;
-    }
-    return joined;
-  }();
-  return words.c_str();
-}
+std::string FromWords() { return TypeOfWords(optim::CameraFormatWords(), '|', std::identity()); }
 
 struct Cameras {
   std::vector<renderer::Camera> cameras;
@@ -83,18 +74,25 @@ Cameras Complete(const optim::ImportedCameras& imported,
   return result;
 }
 
-void Declare(OptionList& options, CommandLine& line) {
-  options.Word("--from", FromWords(), "Format of IN", line.from);
+struct Options {
+  std::string from = "auto";
+  std::string to;  ///< empty: by the name of the output
+  fs::path images, calibration;
+  bool force = false;
+};
+
+void Declare(OptionList& options, Options& own) {
+  options.Word("--from", FromWords(), "Format of IN", own.from);
   options.Word("--to",
                "transforms|colmap",
                "Format of OUT; else transforms for a .json file, colmap for a folder",
-               line.to);
-  options.Path("--images", "DIR", "Folder of the photos, if IN does not lead there", line.images);
+               own.to);
+  options.Path("--images", "DIR", "Folder of the photos, if IN does not lead there", own.images);
   options.Path("--calibration",
                "FILE",
                "OpenCV calibration of the camera, in place of what IN says of it",
-               line.calibration);
-  options.Flag("--force", "Overwrites existing files", line.force);
+               own.calibration);
+  options.Flag("--force", "Overwrites existing files", own.force);
 }
 
 constexpr ResultKey kResult[] = {{"from", "text", "Format that was read"},
@@ -102,10 +100,10 @@ constexpr ResultKey kResult[] = {{"from", "text", "Format that was read"},
                                  {"cameras", "whole", "Number of posed photos"},
                                  {"files", "list", "Paths that were written"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const fs::path out = fs::absolute(line.targets[2]).lexically_normal();
-  const std::string to = !line.to.empty()             ? line.to
+  const std::string to = !own.to.empty()              ? own.to
                          : out.extension() == ".json" ? "transforms"
                                                       : "colmap";
   const bool is_file = to == "transforms" && out.extension() == ".json";
@@ -113,11 +111,11 @@ ExitStatus Run(CommandContext& context) {
   if (!is_file && fs::exists(out) && !fs::is_directory(out)) {
     throw UsageError("convert", out.string() + " is a file, but " + to + " needs a folder");
   }
-  optim::ImportedCameras imported = optim::ImportCameras(line.targets[1], line.from, line.images);
-  if (!line.calibration.empty()) optim::UseCalibration(line.calibration, imported);
+  optim::ImportedCameras imported = optim::ImportCameras(line.targets[1], own.from, own.images);
+  if (!own.calibration.empty()) optim::UseCalibration(own.calibration, imported);
   for (const std::string& note : imported.notes) context.log.Info(note);
   const Cameras cameras =
-      Complete(imported, line.images.empty() ? fs::path() : fs::absolute(line.images), folder);
+      Complete(imported, own.images.empty() ? fs::path() : fs::absolute(own.images), folder);
   if (std::ranges::any_of(imported.cameras, [](const auto& c) { return !c.mask.empty(); })) {
     context.log.Warn("the masks that the file names are not written; copy them beside the photos");
   }
@@ -136,7 +134,7 @@ ExitStatus Run(CommandContext& context) {
              {out / "points3D.txt", text.points}};
   }
   for (const auto& [path, text] : files) {
-    if (fs::exists(path) && !line.force) {
+    if (fs::exists(path) && !own.force) {
       throw UsageError("convert", path.string() + " exists; --force overwrites it");
     }
   }
@@ -163,8 +161,7 @@ ExitStatus Run(CommandContext& context) {
 extern const Command kConvertCommand = {"convert",
                                         "Writes the cameras of a file or folder in another format",
                                         "cameras IN OUT",
-                                        Declare,
-                                        Run,
+                                        Prepare<Options, Declare, Run>,
                                         kResult};
 
 }  // namespace pathfit::app

@@ -35,20 +35,26 @@ renderer::Scene LoadTruth(CommandContext& context, const fs::path& path) {
   return std::move(LoadRunScene(context, path, "").experiment.scene);
 }
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  fs::path truth;  ///< config, run, or folder of synth
+  fs::path environment, output;
+  std::string stage;
+  int points = 50000, spp = 64;
+};
+
+void Declare(OptionList& options, Options& own) {
   options.Threads();
   options.Path(
-      "--truth", "PATH", "Folder of pathfit synth, config or run to compare with", line.truth);
+      "--truth", "PATH", "Folder of pathfit synth, config or run to compare with", own.truth);
   options.Path(
-      "--env", "FILE", "EXR or HDR that lights both anew; else a sky and a sun", line.environment);
-  options.Text("--stage", "STAGE", "State after a stage, or start; else the newest", line.stage);
-  options.Whole("--spp", "Samples per pixel", 2, 65536, line.spp);
-  options.Whole("--points", "Points of each surface", 100, 10000000, line.points);
-  options.Path(
-      "-o,--output", "FILE", "Page to write; else evaluation.html in the run", line.output);
-  options.Check([&options, &line] {
-    if (options.Given("--env") && line.truth.empty()) options.Fail("--env needs --truth");
-    if (options.Given("--points") && line.truth.empty()) options.Fail("--points needs --truth");
+      "--env", "FILE", "EXR or HDR that lights both anew; else a sky and a sun", own.environment);
+  options.Text("--stage", "STAGE", "State after a stage, or start; else the newest", own.stage);
+  options.Whole("--spp", "Samples per pixel", 2, 65536, own.spp);
+  options.Whole("--points", "Points of each surface", 100, 10000000, own.points);
+  options.Path("-o,--output", "FILE", "Page to write; else evaluation.html in the run", own.output);
+  options.Check([&options, &own] {
+    if (options.Given("--env") && own.truth.empty()) options.Fail("--env needs --truth");
+    if (options.Given("--points") && own.truth.empty()) options.Fail("--points needs --truth");
   });
 }
 
@@ -69,21 +75,21 @@ constexpr ResultKey kResult[] = {
     {"notes", "list", "What could not be compared, and why"},
     {"page", "text", "The page that was written"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
-  const RunScene loaded = LoadRunScene(context, line.target, line.stage);
+  const RunScene loaded = LoadRunScene(context, line.target, own.stage);
   const renderer::ThreadLimit limit(NumThreads(line, loaded.config.threads));
   std::optional<renderer::Scene> truth;
-  if (!line.truth.empty()) truth = LoadTruth(context, line.truth);
+  if (!own.truth.empty()) truth = LoadTruth(context, own.truth);
   const StopSignals signals;
   EvaluationOptions options;
-  options.spp = line.spp;
-  options.points = line.points;
+  options.spp = own.spp;
+  options.points = own.points;
   options.cancel = &signals.flag();
-  if (!line.environment.empty()) {
+  if (!own.environment.empty()) {
     options.environment =
-        ReadUprightEnvironment(line.environment, "--env", UpDirection(loaded.experiment.scene));
-    options.environment_name = line.environment.filename().string();
+        ReadUprightEnvironment(own.environment, "--env", UpDirection(loaded.experiment.scene));
+    options.environment_name = own.environment.filename().string();
   }
   Evaluation evaluation;
   try {
@@ -92,10 +98,10 @@ ExitStatus Run(CommandContext& context) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
   Json figures = {{"run", loaded.run.root().string()},
-                  {"truth", truth ? Json(fs::absolute(line.truth).string()) : Json(nullptr)}};
+                  {"truth", truth ? Json(fs::absolute(own.truth).string()) : Json(nullptr)}};
   figures.update(EvaluationJson(evaluation));
   const fs::path page =
-      fs::absolute(line.output.empty() ? loaded.run.root() / "evaluation.html" : line.output);
+      fs::absolute(own.output.empty() ? loaded.run.root() / "evaluation.html" : own.output);
   renderer::WriteFileAtomically(page, ReportPage(EvaluationPage(evaluation, figures)));
   if (line.json) {
     figures["page"] = page.string();
@@ -109,7 +115,10 @@ ExitStatus Run(CommandContext& context) {
 
 }  // namespace
 
-extern const Command kEvalCommand = {
-    "eval", "Measures a result against its photos and a known truth", "RUN", Declare, Run, kResult};
+extern const Command kEvalCommand = {"eval",
+                                     "Measures a result against its photos and a known truth",
+                                     "RUN",
+                                     Prepare<Options, Declare, Run>,
+                                     kResult};
 
 }  // namespace pathfit::app

@@ -92,26 +92,23 @@ constexpr std::array<ExportFormat, 6> kFormats = {{kMeshRow<0>,
                                                    {"blender", WriteBlender}}};
 
 /// "glb,obj" and so on: what --to may hold.
-const char* FormatWords() {
-  static const std::string words = [] {
-    std::string joined;
-    for (const ExportFormat& format : kFormats) {
-      joined += (joined.empty() ? "" : ",") + std::string(format.word);
-    }
-    return joined;
-  }();
-  return words.c_str();
-}
+std::string FormatWords() { return TypeOfWords(kFormats, ',', &ExportFormat::word); }
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  std::vector<std::string> formats;
+  std::string stage;
+  fs::path output;
+};
+
+void Declare(OptionList& options, Options& own) {
   options.Threads();
-  options.List("--to", FormatWords(), "Formats, one or more", line.formats);
+  options.List("--to", FormatWords(), "Formats, one or more", own.formats);
   options.Text(
-      "--stage", "STAGE", "State at the end of a stage, or start; else the newest", line.stage);
+      "--stage", "STAGE", "State at the end of a stage, or start; else the newest", own.stage);
   options.Path(
-      "-o,--output", "DIR", "Folder for the files; else export/FORMAT in the run", line.output);
-  options.Check([&options, &line] {
-    if (line.formats.empty()) {
+      "-o,--output", "DIR", "Folder for the files; else export/FORMAT in the run", own.output);
+  options.Check([&options, &own] {
+    if (own.formats.empty()) {
       options.Fail("--to is missing; give one of: " + JoinNames(WordsOfType(FormatWords())));
     }
   });
@@ -119,14 +116,14 @@ void Declare(OptionList& options, CommandLine& line) {
 
 constexpr ResultKey kResult[] = {{"files", "map", "Paths that were written, by format"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
-  const RunScene loaded = LoadRunScene(context, line.target, line.stage);
+  const RunScene loaded = LoadRunScene(context, line.target, own.stage);
   Json json = Json::object();
   for (const ExportFormat& format : kFormats) {
-    if (std::ranges::find(line.formats, format.word) == line.formats.end()) continue;
+    if (std::ranges::find(own.formats, format.word) == own.formats.end()) continue;
     const fs::path folder =
-        fs::absolute(line.output.empty() ? loaded.run.root() / "export" / format.word : line.output)
+        fs::absolute(own.output.empty() ? loaded.run.root() / "export" / format.word : own.output)
             .lexically_normal();
     renderer::CreateFolders(folder);
     for (const fs::path& file : format.write(folder, loaded, context.log)) {
@@ -140,7 +137,10 @@ ExitStatus Run(CommandContext& context) {
 
 }  // namespace
 
-extern const Command kExportCommand = {
-    "export", "Writes a run's result in other formats", "RUN", Declare, Run, kResult};
+extern const Command kExportCommand = {"export",
+                                       "Writes a run's result in other formats",
+                                       "RUN",
+                                       Prepare<Options, Declare, Run>,
+                                       kResult};
 
 }  // namespace pathfit::app

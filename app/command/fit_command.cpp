@@ -32,11 +32,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Of fit; resume has the first alone.
+struct Options {
+  double time_limit_s = 0.0;  ///< 0: none
+  std::string stop_after;     ///< name of a stage; empty: none
+};
+
 /// Passes everything on, and asks the fit to stop once a named stage has ended.
 class StopAfterStage final : public optim::FitObserver {
  public:
-  StopAfterStage(optim::FitObserver& next, CommandContext& context, renderer::CancelFlag& cancel)
-      : next_(next), context_(context), stage_(context.line.stop_after), cancel_(cancel) {}
+  StopAfterStage(optim::FitObserver& next,
+                 CommandContext& context,
+                 std::string stage,
+                 renderer::CancelFlag& cancel)
+      : next_(next), context_(context), stage_(std::move(stage)), cancel_(cancel) {}
 
   void OnRound(const optim::RoundReport& report) override { next_.OnRound(report); }
   void OnScene(const std::string& stage,
@@ -99,6 +108,7 @@ Ending EndingOf(optim::FitStatus status,
 
 /// Runs or continues a fit in its directory, with everything it leaves there.
 ExitStatus RunInDirectory(CommandContext& context,
+                          const Options& own,
                           const ExperimentConfig& config,
                           Experiment& experiment,
                           const RunDirectory& run,
@@ -108,7 +118,7 @@ ExitStatus RunInDirectory(CommandContext& context,
   const int resume_step = resume ? resume->step : 0;
   Progress progress(context.terminal);
   const std::string last_stage =
-      context.line.stop_after.empty() ? config.fit.stages.back().name : context.line.stop_after;
+      own.stop_after.empty() ? config.fit.stages.back().name : own.stop_after;
   FitRecorder recorder(run,
                        experiment.observations,
                        record,
@@ -117,8 +127,8 @@ ExitStatus RunInDirectory(CommandContext& context,
                        {.report = config.output.report,
                         .only_pictures_of = config.output.images_every_stage ? "" : last_stage},
                        resume_step);
-  StopAfterStage observer(recorder, context, signals.flag());
-  experiment.fit.time_limit_s = context.line.time_limit_s;
+  StopAfterStage observer(recorder, context, own.stop_after, signals.flag());
+  experiment.fit.time_limit_s = own.time_limit_s;
   optim::FitControls controls;
   controls.cancel = &signals.flag();
   controls.ranks = &context.ranks;
@@ -187,19 +197,19 @@ void PrintRun(const CommandContext& context, const RunDirectory& run) {
   std::fflush(stdout);
 }
 
-void DeclareTimeLimit(OptionList& options, CommandLine& line) {
-  options.Duration("--time-limit", "Stops with a checkpoint, e.g. 2h, 90m", line.time_limit_s);
+void DeclareTimeLimit(OptionList& options, Options& own) {
+  options.Duration("--time-limit", "Stops with a checkpoint, e.g. 2h, 90m", own.time_limit_s);
 }
 
-void DeclareFit(OptionList& options, CommandLine& line) {
+void DeclareFit(OptionList& options, Options& own) {
   options.Set();
   options.Seed();
   options.Threads();
   options.MaxMemory();
   options.Override(
       "-o,--output", "DIR", "Run directory", "output.directory", OptionList::Form::kPath);
-  DeclareTimeLimit(options, line);
-  options.Text("--stop-after", "STAGE", "Ends after this stage", line.stop_after);
+  DeclareTimeLimit(options, own);
+  options.Text("--stop-after", "STAGE", "Ends after this stage", own.stop_after);
 }
 
 /// Held while a process works in the directory; it ends with the process.
@@ -212,15 +222,15 @@ std::unique_ptr<FileLock> LockRun(const RunDirectory& run) {
   return lock;
 }
 
-void DeclareResume(OptionList& options, CommandLine& line) {
+void DeclareResume(OptionList& options, Options& own) {
   options.Threads();
   options.MaxMemory();
-  DeclareTimeLimit(options, line);
+  DeclareTimeLimit(options, own);
 }
 
-ExitStatus Fit(CommandContext& context) {
+ExitStatus Fit(CommandContext& context, const Options& own) {
   const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
-  RequireFittable(config, context.line.stop_after);
+  RequireFittable(config, own.stop_after);
   const int threads = NumThreads(context.line, config.threads);
   const renderer::ThreadLimit limit(threads);
   Experiment experiment = BuildExperiment(config);
@@ -249,12 +259,12 @@ ExitStatus Fit(CommandContext& context) {
   context.log.Info("run directory " + run.root().string());
   RunRecordFile record_file(run.Record(), record);
   const ExitStatus status =
-      RunInDirectory(context, config, experiment, run, record_file, std::nullopt);
+      RunInDirectory(context, own, config, experiment, run, record_file, std::nullopt);
   PrintRun(context, run);
   return status;
 }
 
-ExitStatus Resume(CommandContext& context) {
+ExitStatus Resume(CommandContext& context, const Options& own) {
   const RunDirectory run = OpenRunDirectory(context.line.target);
   const std::unique_ptr<FileLock> lock = context.ranks.IsFirst() ? LockRun(run) : nullptr;
   const ExperimentConfig config =
@@ -283,7 +293,7 @@ ExitStatus Resume(CommandContext& context) {
                        : "no checkpoint yet: starting over in " + run.root().string());
   RunRecordFile record_file(run.Record(), context.line.arguments, state ? state->step : 0);
   const ExitStatus status =
-      RunInDirectory(context, config, experiment, run, record_file, std::move(state));
+      RunInDirectory(context, own, config, experiment, run, record_file, std::move(state));
   PrintRun(context, run);
   return status;
 }
@@ -293,15 +303,13 @@ ExitStatus Resume(CommandContext& context) {
 extern const Command kFitCommand = {"fit",
                                     "Fits a scene to photos; prints the run directory",
                                     "CONFIG",
-                                    DeclareFit,
-                                    Fit,
+                                    Prepare<Options, DeclareFit, Fit>,
                                     kResult,
                                     true};
 extern const Command kResumeCommand = {"resume",
                                        "Continues a run from its newest checkpoint",
                                        "RUN",
-                                       DeclareResume,
-                                       Resume,
+                                       Prepare<Options, DeclareResume, Resume>,
                                        kResult,
                                        true};
 

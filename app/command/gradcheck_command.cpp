@@ -76,9 +76,9 @@ using Pictures = std::vector<std::pair<std::string, renderer::Film>>;
 
 Pictures PicturesOf(const optim::GradientCheckResult& result) {
   Pictures pictures;
-  for (const optim::Term term : optim::kAllTerms) {
+  for (const auto& [name, term] : renderer::kDerivativeTerms) {
     if (!result[term].empty()) {
-      pictures.emplace_back(optim::TermName(term), optim::MeanFilm(result[term]));
+      pictures.emplace_back(name, optim::MeanFilm(result[term]));
     }
   }
   pictures.emplace_back("derivative", optim::MeanFilm(optim::Estimates(result)));
@@ -128,6 +128,18 @@ struct Row {
   TermSum derivative, difference;
   bool passed = false;
   std::string not_checked;  ///< why there is nothing but the names
+
+  static void VisitParts(auto& row, const auto& visit) {
+    visit(row.name);
+    visit(row.sensor);
+    visit(row.tiles);
+    visit(row.whole);
+    visit(row.terms);
+    visit(row.derivative);
+    visit(row.difference);
+    visit(row.passed);
+    visit(row.not_checked);
+  }
 };
 
 void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
@@ -135,8 +147,8 @@ void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
   row.whole = optim::Compare(result, {}, 0, sigma);
   row.derivative = SumOf(optim::Estimates(result));
   row.difference = SumOf(result.difference);
-  for (const optim::Term term : optim::kAllTerms) {
-    if (!result[term].empty()) row.terms.emplace_back(optim::TermName(term), SumOf(result[term]));
+  for (const auto& [name, term] : renderer::kDerivativeTerms) {
+    if (!result[term].empty()) row.terms.emplace_back(name, SumOf(result[term]));
   }
   row.passed = row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit;
 }
@@ -144,54 +156,12 @@ void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
 struct CheckedRow {
   Row row;
   Pictures pictures;  ///< none without an output folder
+
+  static void VisitParts(auto& checked, const auto& visit) {
+    visit(checked.row);
+    visit(checked.pictures);
+  }
 };
-
-void Write(const CheckedRow& checked, optim::ByteWriter& writer) {
-  const Row& row = checked.row;
-  writer.Put(row.name);
-  writer.Put(row.sensor);
-  writer.Put(row.tiles);
-  writer.Put(row.whole);
-  writer.Put(row.terms.size());
-  for (const auto& [name, sum] : row.terms) {
-    writer.Put(name);
-    writer.Put(sum);
-  }
-  writer.Put(row.derivative);
-  writer.Put(row.difference);
-  writer.Put(row.passed);
-  writer.Put(row.not_checked);
-  writer.Put(checked.pictures.size());
-  for (const auto& [kind, film] : checked.pictures) {
-    writer.Put(kind);
-    Write(film, writer);
-  }
-}
-
-void Read(optim::ByteReader& reader, CheckedRow& checked) {
-  Row& row = checked.row;
-  std::size_t count = 0;
-  reader.Get(row.name);
-  reader.Get(row.sensor);
-  reader.Get(row.tiles);
-  reader.Get(row.whole);
-  reader.Get(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    auto& [name, sum] = row.terms.emplace_back();
-    reader.Get(name);
-    reader.Get(sum);
-  }
-  reader.Get(row.derivative);
-  reader.Get(row.difference);
-  reader.Get(row.passed);
-  reader.Get(row.not_checked);
-  reader.Get(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    auto& [kind, film] = checked.pictures.emplace_back();
-    reader.Get(kind);
-    Read(reader, film);
-  }
-}
 
 Json ToJson(const Row& row) {
   if (!row.not_checked.empty()) {
@@ -299,12 +269,16 @@ void PrintTable(const std::vector<Row>& rows) {
       kTile);
 }
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  fs::path output;
+};
+
+void Declare(OptionList& options, Options& own) {
   using Form = OptionList::Form;
   options.Set();
   options.Seed();
   options.Threads();
-  options.Path("-o,--output", "DIR", "Where images and the table go", line.output);
+  options.Path("-o,--output", "DIR", "Where images and the table go", own.output);
   options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
   options.Override("--spp", "N", "Samples per pixel", "gradcheck.spp", Form::kWhole, 1);
   options.Override(
@@ -324,65 +298,48 @@ constexpr ResultKey kResult[] = {
      "z_rms, z_max, z_limit, z_sum_max, z_sum_limit, "
      "signal_to_noise, sums of the derivative, its terms and the difference; or not_checked"}};
 
-ExitStatus Run(CommandContext& context) {
-  const CommandLine& line = context.line;
-  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
-  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
-  const Experiment experiment = BuildExperiment(config);
-  for (const std::string& text : experiment.assumptions) context.log.Info(text);
-  for (const std::string& text : experiment.warnings) context.log.Warn(text);
-  const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
+/// Says what is not in the derivatives, once.
+void WarnOfLimits(CommandContext& context,
+                  const renderer::Scene& scene,
+                  const std::vector<Direction>& directions) {
   std::set<std::string> limits;
   for (const Direction& direction : directions) {
-    for (const std::string& text : renderer::DerivativeLimits(experiment.scene, direction.layout)) {
-      if (limits.insert(text).second) {
-        context.log.Warn(text);
-        ShowThoughQuiet(context, "not in the derivative: " + text);
-      }
+    for (const std::string& text : renderer::DerivativeLimits(scene, direction.layout)) {
+      if (limits.insert(text).second) WarnOfLimit(context, text);
     }
   }
-  const StopSignals signals;
-  const optim::GradientCheckOptions options = OptionsOf(config);
-  const bool has_output = !line.output.empty();
-  if (has_output && context.ranks.IsFirst()) renderer::CreateFolders(line.output);
+}
 
-  std::vector<Row> rows;
-  const auto check = [&](std::size_t i, const auto& give) {
-    const std::size_t s = i / directions.size();
-    const auto& camera = experiment.scene.sensors[s];
-    const Direction& direction = directions[i % directions.size()];
-    CheckedRow checked{{direction.name, camera.name, {}, {}, {}, {}, {}, false, {}}, {}};
-    try {
-      const optim::GradientCheckResult result = optim::CheckGradient(experiment.scene,
-                                                                     camera,
-                                                                     static_cast<int>(s),
-                                                                     direction.layout,
-                                                                     direction.values,
-                                                                     options,
-                                                                     &signals.flag());
-      FillRow(result, config.gradcheck.sigma, checked.row);
-      if (has_output) checked.pictures = PicturesOf(result);
-    } catch (const renderer::SceneError& error) {
-      checked.row.not_checked = error.what();
-    }
-    give(std::move(checked));
-  };
-  const auto take = [&](std::size_t, CheckedRow checked) {
-    const Row& row = checked.row;
-    WriteImages(checked.pictures, line.output / SafeFileName(row.sensor + "_" + row.name));
-    context.log.Info("checked " + row.name + " as seen by " + row.sensor);
-    rows.push_back(std::move(checked.row));
-  };
+/// One direction as one sensor sees it.
+CheckedRow CheckRow(const renderer::Scene& scene,
+                    std::size_t sensor,
+                    const Direction& direction,
+                    const GradcheckConfig& config,
+                    const optim::GradientCheckOptions& options,
+                    bool with_pictures,
+                    const renderer::CancelFlag& cancel) {
+  const renderer::Camera& camera = scene.sensors[sensor];
+  CheckedRow checked;
+  checked.row.name = direction.name;
+  checked.row.sensor = camera.name;
   try {
-    optim::Division division(&context.ranks, &signals.flag());
-    division.ForEach<CheckedRow>(optim::Division::Kind::kReport,
-                                 experiment.scene.sensors.size() * directions.size(),
-                                 check,
-                                 take);
-    if (!context.ranks.IsFirst()) return ExitStatus::kFinished;
-  } catch (const renderer::Cancelled&) {
-    return signals.Received().value_or(ExitStatus::kStopped);
+    const optim::GradientCheckResult result = optim::CheckGradient(scene,
+                                                                   camera,
+                                                                   static_cast<int>(sensor),
+                                                                   direction.layout,
+                                                                   direction.values,
+                                                                   options,
+                                                                   &cancel);
+    FillRow(result, config.sigma, checked.row);
+    if (with_pictures) checked.pictures = PicturesOf(result);
+  } catch (const renderer::SceneError& error) {
+    checked.row.not_checked = error.what();
   }
+  return checked;
+}
+
+/// The verdict, on standard output.
+ExitStatus Conclude(CommandContext& context, const std::vector<Row>& rows) {
   const bool passed = std::ranges::all_of(rows, [](const Row& r) { return r.passed; });
   const auto inconclusive = std::ranges::count_if(rows, IsInconclusive);
   if (inconclusive > 0) {
@@ -392,7 +349,7 @@ ExitStatus Run(CommandContext& context) {
                     inconclusive,
                     rows.size()));
   }
-  if (line.json) {
+  if (context.line.json) {
     Json list = Json::array();
     for (const Row& row : rows) {
       list.push_back(ToJson(row));
@@ -405,14 +362,54 @@ ExitStatus Run(CommandContext& context) {
   return passed ? ExitStatus::kFinished : ExitStatus::kCheckFailed;
 }
 
+ExitStatus Run(CommandContext& context, const Options& own) {
+  const CommandLine& line = context.line;
+  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
+  const Experiment experiment = BuildExperiment(config);
+  for (const std::string& text : experiment.assumptions) context.log.Info(text);
+  for (const std::string& text : experiment.warnings) context.log.Warn(text);
+  const renderer::Scene& scene = experiment.scene;
+  const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
+  WarnOfLimits(context, scene, directions);
+  const StopSignals signals;
+  const optim::GradientCheckOptions options = OptionsOf(config);
+  const bool has_output = !own.output.empty();
+  if (has_output && context.ranks.IsFirst()) renderer::CreateFolders(own.output);
+
+  std::vector<Row> rows;
+  const auto check = [&](std::size_t i, const auto& give) {
+    give(CheckRow(scene,
+                  i / directions.size(),
+                  directions[i % directions.size()],
+                  config.gradcheck,
+                  options,
+                  has_output,
+                  signals.flag()));
+  };
+  const auto take = [&](std::size_t, CheckedRow checked) {
+    const Row& row = checked.row;
+    WriteImages(checked.pictures, own.output / SafeFileName(row.sensor + "_" + row.name));
+    context.log.Info("checked " + row.name + " as seen by " + row.sensor);
+    rows.push_back(std::move(checked.row));
+  };
+  try {
+    optim::Division division(&context.ranks, &signals.flag());
+    division.ForEach<CheckedRow>(
+        optim::Division::Kind::kReport, scene.sensors.size() * directions.size(), check, take);
+  } catch (const renderer::Cancelled&) {
+    return signals.Received().value_or(ExitStatus::kStopped);
+  }
+  return context.ranks.IsFirst() ? Conclude(context, rows) : ExitStatus::kFinished;
+}
+
 }  // namespace
 
 extern const Command kGradcheckCommand = {
     "gradcheck",
     "Compares derivatives with finite differences; status 7 if they disagree",
     "CONFIG",
-    Declare,
-    Run,
+    Prepare<Options, Declare, Run>,
     kResult,
     true};
 

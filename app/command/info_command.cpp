@@ -46,8 +46,6 @@ Json Describe(const CommandLine& line) {
   return json;
 }
 
-void DeclareInfo(OptionList& options, CommandLine& /*line*/) { options.Threads(); }
-
 constexpr ResultKey kInfoResult[] = {
     {"version", "text", "Of pathfit"},
     {"build", "text", "Compiler and build type"},
@@ -98,16 +96,19 @@ ExitStatus Version(CommandContext& context) {
   return ExitStatus::kFinished;
 }
 
+Action PrepareInfo(OptionList& options) {
+  options.Threads();
+  return Info;
+}
+
+Action PrepareVersion(OptionList& /*options*/) { return Version; }
+
 }  // namespace
 
-extern const Command kInfoCommand = {"info",
-                                     "Prints versions, processor, threads and memory",
-                                     nullptr,
-                                     DeclareInfo,
-                                     Info,
-                                     kInfoResult};
+extern const Command kInfoCommand = {
+    "info", "Prints versions, processor, threads and memory", nullptr, PrepareInfo, kInfoResult};
 
 extern const Command kVersionCommand = {
-    "version", "Prints the version", nullptr, nullptr, Version, kVersionResult};
+    "version", "Prints the version", nullptr, PrepareVersion, kVersionResult};
 
 }  // namespace pathfit::app

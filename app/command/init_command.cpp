@@ -48,18 +48,24 @@ Json Describe(const FoundInput& input, const fs::path& config, const std::string
           {"guessed", Json::array({LightGuess(input)})}};
 }
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  fs::path output, masks, mesh, calibration;
+  std::string sfm;  ///< program that finds the cameras; empty: none
+  bool force = false;
+};
+
+void Declare(OptionList& options, Options& own) {
   options.Threads();
-  options.Path("-o,--output", "FILE", "Config to write; else NAME.yaml here", line.output);
+  options.Path("-o,--output", "FILE", "Config to write; else NAME.yaml here", own.output);
   options.Word(
-      "--sfm", "colmap", "Finds the cameras with this program, which must be installed", line.sfm);
-  options.Path("--masks", "DIR", "Folder of the masks, if it is not found", line.masks);
+      "--sfm", "colmap", "Finds the cameras with this program, which must be installed", own.sfm);
+  options.Path("--masks", "DIR", "Folder of the masks, if it is not found", own.masks);
   options.Path("--calibration",
                "FILE",
                "OpenCV calibration of the camera, in place of what the camera file says of it",
-               line.calibration);
-  options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", line.mesh);
-  options.Flag("--force", "Overwrites an existing file", line.force);
+               own.calibration);
+  options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", own.mesh);
+  options.Flag("--force", "Overwrites an existing file", own.force);
 }
 
 constexpr ResultKey kResult[] = {
@@ -78,8 +84,8 @@ constexpr ResultKey kResult[] = {
     {"seen", "list", "What was found, in words"},
     {"guessed", "list", "What was guessed, in words"}};
 
-void RefuseToOverwrite(const fs::path& path, const CommandLine& line) {
-  if (!fs::exists(path) || line.force) return;
+void RefuseToOverwrite(const fs::path& path, const Options& own) {
+  if (!fs::exists(path) || own.force) return;
   throw UsageError("init", path.string() + " exists; -o names another file, --force overwrites");
 }
 
@@ -87,29 +93,28 @@ void RefuseToOverwrite(const fs::path& path, const CommandLine& line) {
 /// Model empty: a signal came.
 ColmapModel FindCamerasByColmap(const fs::path& photos,
                                 const StopSignals& signals,
+                                const Options& own,
                                 CommandContext& context) {
-  const CommandLine& line = context.line;
-  if (line.targets.size() > 1 || fs::is_regular_file(photos)) {
+  if (context.line.targets.size() > 1 || fs::is_regular_file(photos)) {
     throw UsageError("init", "--sfm finds the cameras; give the folder of the photos alone");
   }
   const std::string name = NameOf(photos);
-  const fs::path config =
-      fs::absolute(line.output.empty() ? fs::path(name + ".yaml") : line.output);
+  const fs::path config = fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output);
   const fs::path workspace = config.parent_path() / (config.stem().string() + "_colmap");
-  for (const fs::path& path : {config, workspace}) RefuseToOverwrite(path, line);
+  for (const fs::path& path : {config, workspace}) RefuseToOverwrite(path, own);
   fs::remove_all(workspace / "sparse");
   fs::remove(workspace / "database.db");
-  return RunColmap({photos, line.masks, line.calibration, workspace}, signals, context);
+  return RunColmap({photos, own.masks, own.calibration, workspace}, signals, context);
 }
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const renderer::ThreadLimit limit(NumThreads(line, 0));
-  if (!line.mesh.empty()) {  // refuses what is none
-    if (renderer::IsGltfPath(line.mesh)) {
-      static_cast<void>(renderer::ReadGltf(line.mesh));
+  if (!own.mesh.empty()) {  // refuses what is none
+    if (renderer::IsGltfPath(own.mesh)) {
+      static_cast<void>(renderer::ReadGltf(own.mesh));
     } else {
-      static_cast<void>(renderer::ReadMesh(line.mesh));
+      static_cast<void>(renderer::ReadMesh(own.mesh));
     }
   }
   const fs::path first = line.targets.empty() ? fs::path(".") : line.targets[0];
@@ -119,26 +124,25 @@ ExitStatus Run(CommandContext& context) {
                      .cameras = line.targets.size() > 1 ? line.targets[1]
                                 : is_file               ? first
                                                         : fs::path(),
-                     .masks = line.masks,
-                     .calibration = line.calibration};
-  if (!line.sfm.empty()) {
+                     .masks = own.masks,
+                     .calibration = own.calibration};
+  if (!own.sfm.empty()) {
     const StopSignals signals;
     const ColmapModel found =
-        FindCamerasByColmap(fs::absolute(first).lexically_normal(), signals, context);
+        FindCamerasByColmap(fs::absolute(first).lexically_normal(), signals, own, context);
     if (found.model.empty()) return signals.Received().value_or(ExitStatus::kInterrupted);
     places.photos = found.photos;
     places.cameras = found.model;
   }
   const FoundInput input = FindInput(places);
   const std::string name = NameOf(input.options.images_dir);
-  const fs::path config =
-      fs::absolute(line.output.empty() ? fs::path(name + ".yaml") : line.output);
+  const fs::path config = fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output);
   const std::string text =
       DraftConfig(input,
                   config.lexically_normal(),
                   name,
-                  line.mesh.empty() ? fs::path() : fs::absolute(line.mesh).lexically_normal());
-  RefuseToOverwrite(config, line);
+                  own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal());
+  RefuseToOverwrite(config, own);
   renderer::WriteFileAtomically(config, text);
   static_cast<void>(LoadExperimentConfig(config, {}));  // a draft that is refused is a mistake here
 
@@ -168,8 +172,7 @@ ExitStatus Run(CommandContext& context) {
 extern const Command kInitCommand = {"init",
                                      "Writes a config for photos and cameras that it finds",
                                      "[PHOTOS] [CAMERAS]",
-                                     Declare,
-                                     Run,
+                                     Prepare<Options, Declare, Run>,
                                      kResult};
 
 }  // namespace pathfit::app

@@ -64,7 +64,7 @@ std::vector<std::string> Split(const OptionList& list, const char* names, const 
 OptionList::OptionList(CLI::App& app, CommandLine& line) : app_(app), line_(line) {}
 
 void OptionList::Add(const char* names,
-                     const char* type,
+                     const std::string& type,
                      const char* doc,
                      std::function<void(const std::string&)> store) {
   auto text = std::make_shared<std::string>();
@@ -77,24 +77,27 @@ void OptionList::Add(const char* names,
 void OptionList::Flag(const char* names, const char* doc, bool& value) {
   app_.add_flag(names, value, doc);
 }
-void OptionList::Text(const char* names, const char* type, const char* doc, std::string& value) {
+void OptionList::Text(const char* names,
+                      const std::string& type,
+                      const char* doc,
+                      std::string& value) {
   Add(names, type, doc, [&value](const std::string& text) { value = text; });
 }
 void OptionList::Path(const char* names,
-                      const char* type,
+                      const std::string& type,
                       const char* doc,
                       std::filesystem::path& value) {
   Add(names, type, doc, [&value](const std::string& text) { value = text; });
 }
 void OptionList::Texts(const char* names,
-                       const char* type,
+                       const std::string& type,
                        const char* doc,
                        std::vector<std::string>& value) {
   // Without allow_extra_args the parser would also take the words that follow.
   app_.add_option(names, value, doc)->type_name(type)->take_all()->allow_extra_args(false);
 }
 void OptionList::List(const char* names,
-                      const char* type,
+                      const std::string& type,
                       const char* doc,
                       std::vector<std::string>& value) {
   Add(names, type, doc, [this, names, type, &value](const std::string& text) {
@@ -105,7 +108,10 @@ void OptionList::List(const char* names,
     }
   });
 }
-void OptionList::Word(const char* names, const char* words, const char* doc, std::string& value) {
+void OptionList::Word(const char* names,
+                      const std::string& words,
+                      const char* doc,
+                      std::string& value) {
   Add(names, words, doc, [this, names, words, &value](const std::string& text) {
     RequireWord(LongName(names), WordsOfType(words), text);
     value = text;
@@ -150,7 +156,7 @@ void OptionList::Duration(const char* names, const char* doc, double& value) {
 }
 
 void OptionList::Override(const char* names,
-                          const char* type,
+                          const std::string& type,
                           const char* doc,
                           const char* key,
                           Form form,

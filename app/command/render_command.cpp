@@ -37,10 +37,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
+struct Options {
+  fs::path output;
+  std::vector<std::string> views;        ///< indices or names of photos or sensors; empty: all
+  std::vector<std::string> derivatives;  ///< parameters
+  fs::path cameras;                      ///< to render instead of the scene's
+  fs::path environment;                  ///< that lights the scene instead of its lights
+  std::string stage;                     ///< of a run; empty: the newest state
+  int orbit = 0;                         ///< number of cameras on a circle; 0: none
+};
+
 /// Sensors by index or name; all without a choice.
-std::vector<int> ChooseSensors(const renderer::Scene& scene, const CommandLine& line) {
+std::vector<int> ChooseSensors(const renderer::Scene& scene,
+                               const std::vector<std::string>& wanted) {
   const int count = static_cast<int>(scene.sensors.size());
-  const std::vector<std::string>& wanted = line.views;
   std::vector<int> chosen;
   for (int i = 0; i < count; ++i) {
     const std::string& name = scene.sensors[static_cast<std::size_t>(i)].name;
@@ -140,13 +150,13 @@ struct Target {
 };
 
 /// A config, or a run with its newest state.
-Target LoadTarget(CommandContext& context) {
+Target LoadTarget(CommandContext& context, const std::string& stage) {
   const CommandLine& line = context.line;
   if (fs::is_directory(line.target)) {
-    RunScene loaded = LoadRunScene(context, line.target, line.stage);
+    RunScene loaded = LoadRunScene(context, line.target, stage);
     return {std::move(loaded.config), std::move(loaded.experiment)};
   }
-  if (!line.stage.empty()) throw UsageError("render", "--stage needs a run, not a config");
+  if (!stage.empty()) throw UsageError("render", "--stage needs a run, not a config");
   ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   Experiment experiment = BuildExperiment(config);
@@ -181,10 +191,10 @@ std::vector<renderer::Camera> CamerasOfFile(const fs::path& path) {
 }
 
 /// What the options make of the scene.
-void ChangeScene(const CommandLine& line, renderer::Scene& scene) {
-  if (!line.environment.empty()) Relight(line.environment, scene);
-  if (!line.cameras.empty()) scene.sensors = CamerasOfFile(line.cameras);
-  if (line.orbit > 0) scene.sensors = OrbitCameras(scene, line.orbit);
+void ChangeScene(const Options& own, renderer::Scene& scene) {
+  if (!own.environment.empty()) Relight(own.environment, scene);
+  if (!own.cameras.empty()) scene.sensors = CamerasOfFile(own.cameras);
+  if (own.orbit > 0) scene.sensors = OrbitCameras(scene, own.orbit);
   renderer::ValidateScene(scene);
 }
 
@@ -219,49 +229,50 @@ Direction NamedDirection(const renderer::Scene& scene, const std::string& name) 
   }
 }
 
-void Declare(OptionList& options, CommandLine& line) {
+void Declare(OptionList& options, Options& own) {
   using Form = OptionList::Form;
   options.Set();
   options.Seed();
   options.Threads();
-  options.Path("-o,--output", "DIR", "Where images go", line.output);
+  options.Path("-o,--output", "DIR", "Where images go", own.output);
   options.List(
       "--views",
       "LIST",
       "Photos by index or name, e.g. 0,3,8; all; or orbit:24 on a circle, numbered pictures that "
       "become a film by: ffmpeg -framerate 24 -i orbit_%03d.png -pix_fmt yuv420p orbit.mp4",
-      line.views);
-  options.Path("--cameras", "PATH", "Cameras to render, of a camera file or folder", line.cameras);
-  options.Path("--env", "FILE", "Lights the scene by this EXR or HDR alone", line.environment);
-  options.Text("--stage", "STAGE", "Of a run: its state after a stage, or start", line.stage);
-  options.Texts("--sensor", "NAME", "A sensor or photo; may be repeated", line.views);
+      own.views);
+  options.Path("--cameras", "PATH", "Cameras to render, of a camera file or folder", own.cameras);
+  options.Path("--env", "FILE", "Lights the scene by this EXR or HDR alone", own.environment);
+  options.Text("--stage", "STAGE", "Of a run: its state after a stage, or start", own.stage);
+  options.Texts("--sensor", "NAME", "A sensor or photo; may be repeated", own.views);
   options.Override("--spp", "N", "Samples per pixel", "render.spp", Form::kWhole, 1);
-  options.Texts("--derivative", "PARAM", "Derivative image; may be repeated", line.derivatives);
-  options.Override("--terms",
-                   "interior,primary,direct,indirect,pixel",
-                   "Of the derivative",
-                   "render.terms",
-                   Form::kWords);
+  options.Texts("--derivative", "PARAM", "Derivative image; may be repeated", own.derivatives);
+  options.Override(
+      "--terms",
+      TypeOfWords(renderer::kDerivativeTerms, ',', [](const auto& term) { return term.first; }),
+      "Of the derivative",
+      "render.terms",
+      Form::kWords);
   options.Override("--form", "image|material", "Of the derivative", "render.form", Form::kWord);
-  options.Check([&options, &line] {
-    line.orbit = OrbitCount(options, line.views);
-    if (line.orbit > 0) line.views.clear();
+  options.Check([&options, &own] {
+    own.orbit = OrbitCount(options, own.views);
+    if (own.orbit > 0) own.views.clear();
     for (const char* flag : {"--cameras", "--env"}) {
-      if (options.Given(flag) && !line.derivatives.empty()) {
+      if (options.Given(flag) && !own.derivatives.empty()) {
         options.Fail(std::string(flag) + " and --derivative exclude each other");
       }
     }
-    if (line.orbit > 0 && (options.Given("--cameras") || !line.derivatives.empty())) {
+    if (own.orbit > 0 && (options.Given("--cameras") || !own.derivatives.empty())) {
       options.Fail("--views orbit: excludes --cameras and --derivative");
     }
     if (options.Given("--views") && options.Given("--sensor")) {
       options.Fail("--views and --sensor exclude each other");
     }
-    if (options.Given("--views") && line.views.size() == 1 && line.views.front() == "all") {
-      line.views.clear();
+    if (options.Given("--views") && own.views.size() == 1 && own.views.front() == "all") {
+      own.views.clear();
     }
     for (const char* flag : {"--terms", "--form"}) {
-      if (options.Given(flag) && line.derivatives.empty()) {
+      if (options.Given(flag) && own.derivatives.empty()) {
         options.Fail(std::string(flag) + " needs --derivative");
       }
     }
@@ -272,118 +283,151 @@ void Declare(OptionList& options, CommandLine& line) {
 struct Rendering {
   std::vector<renderer::Film> films;
   renderer::RenderStats stats;
+
+  static void VisitParts(auto& rendering, const auto& visit) {
+    visit(rendering.films);
+    visit(rendering.stats);
+  }
 };
 
-void Write(const Rendering& rendering, optim::ByteWriter& writer) {
-  writer.Put(rendering.films.size());
-  for (const renderer::Film& film : rendering.films) Write(film, writer);
-  writer.Put(rendering.stats);
-}
+/// What is rendered, by view: first its image, then its derivatives.
+class Pictures {
+ public:
+  Pictures(const renderer::Scene& scene,
+           const renderer::RenderOptions& options,
+           std::vector<Direction> directions,
+           std::vector<int> sensors,
+           fs::path folder)
+      : scene_(scene),
+        options_(options),
+        directions_(std::move(directions)),
+        sensors_(std::move(sensors)),
+        folder_(std::move(folder)),
+        layout_(UnionLayout(scene, directions_)),
+        renderer_(scene) {
+    for (const renderer::Camera& sensor : scene.sensors) names_.push_back(sensor.name);
+    names_ = ViewFolderNames(names_);
+  }
 
-void Read(optim::ByteReader& reader, Rendering& rendering) {
-  std::size_t count = 0;
-  reader.Get(count);
-  for (std::size_t i = 0; i < count; ++i) Read(reader, rendering.films.emplace_back());
-  reader.Get(rendering.stats);
+  [[nodiscard]] std::size_t Count() const { return sensors_.size() * NumParts(); }
+
+  [[nodiscard]] Rendering Render(std::size_t i, const renderer::CancelFlag& cancel) const {
+    const std::size_t sensor = SensorOf(i);
+    const renderer::Camera& camera = scene_.sensors[sensor];
+    renderer::RenderOptions options = options_;
+    options.view = sensor;
+    Rendering rendering;
+    const renderer::RenderServices services{.cancel = &cancel, .stats = &rendering.stats};
+    if (IsImage(i)) {
+      rendering.films.push_back(renderer_.RenderPrimal(camera, options, services));
+      return rendering;
+    }
+    DirectionSink sink(layout_, directions_, camera);
+    options.with_image = false;
+    renderer_.RenderDerivative(camera, static_cast<int>(sensor), options, layout_, sink, services);
+    for (std::size_t d = 0; d < directions_.size(); ++d) rendering.films.push_back(sink.film(d));
+    return rendering;
+  }
+
+  void Write(std::size_t i, const Rendering& rendering, Log& log) {
+    const std::string& name = names_[SensorOf(i)];
+    LogStats(rendering.stats, log);
+    if (IsImage(i)) WriteFilm(rendering.films.front(), folder_ / name, files_);
+    for (std::size_t d = 0; d < directions_.size() && !IsImage(i); ++d) {
+      const std::string file = name + "_d_" + SafeFileName(directions_[d].name);
+      WriteDerivative(rendering.films[d], folder_ / file, log, files_);
+    }
+    if ((i + 1) % NumParts() == 0) log.Info("rendered " + scene_.sensors[SensorOf(i)].name);
+  }
+
+  [[nodiscard]] const std::vector<fs::path>& files() const { return files_; }
+
+ private:
+  [[nodiscard]] std::size_t NumParts() const { return directions_.empty() ? 1 : 2; }
+  [[nodiscard]] bool IsImage(std::size_t i) const { return i % NumParts() == 0; }
+  [[nodiscard]] std::size_t SensorOf(std::size_t i) const {
+    return static_cast<std::size_t>(sensors_[i / NumParts()]);
+  }
+
+  const renderer::Scene& scene_;
+  renderer::RenderOptions options_;
+  std::vector<Direction> directions_;
+  std::vector<int> sensors_;
+  fs::path folder_;
+  renderer::ParameterLayout layout_;
+  renderer::Renderer renderer_;
+  std::vector<std::string> names_;  ///< of all sensors, for files
+  std::vector<fs::path> files_;
+};
+
+/// Those that the options name; says what is not in their derivatives.
+std::vector<Direction> ChooseDirections(CommandContext& context,
+                                        const Options& own,
+                                        const renderer::Scene& scene,
+                                        const renderer::RenderOptions& options) {
+  std::vector<Direction> directions;
+  for (const std::string& name : own.derivatives) {
+    directions.push_back(NamedDirection(scene, name));
+  }
+  const renderer::ParameterLayout layout = UnionLayout(scene, directions);
+  for (const std::string& limit : renderer::DerivativeLimits(scene, layout)) {
+    WarnOfLimit(context, limit);
+  }
+  renderer::CheckDerivative(scene, layout, options);
+  return directions;
 }
 
 constexpr ResultKey kResult[] = {{"files", "list", "Paths of the pictures that were written"}};
 
-ExitStatus Run(CommandContext& context) {
-  const CommandLine& line = context.line;
-  auto [config, experiment] = LoadTarget(context);
-  ChangeScene(line, experiment.scene);
-  const renderer::ThreadLimit limit(NumThreads(line, config.threads));
-  std::vector<Direction> directions;
-  for (const std::string& name : line.derivatives) {
-    directions.push_back(NamedDirection(experiment.scene, name));
-  }
-  const renderer::ParameterLayout layout = UnionLayout(experiment.scene, directions);
-  for (const std::string& limit_of : renderer::DerivativeLimits(experiment.scene, layout)) {
-    context.log.Warn(limit_of);
-    ShowThoughQuiet(context, "not in the derivative: " + limit_of);
-  }
-  const renderer::RenderOptions& options = config.render;
-  renderer::CheckDerivative(experiment.scene, layout, options);
-  const std::vector<int> sensors = ChooseSensors(experiment.scene, line);
+ExitStatus Run(CommandContext& context, const Options& own) {
+  auto [config, experiment] = LoadTarget(context, own.stage);
+  const renderer::Scene& scene = experiment.scene;
+  ChangeScene(own, experiment.scene);
+  const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
+  std::vector<Direction> directions = ChooseDirections(context, own, scene, config.render);
   const fs::path folder =
-      fs::absolute(line.output.empty() ? fs::path("renders") / config.name : line.output);
+      fs::absolute(own.output.empty() ? fs::path("renders") / config.name : own.output);
+  Pictures pictures(
+      scene, config.render, std::move(directions), ChooseSensors(scene, own.views), folder);
   if (context.ranks.IsFirst()) renderer::CreateFolders(folder);
 
   const StopSignals signals;
-  const renderer::Renderer renderer(experiment.scene);
-  const std::vector<std::string> names = ViewFolderNames([&] {
-    std::vector<std::string> all;
-    for (const auto& sensor : experiment.scene.sensors) all.push_back(sensor.name);
-    return all;
-  }());
-  std::vector<fs::path> written;
-  // By view, first its image, then its derivatives.
-  const std::size_t num_parts = directions.empty() ? 1 : 2;
-  const auto sensor_of = [&](std::size_t i) {
-    return static_cast<std::size_t>(sensors[i / num_parts]);
-  };
-  const auto render = [&](std::size_t i, const auto& give) {
-    const auto& camera = experiment.scene.sensors[sensor_of(i)];
-    renderer::RenderOptions of_view = options;
-    of_view.view = sensor_of(i);
-    Rendering rendering;
-    const renderer::RenderServices services{.cancel = &signals.flag(), .stats = &rendering.stats};
-    if (i % num_parts == 0) {
-      rendering.films.push_back(renderer.RenderPrimal(camera, of_view, services));
-    } else {
-      DirectionSink sink(layout, directions, camera);
-      of_view.with_image = false;
-      renderer.RenderDerivative(
-          camera, static_cast<int>(sensor_of(i)), of_view, layout, sink, services);
-      for (std::size_t d = 0; d < directions.size(); ++d) rendering.films.push_back(sink.film(d));
-    }
-    give(std::move(rendering));
-  };
-  const auto write = [&](std::size_t i, const Rendering& rendering) {
-    const std::string& name = names[sensor_of(i)];
-    LogStats(rendering.stats, context.log);
-    if (i % num_parts == 0) {
-      WriteFilm(rendering.films.front(), folder / name, written);
-    } else {
-      for (std::size_t d = 0; d < directions.size(); ++d) {
-        WriteDerivative(rendering.films[d],
-                        folder / (name + "_d_" + SafeFileName(directions[d].name)),
-                        context.log,
-                        written);
-      }
-    }
-    if (i % num_parts + 1 == num_parts) {
-      context.log.Info("rendered " + experiment.scene.sensors[sensor_of(i)].name);
-    }
-  };
   try {
     optim::Division division(&context.ranks, &signals.flag());
     division.ForEach<Rendering>(
-        optim::Division::Kind::kReport, sensors.size() * num_parts, render, write);
+        optim::Division::Kind::kReport,
+        pictures.Count(),
+        [&](std::size_t i, const auto& give) { give(pictures.Render(i, signals.flag())); },
+        [&](std::size_t i, const Rendering& rendering) {
+          pictures.Write(i, rendering, context.log);
+        });
     if (!context.ranks.IsFirst()) return ExitStatus::kFinished;
   } catch (const renderer::Cancelled&) {
     return signals.Received().value_or(ExitStatus::kStopped);
   }
-  if (line.orbit > 0) {
+  if (own.orbit > 0) {
     context.log.Info(
         fmt::format("a film of them: ffmpeg -framerate 24 -i '{}/orbit_%03d.png' -vf "
                     "'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p orbit.mp4",
                     folder.string()));
   }
-  if (line.json) {
+  if (context.line.json) {
     Json files = Json::array();
-    for (const fs::path& path : written) files.push_back(path.string());
+    for (const fs::path& path : pictures.files()) files.push_back(path.string());
     PrintResult(context, {{"files", std::move(files)}});
   } else {
-    for (const fs::path& path : written) fmt::print("{}\n", path.string());
+    for (const fs::path& path : pictures.files()) fmt::print("{}\n", path.string());
   }
   return ExitStatus::kFinished;
 }
 
 }  // namespace
 
-extern const Command kRenderCommand = {
-    "render", "Renders views, or derivative images", "CONFIG|RUN", Declare, Run, kResult, true};
+extern const Command kRenderCommand = {"render",
+                                       "Renders views, or derivative images",
+                                       "CONFIG|RUN",
+                                       Prepare<Options, Declare, Run>,
+                                       kResult,
+                                       true};
 
 }  // namespace pathfit::app

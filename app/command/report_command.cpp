@@ -14,10 +14,15 @@ namespace fs = std::filesystem;
 
 constexpr double kBytesPerMegabyte = 1e6;
 
-void Declare(OptionList& options, CommandLine& line) {
-  options.Path("-o,--output", "FILE", "Page to write; else report.html in the run", line.output);
+struct Options {
+  fs::path output;
+  double max_size_mb = 8.0;
+};
+
+void Declare(OptionList& options, Options& own) {
+  options.Path("-o,--output", "FILE", "Page to write; else report.html in the run", own.output);
   options.Number(
-      "--max-size-mb", "Views are left out to stay below it", 0.1, 1000.0, line.max_size_mb);
+      "--max-size-mb", "Views are left out to stay below it", 0.1, 1000.0, own.max_size_mb);
 }
 
 constexpr ResultKey kResult[] = {
@@ -28,14 +33,14 @@ constexpr ResultKey kResult[] = {
     {"rounds", "whole", "Number of rounds that were done"},
     {"page", "text", "The page that was written"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const RunDirectory run = OpenRunDirectory(line.target);
   const ReportData data = LoadReportData(run);
   ReportOptions options;
-  options.max_bytes = static_cast<std::size_t>(line.max_size_mb * kBytesPerMegabyte);
+  options.max_bytes = static_cast<std::size_t>(own.max_size_mb * kBytesPerMegabyte);
   const fs::path page =
-      fs::absolute(line.output.empty() ? run.Report() : line.output).lexically_normal();
+      fs::absolute(own.output.empty() ? run.Report() : own.output).lexically_normal();
   renderer::WriteFileAtomically(page, ReportPage(ReportJson(data, options)));
   if (data.status != "finished") {
     context.log.Warn(fmt::format("the run is {}; the page shows the {} rounds that are recorded",
@@ -62,8 +67,7 @@ extern const Command kReportCommand = {
     "report",
     "Writes the report of a run anew, also of one that runs, was stopped or killed",
     "RUN",
-    Declare,
-    Run,
+    Prepare<Options, Declare, Run>,
     kResult};
 
 }  // namespace pathfit::app

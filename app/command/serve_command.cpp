@@ -127,15 +127,19 @@ int Bind(httplib::Server& server, int port) {
                                           : std::system_category().message(reason)));
 }
 
-void Declare(OptionList& options, CommandLine& line) {
-  options.Whole("--port", "Port of 127.0.0.1; 0: any that is free", 0, kMaxPort, line.port);
+struct Options {
+  int port = 8321;  ///< 0: any
+};
+
+void Declare(OptionList& options, Options& own) {
+  options.Whole("--port", "Port of 127.0.0.1; 0: any that is free", 0, kMaxPort, own.port);
 }
 
 constexpr ResultKey kResult[] = {
     {"run", "text", "The run directory"},
     {"url", "text", "Where its page is, until the command is stopped"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const RunDirectory run = OpenRunDirectory(context.line.target);
   RunNews news(run);
   (void)news.Newest();  // what cannot be read is said before anybody looks
@@ -146,7 +150,7 @@ ExitStatus Run(CommandContext& context) {
   server.set_keep_alive_timeout(1);
   Route(server, news);
   const StopSignals signals;
-  const std::string url = fmt::format("http://{}:{}/", kHost, Bind(server, context.line.port));
+  const std::string url = fmt::format("http://{}:{}/", kHost, Bind(server, own.port));
   std::thread listener([&server] { server.listen_after_bind(); });
   struct Ending {  // also if what follows throws
     httplib::Server& server;
@@ -174,8 +178,7 @@ extern const Command kServeCommand = {
     "serve",
     "Shows the report of a run in a browser, and follows the run: on this machine only",
     "RUN",
-    Declare,
-    Run,
+    Prepare<Options, Declare, Run>,
     kResult};
 
 }  // namespace pathfit::app

@@ -94,32 +94,39 @@ Axis CheckedAxis(const OptionList& options, const std::string& word) {
   return axis;
 }
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  std::vector<std::string> vary;  ///< KEY=A,B,C
+  int seeds = 1;
+  fs::path output;
+  bool list = false;  ///< prints the commands instead of running them
+  int only = 0;       ///< number of one run; 0: all
+};
+
+void Declare(OptionList& options, Options& own) {
   options.Set();
   options.Seed();
   options.Threads();
   options.MaxMemory();
-  options.Texts("--vary", "KEY=A,B", "A setting and its values; may be repeated", line.vary);
-  options.Whole("--seeds", "Runs of each, with seeds that count up", 1, 10000, line.seeds);
-  options.Path("-o,--output", "DIR", "Folder of all runs; else sweeps/NAME here", line.output);
-  options.Flag(
-      "--list", "Prints a command for each run, for a job array, and runs none", line.list);
+  options.Texts("--vary", "KEY=A,B", "A setting and its values; may be repeated", own.vary);
+  options.Whole("--seeds", "Runs of each, with seeds that count up", 1, 10000, own.seeds);
+  options.Path("-o,--output", "DIR", "Folder of all runs; else sweeps/NAME here", own.output);
+  options.Flag("--list", "Prints a command for each run, for a job array, and runs none", own.list);
   options.Whole(
-      "--only", "Runs this one of the list, from 1, and writes no table", 1, 10000, line.only);
-  options.Check([&options, &line] {
+      "--only", "Runs this one of the list, from 1, and writes no table", 1, 10000, own.only);
+  options.Check([&options, &own] {
     std::set<std::string> keys;
-    for (const std::string& word : line.vary) {
+    for (const std::string& word : own.vary) {
       const std::string key = CheckedAxis(options, word).key;
       if (!keys.insert(key).second) options.Fail("--vary: " + key + " is given twice");
       if (key == "output.directory")
         options.Fail("--vary: each run has its folder below that of -o");
     }
-    const bool has_seeds = line.seeds > 1;
+    const bool has_seeds = own.seeds > 1;
     if (has_seeds && keys.count("seed") > 0)
       options.Fail("--seeds and --vary seed= exclude each other");
     if (keys.empty() && !has_seeds)
       options.Fail("nothing varies; give --vary KEY=A,B or --seeds N");
-    if (line.list && options.Given("--only")) options.Fail("--list and --only exclude each other");
+    if (own.list && options.Given("--only")) options.Fail("--list and --only exclude each other");
   });
 }
 
@@ -445,36 +452,47 @@ void WriteTable(const CommandContext& context, const fs::path& folder, const Pla
   context.log.Info("tables: " + csv.string() + ", " + json.string());
 }
 
-ExitStatus RunSweep(CommandContext& context) {
-  const CommandLine& line = context.line;
-  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+/// All runs, none of which starts unless all can.
+Plan CheckedPlan(const CommandLine& line, const Options& own, const ExperimentConfig& config) {
   RequireFittable(config, "");
   std::vector<Axis> axes;
-  for (const std::string& word : line.vary) axes.push_back(ParseAxis(word));
-  if (line.seeds > 1) {
+  for (const std::string& word : own.vary) axes.push_back(ParseAxis(word));
+  if (own.seeds > 1) {
     Axis& seeds = axes.emplace_back(Axis{"seed", {}});
-    for (int i = 0; i < line.seeds; ++i) {
+    for (int i = 0; i < own.seeds; ++i) {
       seeds.values.push_back(std::to_string(config.render.seed + static_cast<std::uint64_t>(i)));
     }
   }
-  const Plan plan = MakePlan(std::move(axes));
-  for (const Run& run : plan.runs) {  // nothing runs unless all can
+  Plan plan = MakePlan(std::move(axes));
+  for (const Run& run : plan.runs) {
     RequireFittable(LoadExperimentConfig(line.target, OverridesOf(line, plan, run)), "");
   }
-  const fs::path folder =
-      fs::absolute(line.output.empty() ? fs::path("sweeps") / config.name : line.output)
-          .lexically_normal();
+  return plan;
+}
+
+/// That of all runs.
+fs::path FolderOf(const Options& own, const ExperimentConfig& config) {
+  fs::path folder = fs::absolute(own.output.empty() ? fs::path("sweeps") / config.name : own.output)
+                        .lexically_normal();
   for (const char* pattern : {"{name}", "{timestamp}", "${"}) {
     // The runs would replace it, each for itself.
     if (folder.string().find(pattern) != std::string::npos) {
       throw UsageError("sweep", folder.string() + ": a sweep's folder cannot hold " + pattern);
     }
   }
-  if (line.list) {
+  return folder;
+}
+
+ExitStatus RunSweep(CommandContext& context, const Options& own) {
+  const CommandLine& line = context.line;
+  const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  const Plan plan = CheckedPlan(line, own, config);
+  const fs::path folder = FolderOf(own, config);
+  if (own.list) {
     PrintList(context, folder, plan);
     return ExitStatus::kFinished;
   }
-  if (line.only > static_cast<int>(plan.runs.size())) {
+  if (own.only > static_cast<int>(plan.runs.size())) {
     throw UsageError("sweep", fmt::format("--only: there are {} runs", plan.runs.size()));
   }
   OpenFolder(folder, PlanJson(config, line, plan));
@@ -482,7 +500,7 @@ ExitStatus RunSweep(CommandContext& context) {
   const StopSignals signals;
   ExitStatus worst = ExitStatus::kFinished;
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
-    if (line.only > 0 && line.only != static_cast<int>(i) + 1) continue;
+    if (own.only > 0 && own.only != static_cast<int>(i) + 1) continue;
     const Run& run = plan.runs[i];
     context.log.Info(fmt::format("run {} of {}: {}", i + 1, plan.runs.size(), run.name));
     const ExitStatus status = DoRun(context, config, plan, run, folder, signals);
@@ -493,8 +511,8 @@ ExitStatus RunSweep(CommandContext& context) {
     }
     if (worst == ExitStatus::kFinished) worst = status;
   }
-  if (line.only > 0) {
-    const Run& run = plan.runs[static_cast<std::size_t>(line.only) - 1];
+  if (own.only > 0) {
+    const Run& run = plan.runs[static_cast<std::size_t>(own.only) - 1];
     if (line.json) {
       PrintResult(context,
                   {{"folder", folder.string()},
@@ -516,8 +534,7 @@ extern const Command kSweepCommand = {
     "sweep",
     "Fits over values of settings and seeds, one after the other, and makes one table",
     "CONFIG",
-    Declare,
-    RunSweep,
+    Prepare<Options, Declare, RunSweep>,
     kResult};
 
 }  // namespace pathfit::app

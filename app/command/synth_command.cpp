@@ -183,49 +183,80 @@ std::vector<renderer::Film> RenderAll(const SyntheticScene& scene,
   return films;
 }
 
-void Declare(OptionList& options, CommandLine& line) {
+struct Options {
+  fs::path output;
+  double noise = 0.0, shot_noise = 0.0, exposure_jitter_ev = 0.0, pose_jitter_deg = 0.0;
+  int copies = 0;  ///< folders of their own, each with other errors; 0: one set, no such folder
+  std::string photo_format = "exr";
+  int jpeg_quality = 95;
+  bool force = false;
+};
+
+void Declare(OptionList& options, Options& own) {
   options.Set();
   options.Seed();
   options.Threads();
-  options.Path("-o,--output", "DIR", "Folder for all of it; else synth/NAME here", line.output);
+  options.Path("-o,--output", "DIR", "Folder for all of it; else synth/NAME here", own.output);
   options.Word("--format",
                "exr|png|jpg",
                "Of the photos; exr is linear, the others 8 bits",
-               line.photo_format);
-  options.Whole("--quality", "Of JPEG, 1 to 100", 1, 100, line.jpeg_quality);
+               own.photo_format);
+  options.Whole("--quality", "Of JPEG, 1 to 100", 1, 100, own.jpeg_quality);
   options.Override("--spp", "N", "Samples per pixel", "render.spp", OptionList::Form::kWhole, 1);
-  options.Number("--noise", "Sigma of normal noise, white being 1", 0.0, 10.0, line.noise);
-  options.Number("--shot-noise", "Variance of shot noise of white", 0.0, 10.0, line.shot_noise);
+  options.Number("--noise", "Sigma of normal noise, white being 1", 0.0, 10.0, own.noise);
+  options.Number("--shot-noise", "Variance of shot noise of white", 0.0, 10.0, own.shot_noise);
   options.Number("--exposure-jitter",
                  "Sigma of the photos' exposures in EV",
                  0.0,
                  10.0,
-                 line.exposure_jitter_ev);
+                 own.exposure_jitter_ev);
   options.Number("--pose-jitter",
                  "Sigma of what is believed of cameras, in degrees",
                  0.0,
                  90.0,
-                 line.pose_jitter_deg);
-  options.Whole("--copies", "Sets with errors of their own, in DIR/1 ...", 1, 100000, line.copies);
-  options.Flag("--force", "Writes into a folder that is not empty", line.force);
-  options.Check([&options, &line] {
-    if (options.Given("--quality") && line.photo_format != "jpg") {
+                 own.pose_jitter_deg);
+  options.Whole("--copies", "Sets with errors of their own, in DIR/1 ...", 1, 100000, own.copies);
+  options.Flag("--force", "Writes into a folder that is not empty", own.force);
+  options.Check([&options, &own] {
+    if (options.Given("--quality") && own.photo_format != "jpg") {
       options.Fail("--quality needs --format jpg");
     }
   });
 }
 
+/// Names and size of what is to be rendered.
+SyntheticScene MakeScene(const ExperimentConfig& config,
+                         const Experiment& experiment,
+                         const std::string& photo_format,
+                         Log& log) {
+  SyntheticScene scene{config, experiment, {}, {}, {}};
+  for (const renderer::Camera& sensor : experiment.scene.sensors) {
+    scene.names.push_back(sensor.name);
+    if (sensor.filter != renderer::PixelFilter{}) {
+      log.Warn(sensor.name +
+               ": its pixel filter is not known to a fit, which takes photos for means "
+               "over pixels");
+    }
+  }
+  scene.names = ViewFolderNames(scene.names);
+  for (std::string& name : scene.names) name += "." + photo_format;
+  for (const renderer::Mesh& mesh : renderer::WorldMeshes(experiment.scene)) {
+    scene.box.Include(renderer::BoxAround(mesh.positions));
+  }
+  return scene;
+}
+
 constexpr ResultKey kResult[] = {
     {"sets", "list", "Maps with folder, photos (number), masks (boolean), config and truth"}};
 
-ExitStatus Run(CommandContext& context) {
+ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   const fs::path folder =
-      fs::absolute(line.output.empty() ? fs::path("synth") / config.name : line.output)
+      fs::absolute(own.output.empty() ? fs::path("synth") / config.name : own.output)
           .lexically_normal();
-  if (!line.force && fs::exists(folder) && !fs::is_empty(folder)) {
+  if (!own.force && fs::exists(folder) && !fs::is_empty(folder)) {
     throw UsageError(
         "synth",
         folder.string() + " is not empty; -o names another folder, --force writes into it");
@@ -233,20 +264,7 @@ ExitStatus Run(CommandContext& context) {
   const Experiment experiment = BuildExperiment(config);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
 
-  SyntheticScene scene{config, experiment, {}, {}, {}};
-  for (const renderer::Camera& sensor : experiment.scene.sensors) {
-    scene.names.push_back(sensor.name);
-    if (sensor.filter != renderer::PixelFilter{}) {
-      context.log.Warn(sensor.name +
-                       ": its pixel filter is not known to a fit, which takes photos for means "
-                       "over pixels");
-    }
-  }
-  scene.names = ViewFolderNames(scene.names);
-  for (std::string& name : scene.names) name += "." + line.photo_format;
-  for (const renderer::Mesh& mesh : renderer::WorldMeshes(experiment.scene)) {
-    scene.box.Include(renderer::BoxAround(mesh.positions));
-  }
+  SyntheticScene scene = MakeScene(config, experiment, own.photo_format, context.log);
   const StopSignals signals;
   try {
     scene.films = RenderAll(scene, signals.flag(), context.log);
@@ -258,14 +276,14 @@ ExitStatus Run(CommandContext& context) {
   });
 
   Json sets = Json::array();
-  for (int copy = 1; copy <= std::max(1, line.copies); ++copy) {
-    const fs::path into = line.copies > 0 ? folder / std::to_string(copy) : folder;
+  for (int copy = 1; copy <= std::max(1, own.copies); ++copy) {
+    const fs::path into = own.copies > 0 ? folder / std::to_string(copy) : folder;
     const PhotoErrors errors{config.render.seed + static_cast<std::uint64_t>(copy - 1),
-                             line.noise,
-                             line.shot_noise,
-                             line.exposure_jitter_ev,
-                             line.pose_jitter_deg * std::numbers::pi / 180.0};
-    const fs::path fit = WriteSet(into, scene, errors, line.jpeg_quality);
+                             own.noise,
+                             own.shot_noise,
+                             own.exposure_jitter_ev,
+                             own.pose_jitter_deg * std::numbers::pi / 180.0};
+    const fs::path fit = WriteSet(into, scene, errors, own.jpeg_quality);
     sets.push_back({{"folder", into.string()},
                     {"photos", scene.names.size()},
                     {"masks", scene.has_masks},
@@ -285,8 +303,7 @@ ExitStatus Run(CommandContext& context) {
 extern const Command kSynthCommand = {"synth",
                                       "Makes photos, masks and cameras of a scene, with its truth",
                                       "CONFIG",
-                                      Declare,
-                                      Run,
+                                      Prepare<Options, Declare, Run>,
                                       kResult};
 
 }  // namespace pathfit::app

@@ -105,6 +105,7 @@ const SchemaNode& ConfigSchema() {
   static const SchemaNode schema = [] {
     SchemaNode root = RootSchema();
     CheckBindings(root, typeid(ExperimentConfig));
+    CheckReferences(root);
     return root;
   }();
   return schema;

@@ -141,6 +141,11 @@ void BindValues(const SchemaNode& schema,
 /// Throws std::logic_error if a line's member does not belong to the struct of its map.
 void CheckBindings(const SchemaNode& schema, const std::type_info& values);
 
+/// Throws std::logic_error where a line speaks of a key that its map does not have (`needs`,
+/// `when_key`), of a value that this key cannot have, or of a path or value that is not in the
+/// config (`useless_key`). Whoever reads a schema takes all of them for granted.
+void CheckReferences(const SchemaNode& root);
+
 /// Whether the kind of the value is that of an alternative: scalar, list or map.
 bool FitsForm(const SchemaNode& form, const YamlNode& node);
 

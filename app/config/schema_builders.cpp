@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
+
+#include "app/config/nearest_name.h"
 
 namespace pathfit::app {
 namespace {
@@ -166,5 +169,41 @@ void CheckBindings(const SchemaNode& schema, const std::type_info& values) {
   if (schema.children.empty() && schema.type != Type::kMap) fail("is read by nothing");
   for (const SchemaNode& child : schema.children) CheckBindings(child, own);
 }
+
+namespace {
+
+void CheckReferences(const SchemaNode& map, const SchemaNode& root) {
+  for (const SchemaNode& child : map.children) {
+    const auto require = [&](bool is_right, const std::string& what) {
+      if (!is_right) throw std::logic_error("schema: '" + child.key + "' " + what);
+    };
+    require(child.needs.empty() || map.Child(child.needs) != nullptr,
+            "needs '" + child.needs + "', which its map does not have");
+    const SchemaNode* const choice = map.Child(child.when_key);
+    require(child.when_key.empty() || choice != nullptr,
+            "depends on '" + child.when_key + "', which its map does not have");
+    for (const auto* values : {&child.when_values, &child.required_values, &child.one_of_values}) {
+      for (const std::string& value : *values) {
+        require(choice != nullptr && Contains(choice->words, value),
+                "depends on '" + value + "', which is no value of '" + child.when_key + "'");
+      }
+    }
+    if (!child.useless_key.empty()) {
+      const SchemaNode* other = &root;
+      std::istringstream path(child.useless_key);
+      for (std::string key; other != nullptr && std::getline(path, key, '.');) {
+        other = other->Child(key);
+      }
+      require(other != nullptr && Contains(other->words, child.useless_value),
+              "has no use with " + child.useless_key + ": " + child.useless_value +
+                  ", which is no value of the config");
+    }
+    CheckReferences(child, root);
+  }
+}
+
+}  // namespace
+
+void CheckReferences(const SchemaNode& root) { CheckReferences(root, root); }
 
 }  // namespace pathfit::app

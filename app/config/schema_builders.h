@@ -315,28 +315,27 @@ SchemaNode Choice(std::string key,
   return node;
 }
 
-/// A list of the words of those members that are true.
-template <class T, class... Members>
-SchemaNode Flags(std::string key,
-                 std::vector<std::pair<std::string, bool T::*>> flags,
-                 Members... members) {
+/// A list of the words of what is in a set (Has, Set).
+template <class V, class... Members>
+SchemaNode WordSet(std::string key, WordsOf<V> words, Members... members) {
   const auto access = binding::To(members...);
   SchemaNode node = binding::Make(SchemaNode::Type::kList, std::move(key));
-  SchemaNode word = binding::Make(SchemaNode::Type::kChoice, "");
-  std::vector<std::string> on;
-  for (const auto& [name, flag] : flags) {
-    word.words.push_back(name);
-    if (binding::InitialOf(access).*flag) on.push_back(name);
+  SchemaNode item = binding::Make(SchemaNode::Type::kChoice, "");
+  std::vector<std::string> initial;
+  for (const auto& [word, value] : words) {
+    item.words.push_back(word);
+    if (binding::InitialOf(access).Has(value)) initial.push_back(word);
   }
-  node.children = {word};
-  binding::StoreIn(access, node, [flags](const YamlNode& from, T& target) {
-    for (const auto& [name, flag] : flags) {
-      target.*flag =
-          std::ranges::any_of(from.items, [&](const YamlNode& item) { return item.text == name; });
+  node.children = {item};
+  binding::StoreIn(access, node, [words](const YamlNode& from, auto& set) {
+    for (const auto& [word, value] : words) {
+      set.Set(value, std::ranges::any_of(from.items, [&word](const YamlNode& given) {
+                return given.text == word;
+              }));
     }
   });
-  return std::move(node) | Items(1, static_cast<int>(flags.size())) | Distinct() |
-         Default(binding::Write(on));
+  return std::move(node) | Items(1, static_cast<int>(words.size())) | Distinct() |
+         Default(binding::Write(initial));
 }
 
 /// Degrees in the file, radians in the member.

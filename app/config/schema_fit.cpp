@@ -14,7 +14,6 @@ using optim::StageBudget;
 using optim::StageSpec;
 using optim::UnknownSpec;
 using renderer::DerivativeForm;
-using renderer::DerivativeTerms;
 using renderer::GuideKind;
 using renderer::RenderOptions;
 using renderer::SampleBudget;
@@ -78,21 +77,18 @@ SchemaNode RenderSchema() {
               Key("spp_pixel", kRender, &SampleBudget::spp_pixel) |
                   Doc("Samples per pixel of pixel boundaries: surfaces that move over the border "
                       "of a box filter; only with `form: material`.") |
-                  From(0.0, kMost),
+                  From(0.0, kMost) | UselessWith("render.form", "image"),
               Key("max_bounces", kRender, &RenderOptions::max_bounces) |
                   Doc("1 = direct light only, 0 = only what shines or is seen behind the "
                       "objects.") |
                   From(0, 64),
               Key("rr_depth", kRender, &RenderOptions::rr_depth) |
                   Doc("Bounces after which Russian roulette may end a path.") | From(1, 64),
-              Flags<DerivativeTerms>("terms",
-                                     {{"interior", &DerivativeTerms::interior},
-                                      {"primary", &DerivativeTerms::primary},
-                                      {"direct", &DerivativeTerms::direct},
-                                      {"indirect", &DerivativeTerms::indirect},
-                                      {"pixel", &DerivativeTerms::pixel}},
-                                     kRender,
-                                     &RenderOptions::terms) |
+              WordSet("terms",
+                      WordsOf<renderer::DerivativeTerm>(renderer::kDerivativeTerms.begin(),
+                                                        renderer::kDerivativeTerms.end()),
+                      kRender,
+                      &RenderOptions::terms) |
                   Doc("Parts of the derivative that are computed. Without one of them it is right "
                       "only where that part is zero."),
               Choice("form",

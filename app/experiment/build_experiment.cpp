@@ -2,9 +2,11 @@
 #include <cmath>
 #include <fstream>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 
+#include "app/config/nearest_name.h"
 #include "app/config/schema.h"
 #include "app/experiment/build_parts.h"
 #include "app/experiment/experiment.h"
@@ -184,6 +186,68 @@ void WarnOfUnseenLights(Experiment& experiment) {
   throw error;
 }
 
+/// Photos, cameras and what is known of them.
+void LoadPhotos(const ExperimentConfig& config, Experiment& experiment) {
+  std::vector<optim::InputFile> files;
+  optim::ObservationOptions options = config.input->photos;
+  const auto sensor = std::ranges::find(config.sensors, config.input->sensor, &SensorConfig::name);
+  if (sensor != config.sensors.end()) {
+    options.fixed_camera = BuildSensor(*sensor);
+    options.fixed_photos = PhotosOfSensor(config);
+  }
+  experiment.observations = optim::LoadObservations(options, &files);
+  SetKnownExposures(config, experiment.observations);
+  for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
+  experiment.assumptions = experiment.observations.assumptions;
+  UseExifExposures(config, experiment);
+}
+
+void GiveDefaultPriors(const ExperimentConfig& config, Experiment& experiment) {
+  for (optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+    if (unknown.gaussian) continue;
+    unknown.gaussian = DefaultPrior(unknown.kind, experiment.scene);
+    if (unknown.gaussian && !unknown.hold && config.input) {
+      experiment.assumptions.push_back(
+          fmt::format("{} is believed to be near its start, within {:.3g} (one sigma); write a "
+                      "gaussian prior for another belief.",
+                      unknown.name,
+                      unknown.gaussian->sigma));
+    }
+  }
+}
+
+/// What may be meant otherwise.
+void RemarkOnUnknowns(const ExperimentConfig& config, Experiment& experiment) {
+  for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
+    const bool is_camera = renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kSensors;
+    if (config.input && !config.input->sensor.empty() && is_camera && !unknown.hold &&
+        unknown.kind != ParameterKind::kExposure) {
+      experiment.warnings.push_back(unknown.name +
+                                    ": each photo has one of its own, although one "
+                                    "camera took them all");
+    }
+    if (unknown.kind != ParameterKind::kVertexPositions || unknown.hold) continue;
+    const auto& mesh = experiment.scene.meshes[static_cast<std::size_t>(unknown.object)];
+    if (!mesh.mesh.normals.empty()) {
+      experiment.assumptions.push_back("The shading normals of " + mesh.name +
+                                       " stay as they are when its vertices move; normals: flat "
+                                       "lets them follow.");
+    }
+  }
+}
+
+/// Beside the input files, each once.
+std::vector<std::string> FindAttributions(const std::vector<std::filesystem::path>& files) {
+  std::set<std::filesystem::path> folders;
+  std::vector<std::string> credits;
+  for (const std::filesystem::path& file : files) {
+    if (!folders.insert(file.parent_path()).second) continue;
+    std::string text = FindAttribution(file.parent_path());
+    if (!text.empty() && !Contains(credits, text)) credits.push_back(std::move(text));
+  }
+  return credits;
+}
+
 }  // namespace
 
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
@@ -210,21 +274,7 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
 Experiment BuildExperiment(const ExperimentConfig& config) {
   Experiment experiment;
   experiment.warnings = UselessValues(config);
-  if (config.input) {
-    std::vector<optim::InputFile> files;
-    optim::ObservationOptions options = config.input->photos;
-    const auto sensor =
-        std::ranges::find(config.sensors, config.input->sensor, &SensorConfig::name);
-    if (sensor != config.sensors.end()) {
-      options.fixed_camera = BuildSensor(*sensor);
-      options.fixed_photos = PhotosOfSensor(config);
-    }
-    experiment.observations = optim::LoadObservations(options, &files);
-    SetKnownExposures(config, experiment.observations);
-    for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
-    experiment.assumptions = experiment.observations.assumptions;
-    UseExifExposures(config, experiment);
-  }
+  if (config.input) LoadPhotos(config, experiment);
   try {
     experiment.scene = BuildScene(config, experiment);
   } catch (const renderer::SceneError& error) {
@@ -232,46 +282,10 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
   }
   experiment.observations.black_background = !renderer::ShowsEnvironment(experiment.scene);
   experiment.fit = BuildFitSpec(config, experiment.scene);
-  for (optim::UnknownSpec& unknown : experiment.fit.unknowns) {
-    if (unknown.gaussian) continue;
-    unknown.gaussian = DefaultPrior(unknown.kind, experiment.scene);
-    if (unknown.gaussian && !unknown.hold && config.input) {
-      experiment.assumptions.push_back(
-          fmt::format("{} is believed to be near its start, within {:.3g} (one sigma); write a "
-                      "gaussian prior for another belief.",
-                      unknown.name,
-                      unknown.gaussian->sigma));
-    }
-  }
-  for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
-    const bool is_camera = renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kSensors;
-    if (config.input && !config.input->sensor.empty() && is_camera && !unknown.hold &&
-        unknown.kind != ParameterKind::kExposure) {
-      experiment.warnings.push_back(unknown.name +
-                                    ": each photo has one of its own, although one "
-                                    "camera took them all");
-    }
-    if (unknown.kind != ParameterKind::kVertexPositions || unknown.hold) continue;
-    const auto& mesh = experiment.scene.meshes[static_cast<std::size_t>(unknown.object)];
-    if (!mesh.mesh.normals.empty()) {
-      experiment.assumptions.push_back("The shading normals of " + mesh.name +
-                                       " stay as they are when its vertices move; normals: flat "
-                                       "lets them follow.");
-    }
-  }
+  GiveDefaultPriors(config, experiment);
+  RemarkOnUnknowns(config, experiment);
   WarnOfUnseenLights(experiment);
-  std::vector<std::filesystem::path> folders;
-  for (const std::filesystem::path& file : experiment.input_files) {
-    const std::filesystem::path folder = file.parent_path();
-    if (std::ranges::find(folders, folder) == folders.end()) {
-      folders.push_back(folder);
-      const std::string text = FindAttribution(folder);
-      auto& credits = experiment.attributions;
-      if (!text.empty() && std::ranges::find(credits, text) == credits.end()) {
-        credits.push_back(text);
-      }
-    }
-  }
+  experiment.attributions = FindAttributions(experiment.input_files);
   return experiment;
 }
 

@@ -139,53 +139,7 @@ std::vector<double> Center(const renderer::Scene& scene,
   return center;
 }
 
-bool CanContribute(Term term, const renderer::RenderOptions& options, bool moves) {
-  const renderer::DerivativeTerms& on = options.terms;
-  switch (term) {
-    case Term::kInterior:
-      return on.interior;
-    case Term::kPrimary:
-      return on.primary && moves;
-    case Term::kDirect:
-      return on.direct && moves && options.max_bounces > 0;
-    case Term::kIndirect:
-      return on.indirect && moves && options.max_bounces > 1;
-    case Term::kPixel:
-      return on.pixel && moves && options.form == renderer::DerivativeForm::kMaterial;
-  }
-  return false;
-}
-
 }  // namespace
-
-const char* TermName(Term term) {
-  switch (term) {
-    case Term::kInterior:
-      return "interior";
-    case Term::kPrimary:
-      return "primary";
-    case Term::kDirect:
-      return "direct";
-    case Term::kIndirect:
-      return "indirect";
-    case Term::kPixel:
-      return "pixel";
-  }
-  return "?";
-}
-
-renderer::DerivativeTerms OnlyTerm(Term term) {
-  return {term == Term::kInterior,
-          term == Term::kPrimary,
-          term == Term::kDirect,
-          term == Term::kIndirect,
-          term == Term::kPixel};
-}
-
-double TermScales::operator[](Term term) const {
-  const std::array<double, kAllTerms.size()> all = {interior, primary, direct, indirect, pixel};
-  return all[static_cast<std::size_t>(term)];
-}
 
 GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const renderer::Camera& camera,
@@ -224,11 +178,11 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   result.quantum = Film(camera.width, camera.height);
   for (int r = 0; r < options.replicates; ++r) {
     render.seed = options.render.seed + 2 * static_cast<std::uint64_t>(r);
-    for (const Term term : kAllTerms) {
-      if (!CanContribute(term, options.render, moves)) {
+    for (const auto& [name, term] : renderer::kDerivativeTerms) {
+      if (!options.render.Has(term) || (term != Term::kInterior && !moves)) {
         continue;
       }
-      render.terms = OnlyTerm(term);
+      render.terms = {term};
       render.spp = term == Term::kInterior ? options.render.spp : 1;
       renderer::FilmSink sink(layout, direction, camera.width, camera.height);
       at_center.RenderDerivative(
@@ -324,7 +278,7 @@ std::vector<Film> Estimates(const GradientCheckResult& result, const TermScales&
   for (const Film& difference : result.difference) {
     sums.emplace_back(difference.width, difference.height);
   }
-  for (const Term term : kAllTerms) {
+  for (const auto& [name, term] : renderer::kDerivativeTerms) {
     for (std::size_t r = 0; r < result[term].size(); ++r) {
       for (std::size_t i = 0; i < sums[r].pixels.size(); ++i) {
         sums[r].pixels[i] += result[term][r].pixels[i] * scales[term];

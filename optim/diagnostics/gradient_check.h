@@ -18,18 +18,12 @@ struct GradientCheckOptions {
   double step = 1e-3;  ///< half distance of the central difference, in units of the direction
 };
 
-/// The estimators that a derivative is the sum of.
-enum class Term { kInterior, kPrimary, kDirect, kIndirect, kPixel };
-inline constexpr std::array<Term, 5> kAllTerms = {
-    Term::kInterior, Term::kPrimary, Term::kDirect, Term::kIndirect, Term::kPixel};
-/// "interior", "primary", ...
-const char* TermName(Term term);
-/// Options with only one term on.
-renderer::DerivativeTerms OnlyTerm(Term term);
+using Term = renderer::DerivativeTerm;
 
 /// Replicates of the terms of one directional derivative and of its central difference.
 struct GradientCheckResult {
-  std::array<std::vector<renderer::Film>, kAllTerms.size()> terms;  ///< empty: term was not run
+  /// By term; empty: it was not run.
+  std::array<std::vector<renderer::Film>, renderer::kNumDerivativeTerms> terms;
   std::vector<renderer::Film> difference;
   /// The most that one sample of a pixel adds to the mean difference when it changes sides of an
   /// edge. Where an edge barely touches a tile, few or no samples do, and the spread of the
@@ -52,8 +46,10 @@ struct GradientComparison {
   double signal_to_noise = 0.0;  ///< rms of the difference over rms of the error bars
 };
 struct TermScales {
-  double interior = 1.0, primary = 1.0, direct = 1.0, indirect = 1.0, pixel = 1.0;
-  [[nodiscard]] double operator[](Term term) const;
+  std::array<double, renderer::kNumDerivativeTerms> by_term = {1.0, 1.0, 1.0, 1.0, 1.0};
+  [[nodiscard]] double operator[](Term term) const {
+    return by_term[static_cast<std::size_t>(term)];
+  }
 };
 
 /// Derivative in `direction` (flat, over the scalars of `layout`) as seen by `camera`, the scene's

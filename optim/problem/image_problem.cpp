@@ -80,64 +80,35 @@ struct ImageProblem::ViewSums {
   ViewQuality quality;
   ImageCosts costs;
   double bytes = 0.0;  ///< while it was linearised
+
+  static void VisitParts(auto& view, const auto& visit) {
+    visit(view.sums.gradient);
+    visit(view.sums.diagonal);
+    visit(view.meter);
+    visit(view.model);
+    visit(view.quality);
+    visit(view.costs);
+    visit(view.bytes);
+  }
 };
 
 /// Rows of a view, or behind them what it adds to sums.
 struct ImageProblem::LinearizedPart {
   PixelRows rows;
   std::optional<ViewSums> sums;
+
+  static void VisitParts(auto& part, const auto& visit) {
+    visit(part.rows.units);
+    visit(part.rows.entries);
+    visit(part.rows.spreads);
+    visit(part.sums);
+  }
 };
 
 struct ImageProblem::TrialCosts {
   ImageCosts costs;
   double paired_variance = 0.0;
 };
-
-void Write(const ImageProblem::LinearizedPart& part, ByteWriter& writer) {
-  writer.Put(part.sums.has_value());
-  if (!part.sums) {
-    writer.Put(part.rows.units);
-    writer.Put(part.rows.entries);
-    writer.Put(part.rows.spreads);
-    return;
-  }
-  const ImageProblem::ViewSums& view = *part.sums;
-  writer.Put(view.sums.gradient);
-  writer.Put(view.sums.diagonal);
-  writer.Put(view.quality);
-  writer.Put(view.costs);
-  writer.Put(view.bytes);
-  writer.Put(view.meter.has_value());
-  if (view.meter) view.meter->Write(writer);
-  writer.Put(view.model.has_value());
-  if (view.model) {
-    for (const auto values : QuadraticModel::kSums) writer.Put((*view.model).*values);
-  }
-}
-
-void Read(ByteReader& reader, ImageProblem::LinearizedPart& part) {
-  bool has = false;
-  reader.Get(has);
-  if (!has) {
-    reader.Get(part.rows.units);
-    reader.Get(part.rows.entries);
-    reader.Get(part.rows.spreads);
-    return;
-  }
-  ImageProblem::ViewSums& view = part.sums.emplace();
-  reader.Get(view.sums.gradient);
-  reader.Get(view.sums.diagonal);
-  reader.Get(view.quality);
-  reader.Get(view.costs);
-  reader.Get(view.bytes);
-  reader.Get(has);
-  if (has) view.meter.emplace().Read(reader);
-  reader.Get(has);
-  if (has) {
-    view.model.emplace();
-    for (const auto values : QuadraticModel::kSums) reader.Get((*view.model).*values);
-  }
-}
 
 void ImageProblem::Linearize(const std::vector<double>& values) {
   if (uses_gram_) {

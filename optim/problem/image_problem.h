@@ -104,8 +104,6 @@ class ImageProblem {
   struct ViewSums;
   struct LinearizedPart;
   struct TrialCosts;
-  friend void Write(const LinearizedPart& part, ByteWriter& writer);
-  friend void Read(ByteReader& reader, LinearizedPart& part);
 
   Division& division() { return options_.division != nullptr ? *options_.division : alone_; }
   /// On the rank that renders it.

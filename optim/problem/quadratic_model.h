@@ -31,6 +31,11 @@ struct QuadraticModel {
                                        &QuadraticModel::scatter,
                                        &QuadraticModel::variance};
 
+  /// Of one view, which has no more.
+  static void VisitParts(auto& model, const auto& visit) {
+    for (const auto values : kSums) visit(model.*values);
+  }
+
   explicit QuadraticModel(std::size_t num_scalars = 0);
   [[nodiscard]] std::size_t NumScalars() const { return linear.size(); }
   [[nodiscard]] bool Empty() const { return weight == 0.0; }

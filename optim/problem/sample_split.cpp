@@ -10,14 +10,11 @@ namespace {
 using renderer::SampleBudget;
 
 // By DerivativeTerm: paths that a sample traces, derivatives and all (measured in time).
-constexpr std::array<double, renderer::kNumDerivativeTerms> kCost = {1.0, 1.5, 1.5, 1.5, 3.0};
-// By DerivativeTerm; the interior is the unit.
-constexpr std::array<double SampleBudget::*, renderer::kNumDerivativeTerms> kBudget = {
-    nullptr,
-    &SampleBudget::sppe,
-    &SampleBudget::spp_pixel,
-    &SampleBudget::spp_direct,
-    &SampleBudget::spp_indirect};
+constexpr std::array<double, renderer::kNumDerivativeTerms> kCost = {1.0, 1.5, 1.5, 3.0, 1.5};
+// Of a boundary term; the interior is the unit.
+constexpr double SampleBudget::*BudgetOf(std::size_t term) {
+  return renderer::kBoundaryBudgets[term - 1];
+}
 // Cost of a term over that of the interior: enough to be seen when it matters.
 constexpr double kLeastCost = 0.05;
 // Of all boundary terms together.
@@ -129,26 +126,6 @@ void SplitMeter::Add(const SplitMeter& other) {
   add(other.difference_square_, difference_square_);
 }
 
-void SplitMeter::Write(ByteWriter& writer) const {
-  for (const Term& term : terms_) {
-    writer.Put(term.variance);
-    writer.Put(term.num_samples);
-  }
-  writer.Put(image_variance_);
-  writer.Put(square_);
-  writer.Put(difference_square_);
-}
-
-void SplitMeter::Read(ByteReader& reader) {
-  for (Term& term : terms_) {
-    reader.Get(term.variance);
-    reader.Get(term.num_samples);
-  }
-  reader.Get(image_variance_);
-  reader.Get(square_);
-  reader.Get(difference_square_);
-}
-
 SampleBudget SplitMeter::Improve(const SampleBudget& used,
                                  const std::optional<SampleBudget>& at_cost_of) const {
   // Best costs of the terms are as the roots of variance times cost, at the numbers in use.
@@ -176,7 +153,7 @@ SampleBudget SplitMeter::Improve(const SampleBudget& used,
     best[t] = cost[t] > 0.0 ? std::max(best[t] / best[0], kLeastCost) : 0.0;
     boundaries += best[t];
     if (at_cost_of && cost[t] > 0.0) {
-      wanted += cost[t] / cost[0] * (*at_cost_of).*kBudget[t] / used.*kBudget[t];
+      wanted += cost[t] / cost[0] * (*at_cost_of).*BudgetOf(t) / used.*BudgetOf(t);
     }
   }
   if (!at_cost_of) {
@@ -185,7 +162,7 @@ SampleBudget SplitMeter::Improve(const SampleBudget& used,
   const double limit = boundaries > 0.0 ? wanted / boundaries : 1.0;
   for (std::size_t t = 1; t < terms_.size(); ++t) {
     if (cost[t] > 0.0) {
-      split.*kBudget[t] *= std::sqrt(best[t] * limit * cost[0] / cost[t]);
+      split.*BudgetOf(t) *= std::sqrt(best[t] * limit * cost[0] / cost[t]);
     }
   }
   return split;

@@ -8,7 +8,6 @@
 #include "optim/parameter/parameter_set.h"
 #include "optim/problem/fit_views.h"
 #include "optim/problem/pixel_rows.h"
-#include "optim/ranks/byte_stream.h"
 #include "renderer/render_options.h"
 
 namespace pathfit::optim {
@@ -38,8 +37,12 @@ class SplitMeter {
 
   /// What other views have added to another meter of the same unknowns.
   void Add(const SplitMeter& other);
-  void Write(ByteWriter& writer) const;
-  void Read(ByteReader& reader);
+  static void VisitParts(auto& meter, const auto& visit) {
+    visit(meter.terms_);
+    visit(meter.image_variance_);
+    visit(meter.square_);
+    visit(meter.difference_square_);
+  }
 
   /// Halfway, as factors, from the split in use to the best one for what was measured; terms
   /// without samples keep theirs. With `at_cost_of`, all boundary terms together cost what they
@@ -52,6 +55,11 @@ class SplitMeter {
   struct Term {
     std::vector<double> variance;  ///< of the gradient, by scalar
     double num_samples = 0.0;
+
+    static void VisitParts(auto& term, const auto& visit) {
+      visit(term.variance);
+      visit(term.num_samples);
+    }
   };
   const ParameterSet* set_ = nullptr;
   std::array<Term, renderer::kNumDerivativeTerms> terms_;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -17,16 +19,49 @@ using Bytes = std::vector<char>;
 template <class T>
 concept PlainBytes = std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>;
 
+/// What a type that is no plain bytes is made of, once for both directions: calls visit(part) for
+/// each. A type says it by a static VisitParts(auto& value, const auto& visit).
+template <class T>
+struct Parts {
+  static void Visit(auto& value, const auto& visit) { T::VisitParts(value, visit); }
+};
+template <class A, class B>
+struct Parts<std::pair<A, B>> {
+  static void Visit(auto& pair, const auto& visit) {
+    visit(pair.first);
+    visit(pair.second);
+  }
+};
+template <class T, std::size_t kSize>
+struct Parts<std::array<T, kSize>> {
+  static void Visit(auto& values, const auto& visit) {
+    for (auto& value : values) visit(value);
+  }
+};
+
 class ByteWriter {
  public:
-  template <PlainBytes T>
+  template <class T>
   void Put(const T& value) {
-    Append(&value, sizeof(T));
+    if constexpr (PlainBytes<T>) {
+      Append(&value, sizeof(T));
+    } else {
+      Parts<T>::Visit(value, [this](const auto& part) { Put(part); });
+    }
   }
-  template <PlainBytes T>
+  template <class T>
   void Put(const std::vector<T>& values) {
     Put(values.size());
-    Append(values.data(), values.size() * sizeof(T));
+    if constexpr (PlainBytes<T>) {
+      Append(values.data(), values.size() * sizeof(T));
+    } else {
+      for (const T& value : values) Put(value);
+    }
+  }
+  template <class T>
+  void Put(const std::optional<T>& value) {
+    Put(value.has_value());
+    if (value) Put(*value);
   }
   void Put(const std::string& text) {
     Put(text.size());
@@ -50,14 +85,32 @@ class ByteReader {
   /// `bytes` must outlive it.
   explicit ByteReader(const Bytes& bytes) : bytes_(bytes) {}
 
-  template <PlainBytes T>
+  template <class T>
   void Get(T& value) {
-    Copy(&value, sizeof(T));
+    if constexpr (PlainBytes<T>) {
+      Copy(&value, sizeof(T));
+    } else {
+      Parts<T>::Visit(value, [this](auto& part) { Get(part); });
+    }
   }
-  template <PlainBytes T>
+  template <class T>
   void Get(std::vector<T>& values) {
-    values.resize(Count(sizeof(T)));
-    Copy(values.data(), values.size() * sizeof(T));
+    if constexpr (PlainBytes<T>) {
+      values.resize(Count(sizeof(T)));
+      Copy(values.data(), values.size() * sizeof(T));
+    } else {
+      values.clear();
+      for (std::size_t rest = Count(1); rest > 0; --rest) Get(values.emplace_back());
+    }
+  }
+  template <class T>
+  void Get(std::optional<T>& value) {
+    bool has_value = false;
+    Get(has_value);
+    if (!has_value) return value.reset();
+    T part;
+    Get(part);
+    value = std::move(part);
   }
   void Get(std::string& text) {
     text.resize(Count(1));
@@ -65,6 +118,7 @@ class ByteReader {
   }
 
  private:
+  /// Of things that take so many bytes each, or more.
   std::size_t Count(std::size_t size_of_each) {
     std::size_t count = 0;
     Get(count);

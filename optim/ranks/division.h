@@ -31,15 +31,6 @@ struct DivisionTimes {
 /// nothing back.
 std::vector<int> Deal(const std::vector<ItemCost>& costs, int num_ranks);
 
-template <PlainBytes T>
-void Write(const T& part, ByteWriter& writer) {
-  writer.Put(part);
-}
-template <PlainBytes T>
-void Read(ByteReader& reader, T& part) {
-  reader.Get(part);
-}
-
 /// Divides loops over items, such as views, among ranks. What is taken, and in which order, does
 /// not depend on the number of ranks, so neither do its bits. Every rank calls the same loops in
 /// the same order.
@@ -64,9 +55,9 @@ class Division {
   std::vector<int> DealItems(Kind kind, std::size_t count);
 
   /// make(i, give) on the rank of item i gives any number of parts; take(i, part) takes them on the
-  /// first rank, in order of items. Parts travel by Write(const Part&, ByteWriter&) and
-  /// Read(ByteReader&, Part&). An exception of either ends the loop on all ranks: it reaches the
-  /// caller of the first, the others' get RanksStopped.
+  /// first rank, in order of items. Parts travel as byte_stream.h says. An
+  /// exception of either ends the loop on all ranks: it reaches the caller of the first, the
+  /// others' get RanksStopped.
   template <class Part, class Make, class Take>
   void ForEach(Kind kind, const std::vector<int>& rank_of, const Make& make, const Take& take);
   template <class Part, class Make, class Take>
@@ -135,7 +126,7 @@ void Division::ForEach(Kind kind,
         make(i, [&](Part part) {
           ByteWriter writer;
           writer.Put(true);
-          Write(part, writer);
+          writer.Put(part);
           part = Part();
           ranks_->Return(writer.Take());
         });
@@ -182,7 +173,7 @@ void Division::ForEach(Kind kind,
         }
         timed([&] {
           Part part;
-          Read(reader, part);
+          reader.Get(part);
           take(i, std::move(part));
         });
       }

@@ -5,16 +5,13 @@
 
 namespace pathfit::optim {
 
-inline void Write(const renderer::Film& film, ByteWriter& writer) {
-  writer.Put(film.width);
-  writer.Put(film.height);
-  writer.Put(film.pixels);
-}
-
-inline void Read(ByteReader& reader, renderer::Film& film) {
-  reader.Get(film.width);
-  reader.Get(film.height);
-  reader.Get(film.pixels);
-}
+template <>
+struct Parts<renderer::Film> {
+  static void Visit(auto& film, const auto& visit) {
+    visit(film.width);
+    visit(film.height);
+    visit(film.pixels);
+  }
+};
 
 }  // namespace pathfit::optim

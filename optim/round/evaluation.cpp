@@ -42,6 +42,10 @@ struct ViewComparison {
 
   explicit ViewComparison(std::size_t num_scenes = 0)
       : costs(num_scenes), squared_differences(num_scenes * num_scenes) {}
+  static void VisitParts(auto& view, const auto& visit) {
+    visit(view.costs);
+    visit(view.squared_differences);
+  }
   void Add(const ViewComparison& other) {
     for (std::size_t i = 0; i < costs.size(); ++i) {
       costs[i].Add(other.costs[i]);
@@ -51,15 +55,6 @@ struct ViewComparison {
     }
   }
 };
-
-void Write(const ViewComparison& view, ByteWriter& writer) {
-  writer.Put(view.costs);
-  writer.Put(view.squared_differences);
-}
-void Read(ByteReader& reader, ViewComparison& view) {
-  reader.Get(view.costs);
-  reader.Get(view.squared_differences);
-}
 
 ViewComparison CompareView(const std::vector<ComparedScene>& scenes,
                            const FitViews& views,
@@ -97,16 +92,14 @@ ViewComparison CompareView(const std::vector<ComparedScene>& scenes,
 
 }  // namespace
 
-static void Write(const ReportedView& view, ByteWriter& writer) {
-  Write(view.film, writer);
-  writer.Put(view.quality);
-  writer.Put(view.gain_factor);
-}
-static void Read(ByteReader& reader, ReportedView& view) {
-  Read(reader, view.film);
-  reader.Get(view.quality);
-  reader.Get(view.gain_factor);
-}
+template <>
+struct Parts<ReportedView> {
+  static void Visit(auto& view, const auto& visit) {
+    visit(view.film);
+    visit(view.quality);
+    visit(view.gain_factor);
+  }
+};
 
 bool CostComparison::IsSurelyWorse(std::size_t i, std::size_t j) const {
   const double variance = squared_differences[i * costs.size() + j];

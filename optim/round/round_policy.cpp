@@ -136,17 +136,17 @@ renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
                                      int spp,
                                      const renderer::SampleBudget& split,
                                      const renderer::EstimatorOptions& estimators) {
-  const auto budget = [&](bool exists, const std::optional<double>& given, double found) {
-    return exists ? spp * (given ? *given / std::max(1, stage.Spp()) : found) : 0.0;
-  };
-  const renderer::DerivativeTerms& terms = estimators.terms;
-  const int bounces = estimators.max_bounces;
-  const bool is_material = estimators.form == renderer::DerivativeForm::kMaterial;
+  const auto budget =
+      [&](renderer::DerivativeTerm term, const std::optional<double>& given, double found) {
+        const double per_sample = given ? *given / std::max(1, stage.Spp()) : found;
+        return estimators.Has(term) ? spp * per_sample : 0.0;
+      };
+  using enum renderer::DerivativeTerm;
   return {spp,
-          budget(terms.primary, stage.sppe, split.sppe),
-          budget(terms.direct && bounces > 0, stage.spp_direct, split.spp_direct),
-          budget(terms.indirect && bounces > 1, stage.spp_indirect, split.spp_indirect),
-          budget(terms.pixel && is_material, stage.spp_pixel, split.spp_pixel)};
+          budget(kPrimary, stage.sppe, split.sppe),
+          budget(kDirect, stage.spp_direct, split.spp_direct),
+          budget(kIndirect, stage.spp_indirect, split.spp_indirect),
+          budget(kPixel, stage.spp_pixel, split.spp_pixel)};
 }
 
 renderer::SampleBudget SplitOfRound(const renderer::SampleBudget& round,

@@ -264,65 +264,144 @@ void Judge(const StageContext& context,
   RecordErrors(context.set, outcome.theta, errors, state.standard_errors);
 }
 
-}  // namespace
-
-RoundReport RunRound(const StageContext& context, ImageSource& source, FitState& state) {
+/// Which round it is, and its samples.
+RoundReport BeginReport(const StageContext& context, const FitState& state) {
   const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
-  const double unit = 1.0 / context.views.num_channels;
-  const int round = state.round + 1;
   RoundReport report;
   report.step = state.step + 1;
   report.stage = stage.name;
   report.stage_index = context.stage;
   report.num_stages = static_cast<int>(context.spec.stages.size());
-  report.round = round;
+  report.round = state.round + 1;
   report.max_rounds = stage.max_rounds;
   report.image_scale = context.image_scale;
   report.samples = BudgetOfRound(stage.samples,
                                  SamplesOfRound(stage, state.growths, context.sample_factor),
                                  state.split,
                                  context.spec.estimators);
+  return report;
+}
 
-  const std::vector<double> theta =
-      context.set.ThetaFromValues(context.set.layout().Gather(state.scene));
+/// `moves`: whether an unknown moves geometry.
+ImageProblemOptions OptionsOfRound(const StageContext& context,
+                                   const RoundReport& report,
+                                   bool moves,
+                                   const FitState& state) {
+  const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
   ImageProblemOptions options;
   options.loss = context.spec.loss;
   options.linear_solver = context.spec.linear_solver;
   options.max_memory_bytes = context.spec.max_memory_bytes;
   options.samples =
-      MakeHalves(context.spec.seed, context.stage, round, SampleUse::kFit, report.samples);
+      MakeHalves(context.spec.seed, context.stage, report.round, SampleUse::kFit, report.samples);
   // A model of other unknowns (shapes have changed) says nothing about these.
   options.earlier = state.model.NumScalars() == context.set.NumScalars() && !state.model.Empty()
                         ? &state.model
                         : nullptr;
   options.weight = report.samples.spp;
   // Where nothing moves there are no boundaries to divide samples among.
-  const bool moves = context.set.layout().AnyKind(renderer::MovesGeometry);
   if (!HasAllBudgets(stage.samples) && moves) {
     options.num_measured = std::min(kMeasuredViews, context.views.fitted.size());
-    options.first_measured = static_cast<std::size_t>(round);
+    options.first_measured = static_cast<std::size_t>(report.round);
   }
   options.division = &context.division;
+  return options;
+}
+
+/// Of the round's start.
+void ReportCosts(const StageContext& context,
+                 const ImageProblem& problem,
+                 double priors,
+                 RoundReport& report) {
+  const double unit = 1.0 / context.views.num_channels;
+  const ImageCosts& costs = problem.costs();
+  report.cost_image = costs.colors * unit;
+  report.cost_silhouette = costs.coverage * unit;
+  report.cost_priors = priors * unit;
+  report.cost_total = report.cost_image + report.cost_silhouette + report.cost_priors;
+  report.noise_relative = RelativeNoise(costs);
+  report.gradient_max = LargestMagnitude(problem.sums().gradient) * unit;
+  ReportFittedQuality(problem.quality(), report);
+}
+
+/// Moves the scene to where an accepted step leads, whose photos cost `after`. `values` is memory
+/// to work in.
+void TakeStep(const StageContext& context,
+              const std::vector<double>& theta,
+              const SolveOutcome& outcome,
+              const MotionGuard& motion,
+              double after,
+              std::vector<double>& values,
+              RoundReport& report,
+              FitState& state) {
+  const double unit = 1.0 / context.views.num_channels;
+  const double cost = (after + PriorCost(context.priors, context.set, outcome.theta)) * unit;
+  report.cost_change_rel =
+      (cost - report.cost_total) / std::max(std::abs(report.cost_total), 1e-300);
+  report.step_norm = Distance(theta, outcome.theta);
+  values = context.set.ValuesFromTheta(outcome.theta);
+  report.motion = motion.LargestMotion(values);
+  renderer::Scene moved = state.scene;
+  context.set.layout().Scatter(values, moved);
+  FixExposureGauge(context.set, context.views.fitted, context.exposure, moved);
+  state.scene = std::move(moved);
+}
+
+/// Counts the rounds that change nothing any more, and those that need more samples. `before`:
+/// costs of the round's start.
+void CountSigns(const StageContext& context,
+                const ImageProblem& problem,
+                const ImageCosts& before,
+                bool moves,
+                const RoundReport& report,
+                FitState& state) {
+  const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
+  // Small steps that still pay lead on: weakly determined directions move little that is seen.
+  const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;
+  // What moves nothing that is seen, such as a light, is judged by its error. Steps of many
+  // unknowns are short while noise limits them, which says nothing.
+  const bool is_limited = !problem.UsesGram() && report.noise_relative >= kHidingNoise;
+  const bool is_still = report.accepted && report.motion < kStillPixels && !pays && !is_limited &&
+                        (report.motion > 0.0 || state.within_error > 0);
+  state.still = is_still ? state.still + 1 : 0;
+  // The errors of few unknowns fall with the samples of all rounds, until they are precise (which
+  // says nothing while something is still on its way). Each step of many has those of its own.
+  const bool needs_more = problem.UsesGram()
+                              ? !state.precise || moves
+                              : !report.accepted || FitsNoise(state, report.cost_total);
+  state.growths += needs_more ? 1 : 0;
+  state.costs.push_back(report.cost_total);
+  state.promised_cost = report.cost_total * (1.0 + report.cost_change_rel);
+  // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
+  // whatever the model promises of each step.
+  const bool is_flat = stage.stop_relative_cost > 0.0 && report.accepted && problem.UsesGram() &&
+                       !moves && IsMoreThanNoise(before, context.views.num_channels) &&
+                       (-report.cost_change_rel < stage.stop_relative_cost ||
+                        NoLongerFalls(state.costs, stage.stop_relative_cost));
+  state.flat = is_flat ? state.flat + 1 : 0;
+}
+
+}  // namespace
+
+RoundReport RunRound(const StageContext& context, ImageSource& source, FitState& state) {
+  RoundReport report = BeginReport(context, state);
+  const bool moves = context.set.layout().AnyKind(renderer::MovesGeometry);
+  const std::vector<double> theta =
+      context.set.ThetaFromValues(context.set.layout().Gather(state.scene));
   const auto start = Clock::now();
-  ImageProblem problem(source, context.views, context.set, options);
+  ImageProblem problem(
+      source, context.views, context.set, OptionsOfRound(context, report, moves, state));
   problem.Linearize(context.set.ValuesFromTheta(theta));
   report.jacobian_s = SecondsSince(start);
   const auto validation_start = Clock::now();
-  ReportValidation(context, source, round, report);
+  ReportValidation(context, source, report.round, report);
   report.render_s = SecondsSince(validation_start);
   if (!context.division.IsFirst()) {
     problem.FollowTrials();
     return report;
   }
-  const double priors = PriorCost(context.priors, context.set, theta);
   const ImageCosts before = problem.costs();
-  report.cost_image = before.colors * unit;
-  report.cost_silhouette = before.coverage * unit;
-  report.cost_priors = priors * unit;
-  report.cost_total = report.cost_image + report.cost_silhouette + report.cost_priors;
-  report.noise_relative = RelativeNoise(before);
-  report.gradient_max = LargestMagnitude(problem.sums().gradient) * unit;
-  ReportFittedQuality(problem.quality(), report);
+  ReportCosts(context, problem, PriorCost(context.priors, context.set, theta), report);
 
   const MotionGuard motion(
       state.scene, context.set, context.views, context.set.ValuesFromTheta(theta));
@@ -334,19 +413,12 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   state.accepted += outcome.accepted ? 1 : 0;
   report.solver_failure = outcome.failure;
   report.jacobian_mb = JacobianBytes(problem.size(), problem.UsesGram()) / 1e6;
+  std::vector<double> values;
   if (outcome.accepted) {
-    const double after =
-        (problem.costs().Total() + PriorCost(context.priors, context.set, outcome.theta)) * unit;
-    report.cost_change_rel =
-        (after - report.cost_total) / std::max(std::abs(report.cost_total), 1e-300);
-    report.step_norm = Distance(theta, outcome.theta);
-    report.motion = motion.LargestMotion(context.set.ValuesFromTheta(outcome.theta));
-    renderer::Scene moved = state.scene;
-    context.set.layout().Scatter(context.set.ValuesFromTheta(outcome.theta), moved);
-    FixExposureGauge(context.set, context.views.fitted, context.exposure, moved);
-    state.scene = std::move(moved);
+    TakeStep(context, theta, outcome, motion, problem.costs().Total(), values, report, state);
   }
-  source.SetValues(context.set.layout().Gather(state.scene));
+  context.set.layout().Gather(state.scene, values);
+  source.SetValues(values);
   AdaptStepControl(outcome, problem.UsesGram(), state);
   state.model = problem.model();
   // Many unknowns are limited by damping, not by the noise of J: time buys nothing there.
@@ -363,34 +435,12 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   } else {
     RecordUnseen(context.set, problem.sums().diagonal, state.standard_errors);
   }
-  // Small steps that still pay lead on: weakly determined directions move little that is seen.
-  const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;
-  // What moves nothing that is seen, such as a light, is judged by its error. Steps of many
-  // unknowns are short while noise limits them, which says nothing.
-  const bool is_limited = !problem.UsesGram() && report.noise_relative >= kHidingNoise;
-  const bool is_still = outcome.accepted && report.motion < kStillPixels && !pays && !is_limited &&
-                        (report.motion > 0.0 || state.within_error > 0);
-  state.still = is_still ? state.still + 1 : 0;
-  // The errors of few unknowns fall with the samples of all rounds, until they are precise (which
-  // says nothing while something is still on its way). Each step of many has those of its own.
-  const bool needs_more = problem.UsesGram()
-                              ? !state.precise || moves
-                              : !outcome.accepted || FitsNoise(state, report.cost_total);
-  state.growths += needs_more ? 1 : 0;
-  state.costs.push_back(report.cost_total);
-  state.promised_cost = report.cost_total * (1.0 + report.cost_change_rel);
-  // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
-  // whatever the model promises of each step.
-  const bool is_flat = stage.stop_relative_cost > 0.0 && outcome.accepted && problem.UsesGram() &&
-                       !moves && IsMoreThanNoise(before, context.views.num_channels) &&
-                       (-report.cost_change_rel < stage.stop_relative_cost ||
-                        NoLongerFalls(state.costs, stage.stop_relative_cost));
-  state.flat = is_flat ? state.flat + 1 : 0;
+  CountSigns(context, problem, before, moves, report, state);
   if (!problem.UsesGram()) {
     AddIterate(
         state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);
   }
-  state.round = round;
+  state.round = report.round;
   state.step = report.step;
   report.peak_rss_mb = renderer::ProcessMemory("VmHWM:") / 1e6;
   return report;

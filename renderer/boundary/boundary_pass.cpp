@@ -194,7 +194,7 @@ void EmitBoundaries(const PathContext& interior,
   path.antithetic = false;  // boundary samples trace single paths
   const DerivativeTerms& terms = options.terms;
   std::shared_ptr<const EdgeTree> edges = std::make_shared<const EdgeTree>();
-  if ((terms.direct && path.max_bounces > 0) || (terms.indirect && path.max_bounces > 1)) {
+  if (options.Has(DerivativeTerm::kDirect) || options.Has(DerivativeTerm::kIndirect)) {
     std::vector<bool> moves;
     for (const auto& mesh : active.meshes) {
       moves.push_back(mesh.moves);
@@ -205,19 +205,19 @@ void EmitBoundaries(const PathContext& interior,
       path, camera, active, options, services, *edges, path.world->contacts()};
   using enum RandomDomain;
   Runner runner(context, sink, stats);
-  if (terms.primary) {
+  if (terms.Has(DerivativeTerm::kPrimary)) {
     runner.Run(PrimaryBoundary(context),
                {DerivativeTerm::kPrimary, kPrimaryShift, kPrimaryPilot, kPrimarySample});
   }
-  if (terms.pixel) {
+  if (terms.Has(DerivativeTerm::kPixel)) {
     runner.Run(PixelBoundary(context),
                {DerivativeTerm::kPixel, kPixelBorderShift, kPixelBorderPilot, kPixelBorderSample});
   }
-  if (terms.direct) {
+  if (terms.Has(DerivativeTerm::kDirect)) {
     runner.Run(DirectBoundary(context),
                {DerivativeTerm::kDirect, kDirectShift, kDirectPilot, kDirectSample});
   }
-  if (terms.indirect) {
+  if (terms.Has(DerivativeTerm::kIndirect)) {
     runner.Run(IndirectBoundary(context),
                {DerivativeTerm::kIndirect, kIndirectShift, kIndirectPilot, kIndirectSample});
   }

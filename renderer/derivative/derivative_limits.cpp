@@ -184,10 +184,8 @@ void AddPlaneCuts(const Scene& scene,
   }
 }
 
-}  // namespace
-
-std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
-  std::vector<std::string> limits;
+/// Also where nothing but the index of a glass is a parameter.
+void AddGlass(const Scene& scene, const ParameterLayout& layout, std::vector<std::string>& limits) {
   bool bends = false;
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     bends = bends || BendsRays(scene, layout, static_cast<int>(i));
@@ -210,9 +208,10 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
           "or by its index; the rougher and the more oblique, the more it is");
     }
   }
-  if (!AnyMoves(layout)) {
-    return limits;
-  }
+}
+
+/// Of things that move, by what they are seen in.
+void AddMirrors(const Scene& scene, std::vector<std::string>& limits) {
   for (const SceneMesh& m : scene.meshes) {
     if (HasNarrowLobes(scene, MaterialOf(scene, m))) {
       limits.push_back(
@@ -228,7 +227,11 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
                      "edges seen in it, and light and shadows that reach rough surfaces through "
                      "it, are not in the derivative by moving things");
   }
-  const std::vector<Mesh> placed = WorldMeshes(scene);
+}
+
+void AddCoarseMeshes(const Scene& scene,
+                     const std::vector<Mesh>& placed,
+                     std::vector<std::string>& limits) {
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const SceneMesh& m = scene.meshes[i];
     const double deviation = MeanShadingDeviation(placed[i]);
@@ -240,6 +243,29 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
           "horizon moves is not in the derivative by moving things; shade it flat or refine it");
     }
   }
+}
+
+void AddProjectors(const Scene& scene, std::vector<std::string>& limits) {
+  for (const Emitter& emitter : scene.emitters) {
+    if (std::holds_alternative<ProjectorEmitter>(emitter.light)) {
+      limits.push_back("'" + emitter.name +
+                       "' is a projector: the border of its picture is not in the derivative by "
+                       "moving things; it does not matter where the picture is black there");
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
+  std::vector<std::string> limits;
+  AddGlass(scene, layout, limits);
+  if (!AnyMoves(layout)) {
+    return limits;
+  }
+  AddMirrors(scene, limits);
+  const std::vector<Mesh> placed = WorldMeshes(scene);
+  AddCoarseMeshes(scene, placed, limits);
   std::vector<const Mesh*> meshes;
   for (const Mesh& m : placed) {
     meshes.push_back(&m);
@@ -248,14 +274,7 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
     AddLimitsOf(contact, scene, layout, limits);
   }
   AddPlaneCuts(scene, placed, layout, limits);
-  for (const Emitter& emitter : scene.emitters) {
-    const auto* projector = std::get_if<ProjectorEmitter>(&emitter.light);
-    if (projector != nullptr) {
-      limits.push_back("'" + emitter.name +
-                       "' is a projector: the border of its picture is not in the derivative by "
-                       "moving things; it does not matter where the picture is black there");
-    }
-  }
+  AddProjectors(scene, limits);
   return limits;
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "renderer/math/rgb.h"
+#include "renderer/render_options.h"
 
 namespace pathfit::renderer {
 
@@ -15,10 +15,6 @@ struct ParameterDerivative {
   std::int32_t block = -1;
   std::array<Rgba, 3> d;
 };
-
-/// The parts of the derivative, each with samples of its own (DerivativeTerms says which run).
-enum class DerivativeTerm : std::uint8_t { kInterior, kPrimary, kPixel, kDirect, kIndirect };
-inline constexpr std::size_t kNumDerivativeTerms = 5;
 
 /// Listens to the estimators. Estimators do not know what becomes of their samples.
 class DerivativeSink {

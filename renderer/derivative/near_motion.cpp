@@ -30,7 +30,7 @@ NearMotion::NearMotion(const RayCaster& caster,
     reach_of_shining_.of_moving.push_back(shines && moves ? reach : 0.0);
     const bool slides = image_form_ && (camera_moves_ || moves);
     const bool meets_itself = options.max_bounces > 1 || (shines && options.max_bounces > 0);
-    if (slides && options.terms.interior && meets_itself) {
+    if (slides && options.terms.Has(DerivativeTerm::kInterior) && meets_itself) {
       own_corners_[m] = std::make_unique<OwnCorners>(caster, mesh, count, reach);
     }
   }

@@ -56,6 +56,12 @@ double PeakMegabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
+json TermsJson(const renderer::DerivativeTerms& terms) {
+  json result;
+  for (const auto& [name, term] : renderer::kDerivativeTerms) result[name] = terms.Has(term);
+  return result;
+}
+
 json SettingsOf(const GradientOptions& options) {
   const RenderOptions& r = options.render;
   return {{"spp", r.spp},
@@ -66,12 +72,7 @@ json SettingsOf(const GradientOptions& options) {
           {"guide", NameOf(r.guide)},
           {"guide_share", r.guide_share},
           {"form", NameOf(r.form)},
-          {"terms",
-           {{"interior", r.terms.interior},
-            {"primary", r.terms.primary},
-            {"direct", r.terms.direct},
-            {"indirect", r.terms.indirect},
-            {"pixel", r.terms.pixel}}},
+          {"terms", TermsJson(r.terms)},
           {"repeats", options.repeats},
           {"threads", options.threads}};
 }

@@ -1,5 +1,6 @@
 #include "tests/bench/gradient_options.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -61,19 +62,16 @@ Enum ParseName(const std::string& option,
 }
 
 DerivativeTerms ParseTerms(const std::string& text) {
-  DerivativeTerms terms{false, false, false, false, false};
-  const std::map<std::string, bool*> by_name = {{"interior", &terms.interior},
-                                                {"primary", &terms.primary},
-                                                {"direct", &terms.direct},
-                                                {"indirect", &terms.indirect},
-                                                {"pixel", &terms.pixel}};
+  DerivativeTerms terms = {};
+  for (const auto& [name, term] : renderer::kDerivativeTerms) terms.Set(term, false);
   std::istringstream list(text);
-  for (std::string name; std::getline(list, name, ',');) {
-    const auto found = by_name.find(name);
-    if (found == by_name.end()) {
+  for (std::string word; std::getline(list, word, ',');) {
+    const auto found = std::ranges::find_if(renderer::kDerivativeTerms,
+                                            [&](const auto& term) { return word == term.first; });
+    if (found == renderer::kDerivativeTerms.end()) {
       Refuse("--terms", text, "allowed are interior,primary,direct,indirect,pixel");
     }
-    *found->second = true;
+    terms.Set(found->second, true);
   }
   return terms;
 }

@@ -88,6 +88,13 @@ class Truth(unittest.TestCase):
         pictures = {pathlib.Path(p).name: pathlib.Path(p) for p in json.loads(again.stdout)["files"]}
         sizes = [pictures[f"{view}_d_right.intensity.r.png"].stat().st_size for view in "ab"]
         self.assertLess(sizes[0], 0.3 * sizes[1], "white all over")
+        # Views are named in a list or one by one.
+        for choice, views in ((["--views", "a,1"], "ab"), (["--sensor", "b", "--sensor", "a"], "ab"), (["--sensor", "b"], "b")):
+            chosen = self.done("render", self.folder / "lamps.yaml", "-o", self.folder / "pictures", "--spp", "1", "--json", *choice)
+            names = [pathlib.Path(p).name for p in json.loads(chosen.stdout)["files"]]
+            self.assertEqual([n for n in names if n.endswith(".png")], [f"{view}.png" for view in views], choice)
+        every = self.done("render", self.folder / "lamps.yaml", "-o", self.folder / "pictures", "--spp", "1", "--json", "--views", "all")
+        self.assertGreater(len(json.loads(every.stdout)["files"]), 3 * 2)
 
     def test_the_same_seed_gives_the_same_files_and_copies_differ(self):
         errors = ["--noise", "0.01", "--pose-jitter", "1", "--exposure-jitter", "0.3", "--spp", "4"]

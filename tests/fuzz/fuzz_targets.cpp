@@ -28,6 +28,7 @@
 #include "renderer/io/mesh_file.h"
 #include "renderer/io/ply_file.h"
 #include "tests/app/config/config_text.h"
+#include "tests/optim/observation/camera_texts.h"
 #include "tests/optim/observation/exif_bytes.h"
 #include "tests/support/test_scenes.h"
 
@@ -321,55 +322,6 @@ std::string LlffSeed() {
   return bytes;
 }
 
-constexpr const char* kOpencvYaml = R"(%YAML:1.0
----
-image_width: 200
-image_height: 120
-camera_matrix: !!opencv-matrix
-   rows: 3
-   cols: 3
-   dt: d
-   data: [ 200., 0., 100., 0., 400., 59.75, 0., 0., 1. ]
-distortion_coefficients: [ 0.1, 0.2, 0.01, 0.02, 0. ]
-rvecs: [[0.1, 0.2, 0.3], [1, 2, 3]]
-tvecs: [[1, 2, 3], [4, 5, 6]]
-images: [ a.png, "b c.png" ]
-)";
-
-constexpr const char* kOpencvXml = R"(<?xml version="1.0"?>
-<opencv_storage>
-<image_size>200 120</image_size>
-<camera_matrix type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>
-  <data>200. 0. 100. 0. 400. 59.75 0. 0. 1.</data></camera_matrix>
-<distortion_coefficients type_id="opencv-matrix"><rows>5</rows><cols>1</cols><dt>d</dt>
-  <data>0.1 0.2 0.01 0.02 0.</data></distortion_coefficients>
-<extrinsic_parameters><rows>1</rows><data>1 2 3 4 5 6</data></extrinsic_parameters>
-<images>"a b.png"</images>
-</opencv_storage>
-)";
-
-constexpr const char* kMetashape = R"(<document version="1.5.0"><chunk label="Chunk 1">
-<sensors><sensor id="0" label="s" type="frame"><resolution width="200" height="120"/>
-<calibration type="frame" class="adjusted"><resolution width="200" height="120"/><f>400</f>
-<cx>0.5</cx><cy>0.25</cy><k1>0.1</k1><k2>0.2</k2><p1>0.01</p1><b1>-20</b1></calibration></sensor></sensors>
-<components><component id="0"><transform><rotation>1 0 0 0 1 0 0 0 1</rotation>
-<translation>1 2 3</translation><scale>2</scale></transform></component></components>
-<cameras><camera id="0" sensor_id="0" component_id="0" label="a">
-<transform>0 1 0 -2 0 0 1 -3 1 0 0 -1 0 0 0 1</transform></camera>
-<group><camera id="1" sensor_id="0" component_id="0" label="b.jpg">
-<transform>0 1 0 -2 0 0 1 -3 1 0 0 -1 0 0 0 1</transform></camera></group></cameras>
-<reference>LOCAL_CS["L",LOCAL_DATUM["L",0],UNIT["metre",1]]</reference></chunk></document>
-)";
-
-constexpr const char* kAliceVision = R"({"version": ["1", "2", "6"], "featuresFolders": [],
-"views": [{"viewId": "5", "poseId": "5", "intrinsicId": "9", "path": "/x/a photo.jpg"},
- {"viewId": "6", "poseId": "6", "intrinsicId": "9", "path": "b.jpg"}],
-"intrinsics": [{"intrinsicId": "9", "width": "200", "height": "120", "sensorWidth": "36",
- "type": "brown", "focalLength": "36", "pixelRatio": "2", "principalPoint": ["0.5", "0.25"],
- "distortionParams": ["0.1", "0.2", "0", "0.1", "0.3"]}],
-"poses": [{"poseId": "5", "pose": {"transform": {"rotation": ["0", "1", "0", "0", "0", "1", "1", "0",
- "0"], "center": ["-2", "-3", "-1"]}}}]})";
-
 void AddCameras(std::vector<FuzzTarget>& targets) {
   const renderer::Scene scene = BallAndWall();
   std::vector<renderer::Camera> cameras(scene.sensors.begin(), scene.sensors.begin() + 1);
@@ -419,10 +371,20 @@ void AddCameras(std::vector<FuzzTarget>& targets) {
       {});
   const std::vector<std::string> xml = {
       "<", ">", "</", "/>", "<!--", "<![CDATA[", "&amp;", "&#0;", "\"", "<data>", "<_>"};
-  add("metashape", {{{"c.xml", kMetashape}}}, "c.xml", xml);
+  std::string placed = kMetashape;
+  const std::string component = "label=\"Component 1\">";
+  placed.insert(placed.find(component) + component.size(),
+                "<transform><rotation>1 0 0 0 1 0 0 0 1</rotation>"
+                "<translation>1 2 3</translation><scale>2</scale></transform>");
+  placed.insert(placed.find("</chunk>"),
+                "<reference>LOCAL_CS[\"L\",LOCAL_DATUM[\"L\",0],UNIT[\"metre\",1]]</reference>");
+  add("metashape", {{{"c.xml", placed}}}, "c.xml", xml);
   add("opencv_xml", {{{"c.xml", kOpencvXml}}}, "c.xml", xml);
+  std::string lists = kOpencvYaml;
+  const std::size_t poses = lists.find("extrinsic_parameters");
+  lists.replace(poses, lists.find("images:") - poses, "rvecs: [[1, 0, 2]]\ntvecs: [[1, 2, 3]]\n");
   add("opencv_yaml",
-      {{{"c.yml", kOpencvYaml}}},
+      {{{"c.yml", kOpencvYaml}}, {{"c.yml", lists}}},
       "c.yml",
       {"&a ", "*a", "{", "}", "[", "]", "- ", ": ", "!!binary ", "|\n", "---\n", "? ", "%"});
   const std::string picture = BytesOf(renderer::EncodePng(Image(2, 2, 3)));

@@ -84,7 +84,7 @@ TEST_F(RendererOfAllParameters, SameBitsForAnyNumberOfThreads) {
 TEST_F(RendererOfAllParameters, DerivativeRendersThePrimalsBits) {
   const Result result = Render(2);
   EXPECT_EQ(result.primal.pixels, result.film.pixels);
-  options_.terms.interior = false;
+  options_.terms.Set(DerivativeTerm::kInterior, false);
   tests::RecordingSink sink(result.primal.pixels.size());
   EXPECT_EQ(renderer_.RenderDerivative(Sensor(), 0, options_, layout_, sink).pixels,
             result.primal.pixels);
@@ -129,8 +129,8 @@ TEST_F(RendererOfAllParameters, TermsAddUp) {
   const Result all = Render(2);
   Result sum;
   sum.entries.resize(all.entries.size());
-  for (int term = 0; term < 5; ++term) {
-    options_.terms = {term == 0, term == 1, term == 2, term == 3, term == 4};
+  for (const auto& [name, term] : kDerivativeTerms) {
+    options_.terms = {term};
     const Result one = Render(2);
     std::int64_t count = 0;
     for (std::size_t i = 0; i < sum.entries.size(); ++i) {
@@ -138,8 +138,8 @@ TEST_F(RendererOfAllParameters, TermsAddUp) {
       count += static_cast<std::int64_t>(one.entries[i].size());
     }
     // No line touches the ball and meets two surfaces; image form has no pixel boundary.
-    const bool none = term >= 3;
-    EXPECT_EQ(count > 100, !none) << term;
+    const bool none = term == DerivativeTerm::kIndirect || term == DerivativeTerm::kPixel;
+    EXPECT_EQ(count > 100, !none) << name;
   }
   ExpectSameBits(all.entries, sum.entries);
 }

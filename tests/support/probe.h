@@ -112,8 +112,8 @@ class Motion {
   const renderer::Scene* scene_;
 };
 
-inline constexpr std::size_t kNumTerms = 5;
-/// Independent estimates of the terms of one derivative, in the order of DerivativeTerms.
+inline constexpr std::size_t kNumTerms = renderer::kNumDerivativeTerms;
+/// Independent estimates of the terms of one derivative, by DerivativeTerm.
 struct TermReplicates {
   std::array<std::vector<double>, kNumTerms> terms;
 
@@ -139,7 +139,7 @@ inline TermReplicates DerivativeByTerm(const renderer::Renderer& renderer,
   const int spp = options.spp;
   const int sensor = renderer.scene().sensors.empty() ? -1 : 0;
   for (std::size_t t = 0; t < kNumTerms; ++t) {
-    options.terms = {t == 0, t == 1, t == 2, t == 3, t == 4};
+    options.terms = {renderer::kDerivativeTerms[t].second};
     options.spp = t == 0 ? spp : 1;
     for (int i = 0; i < count; ++i) {
       options.seed = static_cast<std::uint64_t>(i);

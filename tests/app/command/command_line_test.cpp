@@ -5,16 +5,20 @@
 
 #include <gtest/gtest.h>
 
+#include "optim/ranks/ranks.h"
+
 namespace pathfit::app {
 namespace {
 
 CommandLine Parse(std::vector<std::string> words,
-                  const std::map<std::string, std::string>& environment = {}) {
+                  const std::map<std::string, std::string>& environment = {},
+                  const Commands& commands = AllCommands()) {
   words.insert(words.begin(), "pathfit");
-  return ParseCommandLine(words, [&environment](const std::string& name) {
+  const auto value = [&environment](const std::string& name) {
     const auto found = environment.find(name);
     return found == environment.end() ? std::string() : found->second;
-  });
+  };
+  return ParseCommandLine(words, value, commands);
 }
 
 // First line of the message, or "accepted".
@@ -45,8 +49,6 @@ TEST(CommandLine, FlagsMayStandAnywhere) {
   EXPECT_EQ(line.overrides[3].assignment, "seed=5");
   EXPECT_EQ(line.overrides[4].assignment, "solver.max_memory=12GiB");
   EXPECT_EQ(line.overrides[5].label, "-o");
-  EXPECT_DOUBLE_EQ(line.time_limit_s, 5400.0);
-  EXPECT_EQ(line.stop_after, "light");
   EXPECT_EQ(line.log_level, LogLevel::kDebug);
   EXPECT_EQ(line.threads, 2);
   EXPECT_EQ(line.color, ColorMode::kNever);
@@ -59,11 +61,9 @@ TEST(CommandLine, SomeCommandsTakeSeveralWordsOrNone) {
   const CommandLine one = Parse({"init", "photos", "--force"});
   ASSERT_EQ(one.targets.size(), 1U);
   EXPECT_EQ(one.target, "photos");
-  EXPECT_TRUE(one.force);
   const CommandLine two = Parse({"init", "--masks", "m", "photos", "-o", "a.yaml", "cameras.json"});
   ASSERT_EQ(two.targets.size(), 2U);
   EXPECT_EQ(two.targets[1], "cameras.json");
-  EXPECT_EQ(two.masks, "m");
   EXPECT_EQ(Refusal({"init", "a", "b", "c"}), "pathfit init: unexpected argument 'c'");
   EXPECT_EQ(Refusal({"check", "a", "b"}), "pathfit check: unexpected argument 'b'");
   EXPECT_EQ(Refusal({"check", ""}), "pathfit check: CONFIG is missing");
@@ -97,7 +97,7 @@ TEST(CommandLine, OneSetTakesOneWord) {
             "pathfit fit: unexpected argument 'b=2'");
 }
 
-TEST(CommandLine, RenderListsAreSplit) {
+TEST(CommandLine, OverridesOfADerivative) {
   const CommandLine line = Parse({"render",
                                   "runs/a",
                                   "--views",
@@ -112,18 +112,87 @@ TEST(CommandLine, RenderListsAreSplit) {
                                   "material",
                                   "--spp",
                                   "4"});
-  EXPECT_EQ(line.views, (std::vector<std::string>{"0", "3", "IMG_1.JPG"}));
-  EXPECT_EQ(line.derivatives, (std::vector<std::string>{"axe.vertices[3].x", "exposure"}));
   ASSERT_EQ(line.overrides.size(), 3U);
   EXPECT_EQ(line.overrides[0].assignment, "render.spp=4");
   EXPECT_EQ(line.overrides[1].assignment, "render.terms=[primary,pixel]");
   EXPECT_EQ(line.overrides[2].assignment, "render.form='material'");
-  EXPECT_TRUE(Parse({"render", "c.yaml", "--views", "all"}).views.empty());
 }
 
-TEST(CommandLine, SensorsMayBeNamedOneByOne) {
-  const CommandLine line = Parse({"render", "c.yaml", "--sensor", "front", "--sensor", "top,left"});
-  EXPECT_EQ(line.views, (std::vector<std::string>{"front", "top,left"}));
+/// A command of the test: its values, and what it was run with.
+struct Brew {
+  bool strong = false;
+  std::string bean = "arabica", milk = "none";
+  std::filesystem::path cup;
+  std::vector<std::string> guests, extras;
+  double grams = 18.0, seconds = 0.0;
+  int shots = 2;
+};
+Brew brewed;
+
+void DeclareBrew(OptionList& options, Brew& own) {
+  options.Flag("--strong", "", own.strong);
+  options.Text("--bean", "NAME", "", own.bean);
+  options.Word("--milk", "none|oat|cow", "", own.milk);
+  options.Path("-o,--cup", "PATH", "", own.cup);
+  options.Texts("--guest", "NAME", "", own.guests);
+  options.List("--extras", "LIST", "", own.extras);
+  options.Number("--grams", "", 5.0, 30.0, own.grams);
+  options.Duration("--for", "", own.seconds);
+  options.Whole("--shots", "", 1, 4, own.shots);
+  options.Check([&options, &own] {
+    if (own.shots > 2 && !own.strong) options.Fail("--shots above 2 needs --strong");
+    if (options.line().targets.size() > 1) own.guests.push_back(options.line().targets[1]);
+  });
+}
+
+ExitStatus RunBrew(CommandContext& /*context*/, const Brew& own) {
+  brewed = own;
+  return ExitStatus::kStopped;
+}
+
+constexpr Command kBrew = {"brew", "", "POT [GUEST]", Prepare<Brew, DeclareBrew, RunBrew>};
+
+ExitStatus RunOf(const CommandLine& line) {
+  Terminal terminal({.write = [](std::string_view) {}, .columns = [] { return 80; }});
+  Log log(terminal, LogLevel::kOff);
+  optim::Ranks alone;
+  CommandContext context{line, terminal, log, alone};
+  return line.run(context);
+}
+
+TEST(CommandLine, ACommandOwnsItsValues) {
+  const CommandLine line = Parse({"brew",          "pot",     "me",      "--strong", "--bean",
+                                  "a b",           "--milk",  "oat",     "-o",       "c.png",
+                                  "--guest",       "front",   "--guest", "top,left", "--extras",
+                                  "0,3,IMG_1.JPG", "--grams", "7.5",     "--for",    "1h30m",
+                                  "--shots",       "4"},
+                                 {},
+                                 {&kBrew});
+  const CommandLine other = Parse({"brew", "pot"}, {}, {&kBrew});
+  EXPECT_STREQ(line.command->name, "brew");
+  EXPECT_EQ(RunOf(line), ExitStatus::kStopped);
+  EXPECT_TRUE(brewed.strong);
+  EXPECT_EQ(brewed.bean, "a b");
+  EXPECT_EQ(brewed.milk, "oat");
+  EXPECT_EQ(brewed.cup, "c.png");
+  EXPECT_EQ(brewed.guests, (std::vector<std::string>{"front", "top,left", "me"}));
+  EXPECT_EQ(brewed.extras, (std::vector<std::string>{"0", "3", "IMG_1.JPG"}));
+  EXPECT_DOUBLE_EQ(brewed.grams, 7.5);
+  EXPECT_DOUBLE_EQ(brewed.seconds, 5400.0);
+  EXPECT_EQ(brewed.shots, 4);
+  RunOf(other);
+  EXPECT_FALSE(brewed.strong) << "the values of one line are not those of another";
+  EXPECT_EQ(brewed.shots, 2);
+  EXPECT_THROW(Parse({"brew", "pot", "--shots", "3"}, {}, {&kBrew}), UsageError);
+  EXPECT_THROW(Parse({"fit", "c.yaml"}, {}, {&kBrew}), UsageError);
+}
+
+TEST(CommandLine, EveryCommandCanBeRun) {
+  for (const Command* command : AllCommands()) EXPECT_NE(command->prepare, nullptr);
+  EXPECT_FALSE(Parse({"help"}).run);
+  EXPECT_TRUE(Parse({"--version"}).run);
+  EXPECT_TRUE(Parse({"init"}).run);
+  EXPECT_TRUE(Parse({"completion", "zsh"}).run);
 }
 
 TEST(CommandLine, TheRunDirectoryOfAFitIsRelativeToTheWorkingDirectory) {

@@ -137,7 +137,7 @@ TEST(CommandReference, ThePageIsUpToDate) {
 TEST(Result, MustHaveTheDeclaredKeysAndTypes) {
   constexpr ResultKey kKeys[] = {
       {"name", "text", ""}, {"value", "number or null", ""}, {"more", "list or absent", ""}};
-  const Command command = {"test", "", nullptr, nullptr, nullptr, kKeys};
+  const Command command = {"test", "", nullptr, nullptr, kKeys};
   EXPECT_NO_THROW(RequireDeclared(command, {{"name", "a"}, {"value", 1.5}}));
   EXPECT_NO_THROW(RequireDeclared(
       command, {{"schema", "s"}, {"name", "a"}, {"value", nullptr}, {"more", Json::array()}}));

@@ -98,6 +98,38 @@ TEST(ConfigFiles, LinesAreBoundToTheStructOfTheirMap) {
   EXPECT_THROW(CheckBindings(unread, typeid(OutputConfig)), std::logic_error);
 }
 
+// What depends on another key is looked up in the schema without asking whether it is there.
+TEST(ConfigFiles, LinesSpeakOfKeysAndValuesThatExist) {
+  EXPECT_NO_THROW(CheckReferences(ConfigSchema()));
+  const auto refusal = [](const Trait& trait) -> std::string {
+    SchemaNode key = TextNode("angle");
+    trait(key);
+    SchemaNode kind = TextNode("kind");
+    kind.words = {"spot", "point"};
+    try {
+      CheckReferences(Map("", {Map("light", {kind, key})}));
+    } catch (const std::logic_error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refusal(When("kind", {"spot"})), "accepted");
+  EXPECT_EQ(refusal(Needs("kind")), "accepted");
+  EXPECT_EQ(refusal(UselessWith("light.kind", "point")), "accepted");
+  EXPECT_EQ(refusal(When("sort", {"spot"})),
+            "schema: 'angle' depends on 'sort', which its map does not have");
+  EXPECT_EQ(refusal(When("kind", {"spit"})),
+            "schema: 'angle' depends on 'spit', which is no value of 'kind'");
+  EXPECT_EQ(refusal(RequiredFor({"spot"})),
+            "schema: 'angle' depends on 'spot', which is no value of ''");
+  EXPECT_EQ(refusal(OneOfFor("group", {"point"}) | When("kind", {"spot"})), "accepted");
+  EXPECT_EQ(refusal(Needs("width")), "schema: 'angle' needs 'width', which its map does not have");
+  EXPECT_EQ(refusal(UselessWith("lamp.kind", "point")),
+            "schema: 'angle' has no use with lamp.kind: point, which is no value of the config");
+  EXPECT_EQ(refusal(UselessWith("light.kind", "pint")),
+            "schema: 'angle' has no use with light.kind: pint, which is no value of the config");
+}
+
 TEST(ConfigFiles, EveryKeyIsDocumented) {
   std::vector<const SchemaNode*> nodes = {&ConfigSchema()};
   while (!nodes.empty()) {

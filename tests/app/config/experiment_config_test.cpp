@@ -85,27 +85,31 @@ TEST(ExperimentConfig, UnknownsWaitForTheScene) {
 }
 
 TEST(ExperimentConfig, ValuesWithoutUseAreAcceptedAndSaid) {
-  const ConfigFile file(
-      Replaced(kFitConfig, "loss:", "render: {guiding: none, guide_share: 0.5}\nloss:"));
+  const ConfigFile file(Replaced(
+      kFitConfig, "loss:", "render: {guiding: none, guide_share: 0.5, spp_pixel: 3}\nloss:"));
   const ExperimentConfig config = LoadExperimentConfig(file.path(),
                                                        Sets({"loss.residual=linear",
                                                              "loss.relative_floor=0.1",
                                                              "stages[0].spp_pixel=3",
                                                              "render.form=image"}));
   const std::vector<std::string> warnings = UselessValues(config);
-  ASSERT_EQ(warnings.size(), 3U);
+  ASSERT_EQ(warnings.size(), 4U);
   EXPECT_EQ(warnings[0].find(file.path().string() + ":"), 0U) << warnings[0];
   EXPECT_NE(warnings[0].find(": render.guide_share has no use with render.guiding: none"),
             std::string::npos)
       << warnings[0];
-  EXPECT_EQ(warnings[1], "--set #2: loss.relative_floor has no use with loss.residual: linear");
-  EXPECT_EQ(warnings[2], "--set #3: stages[0].spp_pixel has no use with render.form: image");
+  EXPECT_NE(warnings[1].find(": render.spp_pixel has no use with render.form: image"),
+            std::string::npos)
+      << warnings[1];
+  EXPECT_EQ(warnings[2], "--set #2: loss.relative_floor has no use with loss.residual: linear");
+  EXPECT_EQ(warnings[3], "--set #3: stages[0].spp_pixel has no use with render.form: image");
 
   const ExperimentConfig used = LoadText(kFitConfig,
                                          {"loss.residual=relative",
                                           "loss.relative_floor=0.1",
                                           "stages[0].spp_pixel=3",
                                           "render.form=material",
+                                          "render.spp_pixel=3",
                                           "render.guiding=grid",
                                           "render.guide_share=0.5"});
   EXPECT_TRUE(UselessValues(used).empty());

@@ -108,8 +108,9 @@ TEST(SceneConfig, ReadsSensorsAndBudgets) {
   EXPECT_DOUBLE_EQ(render.spp_direct, 2.0);
   EXPECT_DOUBLE_EQ(render.spp_indirect, 3.0);
   EXPECT_DOUBLE_EQ(render.spp_pixel, 0.0);
-  EXPECT_TRUE(render.terms.interior && render.terms.direct);
-  EXPECT_FALSE(render.terms.primary || render.terms.indirect || render.terms.pixel);
+  EXPECT_EQ(render.terms,
+            (renderer::DerivativeTerms{renderer::DerivativeTerm::kInterior,
+                                       renderer::DerivativeTerm::kDirect}));
   EXPECT_EQ(render.form, renderer::DerivativeForm::kMaterial);
   EXPECT_EQ(render.guide, renderer::GuideKind::kGrid);
   EXPECT_DOUBLE_EQ(render.guide_share, 0.5);

@@ -181,8 +181,9 @@ TEST(BuildFitSpec, StagesTakeTheirBudgetsAndTheTermsOfRender) {
   EXPECT_EQ(fit.stages[1].samples.spp_indirect, 0.5);
   EXPECT_EQ(fit.stages[1].samples.spp_pixel, 7.0);
   EXPECT_EQ(fit.estimators.form, renderer::DerivativeForm::kMaterial);
-  EXPECT_TRUE(fit.estimators.terms.direct);
-  EXPECT_FALSE(fit.estimators.terms.primary);
+  EXPECT_EQ(fit.estimators.terms,
+            (renderer::DerivativeTerms{renderer::DerivativeTerm::kInterior,
+                                       renderer::DerivativeTerm::kDirect}));
   EXPECT_EQ(fit.estimators.guide, renderer::GuideKind::kGrid);
   EXPECT_EQ(fit.estimators.guide_share, 0.1);
 }
@@ -506,8 +507,9 @@ TEST(BuildScene, RenderOptionsFollowTheConfig) {
   EXPECT_DOUBLE_EQ(options.spp_indirect, 3.0);
   EXPECT_EQ(options.form, renderer::DerivativeForm::kMaterial);
   EXPECT_EQ(options.guide, renderer::GuideKind::kGrid);
-  EXPECT_TRUE(options.terms.interior && options.terms.direct);
-  EXPECT_FALSE(options.terms.primary || options.terms.indirect || options.terms.pixel);
+  EXPECT_EQ(options.terms,
+            (renderer::DerivativeTerms{renderer::DerivativeTerm::kInterior,
+                                       renderer::DerivativeTerm::kDirect}));
 }
 
 TEST(BuildScene, ARectangleLightIsABlackMeshThatShines) {

@@ -8,22 +8,13 @@
 #include "app/experiment/camera_layout.h"
 #include "optim/problem/view_quality.h"
 #include "renderer/core/error.h"
-#include "tests/optim/round/synthetic_fit.h"
+#include "tests/app/experiment/ball_start.h"
 
 namespace pathfit::app {
 namespace {
 
-using ::testing::Test;
-
-class StartCheckTest : public Test {
+class StartCheckTest : public BallStart {
  protected:
-  StartCheckTest() {
-    experiment_.scene = tests::BallScene(2, 5, 40);
-    experiment_.observations = tests::Photograph(experiment_.scene, 16);
-    config_.source.file = "ball.yaml";
-    config_.input.emplace();
-  }
-
   [[nodiscard]] StartCheck Check() const { return CheckStart(config_, experiment_); }
   /// what() of the exception of this type, empty if there is none.
   template <class Error>
@@ -45,9 +36,6 @@ class StartCheckTest : public Test {
   void MoveBall(const renderer::Vec3& by) {
     for (renderer::Vec3& p : experiment_.scene.meshes[0].mesh.positions) p += by;
   }
-
-  ExperimentConfig config_;
-  Experiment experiment_;
 };
 
 bool Says(const std::string& text, const std::string& part) {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "app/output/report.h"
+#include "tests/app/experiment/ball_start.h"
 #include "tests/app/output/html_check.h"
-#include "tests/optim/round/synthetic_fit.h"
 
 namespace pathfit::app {
 namespace {
@@ -13,21 +13,12 @@ using renderer::Emitter;
 using renderer::LightFrame;
 using renderer::Vec3;
 
-class CheckPageTest : public testing::Test {
+class CheckPageTest : public BallStart {
  protected:
-  CheckPageTest() {
-    experiment_.scene = tests::BallScene(2, 5, 40);
-    experiment_.observations = tests::Photograph(experiment_.scene, 16);
-    config_.source.file = "ball.yaml";
-    config_.input.emplace();
-  }
   [[nodiscard]] Json Page() const {
     const Json summary = {{"stages", Json::array()}};
     return CheckJson(config_, experiment_, CheckStart(config_, experiment_), summary);
   }
-
-  ExperimentConfig config_;
-  Experiment experiment_;
 };
 
 TEST_F(CheckPageTest, DrawsAxesWhereTheObjectIs) {

@@ -50,18 +50,16 @@ inline std::vector<double> RandomDirection(const renderer::ParameterLayout& layo
 
 inline optim::TermScales Mutant(optim::Term term, double scale) {
   optim::TermScales scales;
-  double* const all[] = {
-      &scales.interior, &scales.primary, &scales.direct, &scales.indirect, &scales.pixel};
-  *all[static_cast<std::size_t>(term)] = scale;
+  scales.by_term[static_cast<std::size_t>(term)] = scale;
   return scales;
 }
 
 /// Names of the terms that are missed when they are taken away.
 inline std::string NeededTerms(const optim::GradientCheckResult& result, int tile) {
   std::string names;
-  for (const optim::Term term : optim::kAllTerms) {
+  for (const auto& [name, term] : renderer::kDerivativeTerms) {
     if (!result[term].empty() && !Accepts(optim::Compare(result, Mutant(term, 0.0), tile))) {
-      names += std::string(" ") + optim::TermName(term);
+      names += std::string(" ") + name;
     }
   }
   return names;
@@ -91,7 +89,7 @@ inline void ExpectRightDerivative(const std::string& name,
   for (const optim::Term term : terms) {
     for (const double mutant : {0.0, -1.0}) {
       EXPECT_FALSE(Accepts(optim::Compare(result, Mutant(term, mutant), tile)))
-          << name << ": " << optim::TermName(term) << " times " << mutant;
+          << name << ": " << renderer::NameOf(term) << " times " << mutant;
     }
   }
 }

@@ -54,8 +54,10 @@ TEST(GradientComparison, PureNoiseHasUnitZ) {
 
 TEST(GradientComparison, FindsAMissingOrFlippedTerm) {
   const GradientCheckResult result = Synthetic(0.0, 0.3);
-  for (const TermScales& mutant :
-       {TermScales{0.0, 1.0}, TermScales{1.0, 0.0}, TermScales{-1.0, 1.0}, TermScales{1.0, -1.0}}) {
+  for (const TermScales& mutant : {TermScales{{0.0, 1.0}},
+                                   TermScales{{1.0, 0.0}},
+                                   TermScales{{-1.0, 1.0}},
+                                   TermScales{{1.0, -1.0}}}) {
     EXPECT_GT(Compare(result, mutant, 1).z_rms, 3.0);
     EXPECT_GT(Compare(result, mutant, 0).z_max, Compare(result, mutant, 0).z_limit);
   }

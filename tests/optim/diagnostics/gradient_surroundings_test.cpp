@@ -67,7 +67,7 @@ void ExpectSameEverywhere(const std::string& name,
   };
   GradientCheckOptions options = tests::OptionsForMotion(DerivativeForm::kImage, max_bounces);
   options.render.spp = 1;
-  options.render.terms = OnlyTerm(Term::kInterior);
+  options.render.terms = {Term::kInterior};
   options.difference_spp *= 16;
   options.step = step;
   const GradientCheckResult difference = check(Places().front(), options);

@@ -1,7 +1,11 @@
 #include "optim/ranks/division.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -36,6 +40,47 @@ TEST(ByteStream, ReadsWhatWasWritten) {
   EXPECT_EQ(text, "text");
   EXPECT_TRUE(empty.empty());
   EXPECT_THROW(reader.Get(number), renderer::IoError);
+}
+
+/// A type that says its parts once.
+struct Parcel {
+  std::vector<std::pair<std::string, std::vector<int>>> lists;
+  std::optional<std::string> label;
+  std::optional<std::vector<double>> weights;
+  std::array<std::string, 2> ends;
+  double value = 0.0;
+
+  static void VisitParts(auto& parcel, const auto& visit) {
+    visit(parcel.lists);
+    visit(parcel.label);
+    visit(parcel.weights);
+    visit(parcel.ends);
+    visit(parcel.value);
+  }
+};
+
+TEST(ByteStream, ReadsThePartsOfATypeAsTheyWereWritten) {
+  ByteWriter writer;
+  writer.Put(std::vector<Parcel>{{{{"a", {1, 2}}, {"", {}}}, "to you", {}, {"here", "there"}, 2.5},
+                                 Parcel()});
+  const Bytes bytes = writer.Take();
+  ByteReader reader(bytes);
+  std::vector<Parcel> read(5);
+  read[0].weights = {1.0};
+  reader.Get(read);
+  ASSERT_EQ(read.size(), 2U);
+  ASSERT_EQ(read[0].lists.size(), 2U);
+  EXPECT_EQ(read[0].lists[0].first, "a");
+  EXPECT_EQ(read[0].lists[0].second, (std::vector<int>{1, 2}));
+  EXPECT_EQ(read[0].label, "to you");
+  EXPECT_FALSE(read[0].weights);
+  EXPECT_EQ(read[0].ends[1], "there");
+  EXPECT_EQ(read[0].value, 2.5);
+  EXPECT_TRUE(read[1].lists.empty());
+  EXPECT_FALSE(read[1].label);
+  const Bytes half(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2));
+  ByteReader of_half(half);
+  EXPECT_THROW(of_half.Get(read), renderer::IoError);
 }
 
 TEST(ByteStream, RefusesACountBeyondTheEnd) {

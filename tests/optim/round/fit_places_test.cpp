@@ -4,6 +4,7 @@
 
 #include "optim/round/fit.h"
 #include "renderer/geometry/mesh_primitives.h"
+#include "tests/optim/round/free_fit.h"
 #include "tests/optim/round/synthetic_fit.h"
 
 // Where things are, found again from other starts: objects, cameras and lights, by shading,
@@ -13,7 +14,6 @@ namespace pathfit {
 namespace {
 
 using optim::FitResult;
-using optim::UnknownSpec;
 using renderer::ParameterKind;
 using renderer::Rgb;
 using renderer::Scene;
@@ -21,35 +21,18 @@ using renderer::Vec3;
 
 constexpr int kSize = 48;
 
-class FitPlacesTest : public testing::Test {
+class FitPlacesTest : public tests::FreeFit {
  protected:
-  UnknownSpec& Free(ParameterKind kind, int object) {
-    spec_.unknowns.emplace_back();
-    spec_.unknowns.back().kind = kind;
-    spec_.unknowns.back().object = object;
-    return spec_.unknowns.back();
-  }
-
   Scene Fit(const Scene& start, const Scene& truth, int num_rounds) {
-    optim::StageSpec stage;
-    stage.name = "fit";
-    for (std::size_t i = 0; i < spec_.unknowns.size(); ++i) {
-      stage.free.push_back(static_cast<int>(i));
-    }
-    stage.max_rounds = num_rounds;
-    stage.samples.spp = spp_;
-    stage.max_spp = 8 * spp_;
+    optim::StageSpec stage = Stage(num_rounds, spp_, 8 * spp_);
     stage.samples.sppe = sppe_;
-    spec_.stages = {stage, stage};
-    spec_.stages[0].name = "coarse";
-    spec_.stages[0].image_scale = 0.5;
+    spec_.stages = CoarseAndFine(stage);
     spec_.seed = 3;
     return optim::RunFit(start, tests::Photograph(truth, 256), spec_, observer_, {}).scene;
   }
 
   int spp_ = 8;
   double sppe_ = 4.0;
-  optim::FitSpec spec_;
   tests::RecordingObserver observer_;
 };
 
@@ -232,7 +215,7 @@ TEST_F(FitPlacesTest, WithoutTheDirectTermTheOccluderStaysWhereItIs) {
   Scene start = truth;
   start.meshes[0].pose.translation = {0.12, -0.1, 0.15};
   Free(ParameterKind::kObjectTranslation, 0);
-  spec_.estimators.terms.direct = false;
+  spec_.estimators.terms.Set(renderer::DerivativeTerm::kDirect, false);
   const Scene result = Fit(start, truth, 2);
   EXPECT_NEAR(
       Norm(result.meshes[0].pose.translation - start.meshes[0].pose.translation), 0.0, 1e-9);

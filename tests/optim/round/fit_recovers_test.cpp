@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "optim/round/fit.h"
+#include "tests/optim/round/free_fit.h"
 #include "tests/optim/round/synthetic_fit.h"
 
 // Scenes rendered by this renderer and recovered from other starts, within seconds. The tolerances
@@ -12,34 +13,16 @@ namespace pathfit {
 namespace {
 
 using optim::FitResult;
-using optim::FitSpec;
 using optim::UnknownSpec;
 using renderer::ParameterKind;
 
 constexpr int kNumViews = 7;  // the last is held out
 constexpr int kSize = 64;
 
-class FitRecoversTest : public testing::Test {
+class FitRecoversTest : public tests::FreeFit {
  protected:
-  UnknownSpec& Free(ParameterKind kind, int object) {
-    spec_.unknowns.emplace_back();
-    spec_.unknowns.back().kind = kind;
-    spec_.unknowns.back().object = object;
-    return spec_.unknowns.back();
-  }
-
   FitResult Fit(int num_rounds) {
-    optim::StageSpec stage;
-    stage.name = "fit";
-    for (std::size_t i = 0; i < spec_.unknowns.size(); ++i) {
-      stage.free.push_back(static_cast<int>(i));
-    }
-    stage.max_rounds = num_rounds;
-    stage.samples.spp = 8;
-    stage.max_spp = 32;
-    spec_.stages = {stage, stage};
-    spec_.stages[0].name = "coarse";
-    spec_.stages[0].image_scale = 0.5;
+    spec_.stages = CoarseAndFine(Stage(num_rounds, 8, 32));
     spec_.seed = 3;
     return optim::RunFit(start_, tests::Photograph(truth_, 256), spec_, observer_, {});
   }
@@ -60,7 +43,6 @@ class FitRecoversTest : public testing::Test {
 
   renderer::Scene start_ = tests::BallScene(2, kNumViews, kSize);
   renderer::Scene truth_ = start_;
-  FitSpec spec_;
   tests::RecordingObserver observer_;
 };
 

@@ -4,6 +4,7 @@
 
 #include "optim/round/fit.h"
 #include "renderer/geometry/mesh_primitives.h"
+#include "tests/optim/round/free_fit.h"
 #include "tests/optim/round/synthetic_fit.h"
 
 // What surfaces and pictures are made of, found again from other starts. The tolerances are two to
@@ -19,30 +20,14 @@ using renderer::Vec3;
 
 constexpr int kSize = 48;
 
-class FitSurfacesTest : public testing::Test {
+class FitSurfacesTest : public tests::FreeFit {
  protected:
-  UnknownSpec& Free(ParameterKind kind, int object) {
-    spec_.unknowns.emplace_back();
-    spec_.unknowns.back().kind = kind;
-    spec_.unknowns.back().object = object;
-    return spec_.unknowns.back();
-  }
-
   Scene Fit(const Scene& start, const Scene& truth, int num_rounds) {
-    optim::StageSpec stage;
-    stage.name = "fit";
-    for (std::size_t i = 0; i < spec_.unknowns.size(); ++i) {
-      stage.free.push_back(static_cast<int>(i));
-    }
-    stage.max_rounds = num_rounds;
-    stage.samples.spp = 8;
-    stage.max_spp = 32;
-    spec_.stages = {stage};
+    spec_.stages = {Stage(num_rounds, 8, 32)};
     spec_.seed = 3;
     return optim::RunFit(start, tests::Photograph(truth, 256), spec_, observer_, {}).scene;
   }
 
-  optim::FitSpec spec_;
   tests::RecordingObserver observer_;
 };
 

@@ -52,7 +52,7 @@ Moments Passes(const Scene& scene,
 
 RenderOptions DirectOnly() {
   RenderOptions options;
-  options.terms = {false, false, true, false, false};
+  options.terms = {DerivativeTerm::kDirect};
   options.spp = 1;
   options.spp_direct = 64.0;
   return options;

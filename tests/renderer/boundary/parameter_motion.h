@@ -55,7 +55,13 @@ inline std::vector<double> SumsOf(const std::vector<renderer::Film>& films, int 
 
 /// The estimators named here and no others.
 inline renderer::DerivativeTerms Terms(bool interior, bool primary, bool pixel) {
-  return {interior, primary, false, false, pixel};
+  renderer::DerivativeTerms terms = {};
+  terms.Set(renderer::DerivativeTerm::kInterior, interior);
+  terms.Set(renderer::DerivativeTerm::kPrimary, primary);
+  terms.Set(renderer::DerivativeTerm::kDirect, false);
+  terms.Set(renderer::DerivativeTerm::kIndirect, false);
+  terms.Set(renderer::DerivativeTerm::kPixel, pixel);
+  return terms;
 }
 
 /// |mean| < 4 sigma with sigma below `sharpness`, or exactly zero up to rounding.

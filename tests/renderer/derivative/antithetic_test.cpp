@@ -29,7 +29,7 @@ Moments Turning(const Scene& scene, bool antithetic, int count) {
   ParameterLayout layout(scene);
   layout.Add(ParameterKind::kObjectRotation, 0);
   RenderOptions options;
-  options.terms = {true, false, false, false, false};
+  options.terms = {DerivativeTerm::kInterior};
   options.spp = 16;
   options.antithetic = antithetic;
   std::vector<double> sums;

@@ -144,7 +144,7 @@ Measured Measure(const Row& row, bool along_u, int spp, int renderings) {
   }
   RenderOptions options;
   options.form = DerivativeForm::kMaterial;
-  options.terms = {true, false, false, false, false};
+  options.terms = {DerivativeTerm::kInterior};
   options.max_bounces = 0;
   options.spp = spp;
   const Camera& camera = scene.sensors[0];

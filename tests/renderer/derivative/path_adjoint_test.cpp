@@ -19,7 +19,7 @@ RenderOptions Options(int spp, int max_bounces = 1) {
   RenderOptions options;
   options.spp = spp;
   options.max_bounces = max_bounces;
-  options.terms.primary = false;
+  options.terms.Set(DerivativeTerm::kPrimary, false);
   return options;
 }
 

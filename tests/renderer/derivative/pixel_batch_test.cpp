@@ -66,7 +66,7 @@ TEST(PixelBatch, SameBitsAsOneAtATime) {
           options.max_bounces = max_bounces;
           options.rr_depth = 2;
           options.antithetic = antithetic;
-          options.terms = {true, false, false, false, false};
+          options.terms = {DerivativeTerm::kInterior};
           FilmSink sink(layout, {1.0}, camera.width, camera.height);
           const Film alone = renderer.RenderDerivative(camera, 0, options, layout, sink);
           RenderStats stats;

@@ -142,9 +142,6 @@ renderer::RenderOptions OptionsOf(DerivativeForm form) {
   return options;
 }
 
-constexpr std::array<const char*, kNumTerms> kTermNames{
-    "interior", "primary", "direct", "indirect", "pixel"};
-
 void RecordTerm(const std::string& name, const MeanAndError& term) {
   std::ostringstream text;
   text << term.mean << " sigma " << term.error;
@@ -173,7 +170,7 @@ TEST_P(OnePixel, TermsAndTotalAreRightAndNoneIsMissing) {
   std::array<MeanAndError, kNumTerms> terms;
   for (std::size_t t = 0; t < kNumTerms; ++t) {
     terms[t] = EstimateMean(replicates.terms[t]);
-    RecordTerm(kTermNames[t], terms[t]);
+    RecordTerm(renderer::kDerivativeTerms[t].first, terms[t]);
     size = std::max(size, std::abs(terms[t].mean));
   }
   ExpectKnown("derivative", replicates.Total(), {exact, size});
@@ -183,7 +180,7 @@ TEST_P(OnePixel, TermsAndTotalAreRightAndNoneIsMissing) {
     for (std::size_t t = 0; t < kNumTerms; ++t) {
       // 5e-6: the table's last digit
       EXPECT_NEAR(terms[t].mean, printed[t], 4.0 * std::hypot(terms[t].error, p.sigma) + 5e-6)
-          << kTermNames[t];
+          << renderer::kDerivativeTerms[t].first;
     }
   }
   for (std::size_t t = 0; t < kNumTerms; ++t) {
@@ -192,7 +189,8 @@ TEST_P(OnePixel, TermsAndTotalAreRightAndNoneIsMissing) {
       std::array<double, kNumTerms> mutant{1, 1, 1, 1, 1};
       mutant[t] = factor;
       const MeanAndError m = EstimateMean(replicates.Total(mutant));
-      EXPECT_GT(std::abs(m.mean - exact), 4.0 * m.error) << kTermNames[t] << " times " << factor;
+      EXPECT_GT(std::abs(m.mean - exact), 4.0 * m.error)
+          << renderer::kDerivativeTerms[t].first << " times " << factor;
     }
   }
 }
@@ -227,7 +225,8 @@ void ExpectSame(const renderer::Renderer& renderer,
   double largest = 0.0;
   for (std::size_t t = 0; t < kNumTerms; ++t) {
     for (std::size_t i = 0; i < a.terms[t].size(); ++i) {
-      EXPECT_NEAR(a.terms[t][i], factor * b.terms[t][i], tolerance) << kTermNames[t];
+      EXPECT_NEAR(a.terms[t][i], factor * b.terms[t][i], tolerance)
+          << renderer::kDerivativeTerms[t].first;
       largest = std::max(largest, std::abs(a.terms[t][i]));
     }
   }
