@@ -41,7 +41,7 @@ GradientCheckResult Rise(const Scene& scene, DerivativeForm form, int max_bounce
   options.render.spp_indirect = 768.0;
   options.step = step;
   if (max_bounces < kBounces) {  // of a mutant
-    options.render.terms = {false, false, true, true, false};
+    options.render.terms = {renderer::DerivativeTerm::kDirect, renderer::DerivativeTerm::kIndirect};
     options.difference_spp = 1;
   }
   return CheckGradient(scene, scene.sensors[0], -1, layout, {0.2, 1.0, 0.3}, options);
