@@ -50,7 +50,8 @@ Image ReadChannels(Imf::InputFile& file,
   image.width = window.max.x - window.min.x + 1;
   image.height = window.max.y - window.min.y + 1;
   image.channels = static_cast<int>(names.size());
-  CheckImageSize(image.width, image.height, path);
+  CheckClaimedSize(
+      image.width, image.height, ImageKind::kExr, std::filesystem::file_size(path), path);
   for (const std::string& name : names) {
     CheckChannel(*file.header().channels().findChannel(name), path);
   }

@@ -149,6 +149,22 @@ TEST(ExrFile, RefusesAnInfinitePixel) {
             std::string::npos);
 }
 
+TEST(ExrFile, RefusesSizesThatTheFileCannotHold) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.Path() / "a.exr";
+  WriteExr(path, MakeImage(4, 4, 3));
+  std::string bytes = ReadWholeFile(path);
+  for (const char* window : {"dataWindow", "displayWindow"}) {
+    const std::size_t at = bytes.find(window);
+    ASSERT_NE(at, std::string::npos);
+    // name, box2i, size; then from x, y to x, y.
+    const std::size_t corner = bytes.find("box2i", at) + 6 + 4 + 8;
+    bytes.replace(corner, 8, std::string("\xff\x3f\0\0\xff\x3f\0\0", 8));
+  }
+  const std::string message = IoErrorOf([&] { ReadExr(folder.Write("b.exr", bytes)); });
+  EXPECT_NE(message.find("b.exr"), std::string::npos) << message;
+}
+
 TEST(ExrFile, SurvivesCutAndDamagedFiles) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.Path() / "a.exr";
