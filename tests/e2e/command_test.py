@@ -250,10 +250,11 @@ class Commands(unittest.TestCase):
         self.assertIn("more than 10000 runs", self.done("sweep", self.config, *keys, status=2).stderr)
 
     def test_a_full_disk_behind_standard_output_is_an_error(self):
-        for words in (["config", "show", self.config], ["version"], ["config", "schema"], ["help"]):
+        for words in (["config", "show", self.config], ["version"], ["config", "schema"], ["help"], ["info", "--json"]):
             with open("/dev/full", "w") as full:
                 result = subprocess.run([PATHFIT, *map(str, words)], stdout=full, stderr=subprocess.PIPE, text=True)
-            self.assertEqual(result.returncode, 4, (words, result.stderr))
+            self.assertEqual(result.returncode, 75, (words, result.stderr))
+            self.assertRegex(result.stderr, "standard output cannot be written: the disk is full")
 
 
 if __name__ == "__main__":
