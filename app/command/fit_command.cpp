@@ -133,7 +133,11 @@ ExitStatus RunInDirectory(CommandContext& context,
     for (std::size_t i = 0; i < views.size(); ++i) {
       views[i].gain_error = recorder.history().gain_errors[i];
     }
-    ExportResult(run.Result(), result.scene, views, recorder.history().parameters);
+    ExportResult(run.Result(),
+                 result.scene,
+                 views,
+                 recorder.history().parameters,
+                 experiment.observations.metres_per_unit);
     WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
     record.SetTimes(result.wall_s, 0.0);
     const Ending ending = EndingOf(result.status, signals, observer.reached(), run);

@@ -188,8 +188,10 @@ ColmapText ColmapModel(const std::vector<Camera>& cameras,
 void WriteCameras(const std::filesystem::path& folder,
                   const std::vector<Camera>& cameras,
                   const std::vector<std::string>& image_names,
-                  const std::vector<std::string>& image_paths) {
-  renderer::WriteFileAtomically(folder / "transforms.json", TransformsJson(cameras, image_paths));
+                  const std::vector<std::string>& image_paths,
+                  double metres_per_unit) {
+  renderer::WriteFileAtomically(folder / "transforms.json",
+                                TransformsJson(cameras, image_paths, metres_per_unit));
   if (std::ranges::any_of(cameras, IsParallel)) return;  // COLMAP has none
   const ColmapText text = ColmapModel(cameras, image_names);
   renderer::WriteFileAtomically(folder / "cameras.txt", text.cameras);

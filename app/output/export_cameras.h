@@ -35,6 +35,7 @@ ColmapText ColmapModel(const std::vector<renderer::Camera>& cameras,
 void WriteCameras(const std::filesystem::path& folder,
                   const std::vector<renderer::Camera>& cameras,
                   const std::vector<std::string>& image_names,
-                  const std::vector<std::string>& image_paths);
+                  const std::vector<std::string>& image_paths,
+                  double metres_per_unit = 0.0);
 
 }  // namespace pathfit::app
