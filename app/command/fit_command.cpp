@@ -107,6 +107,7 @@ ExitStatus RunInDirectory(CommandContext& context,
   const StopSignals signals;
   const int resume_step = resume ? resume->step : 0;
   Progress progress(context.terminal);
+  progress.Expect(experiment.fit);
   const std::string last_stage =
       context.line.stop_after.empty() ? config.fit.stages.back().name : context.line.stop_after;
   FitRecorder recorder(run,
