@@ -25,6 +25,23 @@ ExitStatus RunSilently(const CommandLine& line, optim::Ranks& ranks) {
   }
 }
 
+/// A result that did not get out is none, such as on a full disk.
+ExitStatus WithOutput(ExitStatus status) {
+  if (status != ExitStatus::kFinished) return status;
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  // The reason of an earlier failure is gone: another one tells it.
+  if (errno == 0 && std::fputc('\n', stdout) != EOF) std::fflush(stdout);
+  const int reason = errno;
+  const bool is_full = reason == ENOSPC || reason == EDQUOT;
+  std::fprintf(stderr,
+               "pathfit: standard output cannot be written: %s\n",
+               is_full       ? "the disk is full; make room and try again"
+               : reason == 0 ? "write error"
+                             : std::generic_category().message(reason).c_str());
+  return is_full ? ExitStatus::kStopped : ExitStatus::kInput;
+}
+
 ExitStatus Run(const std::vector<std::string>& arguments, optim::Ranks& ranks) {
   CommandLine line;
   try {
@@ -63,26 +80,13 @@ ExitStatus Run(const std::vector<std::string>& arguments, optim::Ranks& ranks) {
         "out of memory; lower image_scale, spp or the number of photos, or set solver.max_memory");
     return ExitStatus::kMemory;
   } catch (const std::exception& e) {
-    if (std::ferror(stdout) != 0) {
-      log.Error(std::string("standard output: ") + e.what());
-      return ExitStatus::kInput;
-    }
+    if (std::ferror(stdout) != 0) return WithOutput(ExitStatus::kFinished);
     const ExitStatus status = StatusOfException(e);
     log.Error(status == ExitStatus::kInternalError
                   ? std::string("internal error, please report it with log.txt: ") + e.what()
                   : std::string(e.what()));
     return status;
   }
-}
-
-/// A result that did not get out is none, such as on a full disk.
-ExitStatus WithOutput(ExitStatus status) {
-  if (status != ExitStatus::kFinished) return status;
-  errno = 0;
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
-  const std::string reason = errno == 0 ? "write error" : std::generic_category().message(errno);
-  std::fprintf(stderr, "pathfit: standard output: %s\n", reason.c_str());
-  return ExitStatus::kInput;
 }
 
 }  // namespace

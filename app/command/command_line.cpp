@@ -21,7 +21,7 @@ constexpr const char* kFooter =
     "Result paths go to stdout, everything else to stderr. Status: 0 done, 2 command line wrong, "
     "3 config wrong,\n4 input data wrong, 5 numerical failure, 7 check failed, 8 too little "
     "memory, "
-    "75 and 130 stopped with a checkpoint.";
+    "75 stopped (with a checkpoint, or the disk is full), 130 Ctrl-C with a checkpoint.";
 
 template <class T, std::size_t kCount>
 T ParseWord(const std::string& command,

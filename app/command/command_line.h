@@ -38,7 +38,9 @@ enum class ExitStatus {
   kNumerical = 5,      ///< NaN, no usable step; the last accepted state is saved
   kCheckFailed = 7,    ///< gradcheck outside its limits
   kMemory = 8,         ///< would exceed the memory limit, or allocation failed
-  kStopped = 75,       ///< by --time-limit or SIGTERM, with a checkpoint: `pathfit resume`
+  /// By --time-limit or SIGTERM, with a checkpoint (`pathfit resume`), or by a full disk: nothing
+  /// is wrong with the input, the same may be tried again.
+  kStopped = 75,
   kInterrupted = 130,  ///< Ctrl-C, with a checkpoint
 };
 

@@ -8,6 +8,7 @@
 #include "optim/solver/trust_region_solver.h"
 #include "renderer/core/error.h"
 #include "renderer/geometry/ray_caster.h"
+#include "renderer/io/disk_full_error.h"
 
 namespace pathfit::app {
 namespace {
@@ -71,6 +72,7 @@ void WarnOfLimit(CommandContext& context, const std::string& text) {
 ExitStatus StatusOfException(const std::exception& error) {
   if (IsOneOf<UsageError>(error)) return ExitStatus::kUsage;
   if (IsOneOf<ConfigError>(error)) return ExitStatus::kConfig;
+  if (IsOneOf<renderer::DiskFullError>(error)) return ExitStatus::kStopped;
   if (IsOneOf<renderer::IoError, renderer::SceneError, std::filesystem::filesystem_error>(error))
     return ExitStatus::kInput;
   if (IsOneOf<renderer::NumericalError>(error)) return ExitStatus::kNumerical;

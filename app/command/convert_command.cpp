@@ -83,10 +83,11 @@ struct Options {
 
 void Declare(OptionList& options, Options& own) {
   options.Word("--from", FromWords(), "Format of IN", own.from);
-  options.Word("--to",
-               "transforms|colmap",
-               "Format of OUT; else transforms for a .json file, colmap for a folder",
-               own.to);
+  options.Word(
+      "--to",
+      "transforms|colmap|list",
+      "Format of OUT; else transforms for a .json file, list for a .yaml file, colmap for a folder",
+      own.to);
   options.Path("--images", "DIR", "Folder of the photos, if IN does not lead there", own.images);
   options.Path("--calibration",
                "FILE",
@@ -103,10 +104,13 @@ constexpr ResultKey kResult[] = {{"from", "text", "Format that was read"},
 ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const fs::path out = fs::absolute(line.targets[2]).lexically_normal();
+  const bool is_yaml = out.extension() == ".yaml" || out.extension() == ".yml";
   const std::string to = !own.to.empty()              ? own.to
                          : out.extension() == ".json" ? "transforms"
+                         : is_yaml                    ? "list"
                                                       : "colmap";
-  const bool is_file = to == "transforms" && out.extension() == ".json";
+  const bool is_file =
+      (to == "transforms" && out.extension() == ".json") || (to == "list" && is_yaml);
   const fs::path folder = is_file ? out.parent_path() : out;
   if (!is_file && fs::exists(out) && !fs::is_directory(out)) {
     throw UsageError("convert", out.string() + " is a file, but " + to + " needs a folder");
@@ -123,6 +127,9 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   if (to == "transforms") {
     files.emplace_back(is_file ? out : out / "transforms.json",
                        TransformsJson(cameras.cameras, cameras.paths, imported.metres_per_unit));
+  } else if (to == "list") {
+    files.emplace_back(is_file ? out : out / "cameras.yaml",
+                       CameraListYaml(cameras.cameras, cameras.paths, imported.metres_per_unit));
   } else {
     if (imported.metres_per_unit > 0.0) {
       context.log.Warn(fmt::format("COLMAP models have no unit; that 1 unit is {} m is not written",

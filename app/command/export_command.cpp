@@ -36,7 +36,8 @@ PhotoNames PhotosOf(const RunScene& loaded, const fs::path& folder) {
 
 template <MeshFormat kFormat>
 Files WriteMeshesAs(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
-  return WriteMeshes(folder, loaded.experiment.scene, kFormat);
+  return WriteMeshes(
+      folder, loaded.experiment.scene, kFormat, loaded.experiment.observations.metres_per_unit);
 }
 
 Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
@@ -56,8 +57,10 @@ Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) 
 
 Files WriteTransforms(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
   const fs::path path = folder / "transforms.json";
-  renderer::WriteFileAtomically(
-      path, TransformsJson(loaded.experiment.scene.sensors, PhotosOf(loaded, folder).paths));
+  renderer::WriteFileAtomically(path,
+                                TransformsJson(loaded.experiment.scene.sensors,
+                                               PhotosOf(loaded, folder).paths,
+                                               loaded.experiment.observations.metres_per_unit));
   return {path};
 }
 

@@ -117,6 +117,7 @@ ExitStatus RunInDirectory(CommandContext& context,
   const StopSignals signals;
   const int resume_step = resume ? resume->step : 0;
   Progress progress(context.terminal);
+  progress.Expect(experiment.fit);
   const std::string last_stage =
       own.stop_after.empty() ? config.fit.stages.back().name : own.stop_after;
   FitRecorder recorder(run,
@@ -143,7 +144,11 @@ ExitStatus RunInDirectory(CommandContext& context,
     for (std::size_t i = 0; i < views.size(); ++i) {
       views[i].gain_error = recorder.history().gain_errors[i];
     }
-    ExportResult(run.Result(), result.scene, views, recorder.history().parameters);
+    ExportResult(run.Result(),
+                 result.scene,
+                 views,
+                 recorder.history().parameters,
+                 experiment.observations.metres_per_unit);
     WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
     record.SetTimes(result.wall_s, 0.0);
     const Ending ending = EndingOf(result.status, signals, observer.reached(), run);

@@ -73,11 +73,13 @@ ExitStatus Info(CommandContext& context) {
   for (const auto& [name, version] : info["libraries"].items()) {
     fmt::print("{:<16} {}\n", name, version.get<std::string>());
   }
-  fmt::print("CPU              {} ({})\nthreads          {}\nmemory           {:.1f} GiB\n",
-             info["cpu"].get<std::string>(),
-             info["instruction_set"].get<std::string>(),
-             info["threads"].get<int>(),
-             info["memory_bytes"].get<double>() / kGiB);
+  fmt::print(
+      "CPU              {} ({})\nthreads          {}\nmemory           {:.1f} GiB\nGPU             "
+      " not used\n",
+      info["cpu"].get<std::string>(),
+      info["instruction_set"].get<std::string>(),
+      info["threads"].get<int>(),
+      info["memory_bytes"].get<double>() / kGiB);
   return ExitStatus::kFinished;
 }
 

@@ -36,10 +36,22 @@ constexpr std::size_t kFewPhotos = 4;  // of which none is held out
 struct SyntheticScene {
   const ExperimentConfig& config;
   const Experiment& experiment;
-  std::vector<renderer::Film> films;  ///< without errors, by sensor
-  std::vector<std::string> names;     ///< file names of the photos
-  renderer::Box box;                  ///< around all meshes
-  bool has_masks = false;             ///< something is seen beside the meshes
+  std::vector<std::string> names;  ///< file names of the photos
+  renderer::Box box;               ///< around all meshes
+  bool has_masks = false;          ///< something is seen beside the meshes
+};
+
+/// A folder, and how its photos differ from the scene's pictures.
+struct PhotoSet {
+  fs::path folder;
+  PhotoErrors errors;
+
+  [[nodiscard]] double ExposureFactor(std::size_t photo) const {
+    return std::exp2(ExposureErrorEv(errors, photo));
+  }
+  [[nodiscard]] fs::path Mask(const std::string& name) const {
+    return folder / "masks" / (name + ".png");
+  }
 };
 
 /// What the user wrote, without what is the default anyway.
@@ -128,13 +140,29 @@ std::string TruthText(const SyntheticScene& scene, const std::vector<renderer::C
   return ResolvedYaml(config, scene.experiment.scene);
 }
 
-/// Photos, masks, cameras, the truth and a config. Returns the config.
-fs::path WriteSet(const fs::path& folder,
-                  const SyntheticScene& scene,
-                  const PhotoErrors& errors,
+/// Photo and mask of a sensor's picture, which has no errors yet.
+void WritePicture(const PhotoSet& set,
+                  std::size_t index,
+                  const std::string& name,
+                  const renderer::Film& film,
                   int quality) {
-  for (const char* part : {"photos", "truth"}) renderer::CreateFolders(folder / part);
-  if (scene.has_masks) renderer::CreateFolders(folder / "masks");
+  const double factor = set.ExposureFactor(index);
+  renderer::Image photo = renderer::ColorImage(film);
+  for (float& v : photo.data) v *= static_cast<float>(factor);
+  AddNoise(set.errors, index, photo);
+  WritePhoto(set.folder / "photos" / name, photo, quality);
+  renderer::WritePng8(set.Mask(name), renderer::CoverageImage(film));
+}
+
+/// Masks of pictures that show nothing but meshes say nothing.
+void RemoveMasks(const PhotoSet& set, const std::vector<std::string>& names) {
+  std::error_code ignored;
+  for (const std::string& name : names) fs::remove(set.Mask(name), ignored);
+  fs::remove(set.folder / "masks", ignored);
+}
+
+/// Cameras, the truth and a config beside the photos. Returns the config.
+fs::path WriteTruth(const PhotoSet& set, const SyntheticScene& scene) {
   renderer::Scene truth = scene.experiment.scene;
   std::vector<renderer::Camera> believed;
   std::vector<std::string> paths;
@@ -142,45 +170,43 @@ fs::path WriteSet(const fs::path& folder,
   for (std::size_t i = 0; i < scene.names.size(); ++i) {
     const std::string& name = scene.names[i];
     renderer::Camera& camera = truth.sensors[i];
-    const double factor = std::exp2(ExposureErrorEv(errors, i));
-    renderer::Image photo = renderer::ColorImage(scene.films[i]);
-    for (float& v : photo.data) v *= static_cast<float>(factor);
-    AddNoise(errors, i, photo);
-    WritePhoto(folder / "photos" / name, photo, quality);
-    if (scene.has_masks) {
-      renderer::WritePng8(folder / "masks" / (name + ".png"),
-                          renderer::CoverageImage(scene.films[i]));
-    }
-    believed.push_back(BelievedCamera(errors, i, scene.box, camera));
+    believed.push_back(BelievedCamera(set.errors, i, scene.box, camera));
     paths.push_back("photos/" + name);
-    views.push_back({name, (folder / "photos" / name).string(), false});
-    camera.gain *= factor;
+    views.push_back({name, (set.folder / "photos" / name).string(), false});
+    camera.gain *= set.ExposureFactor(i);
     camera.name = name;
   }
-  renderer::WriteFileAtomically(folder / "transforms.json", TransformsJson(believed, paths));
+  renderer::WriteFileAtomically(set.folder / "transforms.json", TransformsJson(believed, paths));
   ExportResult(
-      folder / "truth", truth, views, SummarizeParameters(scene.experiment.fit, truth, truth));
-  renderer::WriteFileAtomically(folder / "truth" / "scene.yaml", TruthText(scene, truth.sensors));
-  const fs::path fit = folder / "fit.yaml";
-  renderer::WriteFileAtomically(fit, FitText(scene, errors));
+      set.folder / "truth", truth, views, SummarizeParameters(scene.experiment.fit, truth, truth));
+  renderer::WriteFileAtomically(set.folder / "truth" / "scene.yaml",
+                                TruthText(scene, truth.sensors));
+  const fs::path fit = set.folder / "fit.yaml";
+  renderer::WriteFileAtomically(fit, FitText(scene, set.errors));
   static_cast<void>(LoadExperimentConfig(fit, {}));  // one that is refused is a mistake here
   return fit;
 }
 
-/// Every sensor's picture without errors.
-std::vector<renderer::Film> RenderAll(const SyntheticScene& scene,
-                                      const renderer::CancelFlag& cancel,
-                                      Log& log) {
+/// Every sensor's picture into every set, one at a time. Whether something is seen beside the
+/// meshes.
+bool WritePictures(const std::vector<PhotoSet>& sets,
+                   const SyntheticScene& scene,
+                   int quality,
+                   const renderer::CancelFlag& cancel,
+                   Log& log) {
   const renderer::Renderer renderer(scene.experiment.scene);
   renderer::RenderOptions options = scene.config.render;
-  std::vector<renderer::Film> films;
+  bool has_masks = false;
   for (std::size_t i = 0; i < scene.names.size(); ++i) {
     options.view = i;
-    films.push_back(
-        renderer.RenderPrimal(scene.experiment.scene.sensors[i], options, {.cancel = &cancel}));
+    const renderer::Film film =
+        renderer.RenderPrimal(scene.experiment.scene.sensors[i], options, {.cancel = &cancel});
+    has_masks |=
+        std::ranges::any_of(film.pixels, [](const renderer::Rgba& pixel) { return pixel.a < 0.5; });
+    for (const PhotoSet& set : sets) WritePicture(set, i, scene.names[i], film, quality);
     log.Info("rendered " + scene.names[i]);
   }
-  return films;
+  return has_masks;
 }
 
 struct Options {
@@ -229,7 +255,7 @@ SyntheticScene MakeScene(const ExperimentConfig& config,
                          const Experiment& experiment,
                          const std::string& photo_format,
                          Log& log) {
-  SyntheticScene scene{config, experiment, {}, {}, {}};
+  SyntheticScene scene{config, experiment, {}, {}};
   for (const renderer::Camera& sensor : experiment.scene.sensors) {
     scene.names.push_back(sensor.name);
     if (sensor.filter != renderer::PixelFilter{}) {
@@ -265,31 +291,35 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
 
   SyntheticScene scene = MakeScene(config, experiment, own.photo_format, context.log);
+  std::vector<PhotoSet> written;
+  for (int copy = 1; copy <= std::max(1, own.copies); ++copy) {
+    written.push_back({own.copies > 0 ? folder / std::to_string(copy) : folder,
+                       {config.render.seed + static_cast<std::uint64_t>(copy - 1),
+                        own.noise,
+                        own.shot_noise,
+                        own.exposure_jitter_ev,
+                        own.pose_jitter_deg * std::numbers::pi / 180.0}});
+    for (const char* part : {"photos", "masks", "truth"}) {
+      renderer::CreateFolders(written.back().folder / part);
+    }
+  }
   const StopSignals signals;
   try {
-    scene.films = RenderAll(scene, signals.flag(), context.log);
+    scene.has_masks = WritePictures(written, scene, own.jpeg_quality, signals.flag(), context.log);
   } catch (const renderer::Cancelled&) {
+    context.log.Warn("stopped: " + folder.string() + " holds only some of the photos");
     return signals.Received().value_or(ExitStatus::kStopped);
   }
-  scene.has_masks = std::ranges::any_of(scene.films, [](const renderer::Film& film) {
-    return std::ranges::any_of(film.pixels, [](const renderer::Rgba& p) { return p.a < 0.5; });
-  });
-
   Json sets = Json::array();
-  for (int copy = 1; copy <= std::max(1, own.copies); ++copy) {
-    const fs::path into = own.copies > 0 ? folder / std::to_string(copy) : folder;
-    const PhotoErrors errors{config.render.seed + static_cast<std::uint64_t>(copy - 1),
-                             own.noise,
-                             own.shot_noise,
-                             own.exposure_jitter_ev,
-                             own.pose_jitter_deg * std::numbers::pi / 180.0};
-    const fs::path fit = WriteSet(into, scene, errors, own.jpeg_quality);
-    sets.push_back({{"folder", into.string()},
+  for (const PhotoSet& set : written) {
+    if (!scene.has_masks) RemoveMasks(set, scene.names);
+    const fs::path fit = WriteTruth(set, scene);
+    sets.push_back({{"folder", set.folder.string()},
                     {"photos", scene.names.size()},
                     {"masks", scene.has_masks},
                     {"config", fit.string()},
-                    {"truth", (into / "truth").string()}});
-    if (!line.json) fmt::print("{}\n", into.string());
+                    {"truth", (set.folder / "truth").string()}});
+    if (!line.json) fmt::print("{}\n", set.folder.string());
   }
   if (line.json) PrintResult(context, {{"sets", std::move(sets)}});
   context.log.Info(

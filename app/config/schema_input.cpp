@@ -37,7 +37,7 @@ SchemaNode CamerasSchema() {
                             "be left out.")) |
                     Needs("sensor") | DefaultIs("all"),
                 Choice("format", CameraFormats(), &ObservationOptions::camera_format) |
-                    Doc("Kind of the camera file.") | Refuse({{"bundler", ""}, {"list", ""}}),
+                    Doc("Kind of the camera file.") | Refuse({{"bundler", ""}}),
                 Key("calibration", &ObservationOptions::calibration) |
                     Doc("A calibration of OpenCV (YAML or XML; also camera_info of ROS) that gives "
                         "all cameras their size, focal lengths, principal point and lens, in place "

@@ -116,6 +116,41 @@ std::string TransformsJson(const std::vector<Camera>& cameras,
   return JsonText(file, 1) + "\n";
 }
 
+std::string CameraListYaml(const std::vector<Camera>& cameras,
+                           const std::vector<std::string>& image_paths,
+                           double metres_per_unit) {
+  PATHFIT_CHECK(cameras.size() == image_paths.size());
+  std::string text = "# x right, y up, looking along -z; pixels from the corner of the image.\n";
+  if (metres_per_unit > 0.0) text += fmt::format("metres_per_unit: {}\n", metres_per_unit);
+  text += "cameras:\n";
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Camera& c = cameras[i];
+    text += "- image: " + JsonText(image_paths[i]) + "\n";
+    if (IsParallel(c)) text += "  type: orthographic\n";
+    text +=
+        fmt::format("  size_px: [{}, {}]\n  focal_px: [{}, {}]\n  principal_point_px: [{}, {}]\n",
+                    c.width,
+                    c.height,
+                    c.fx,
+                    c.fy,
+                    c.cx,
+                    c.cy);
+    if (const renderer::LensDistortion& d = c.distortion; !d.IsNone()) {
+      text += fmt::format("  distortion: {{k1: {}, k2: {}, k3: {}, p1: {}, p2: {}}}\n",
+                          d.k1,
+                          d.k2,
+                          d.k3,
+                          d.p1,
+                          d.p2);
+    }
+    text += "  world_from_camera:\n";
+    for (const Json& row : MatrixRows(renderer::CameraPose(c))) {
+      text += "  - " + JsonText(row, -1) + "\n";
+    }
+  }
+  return text;
+}
+
 ColmapText ColmapModel(const std::vector<Camera>& cameras,
                        const std::vector<std::string>& image_names) {
   PATHFIT_CHECK(cameras.size() == image_names.size());
@@ -153,8 +188,10 @@ ColmapText ColmapModel(const std::vector<Camera>& cameras,
 void WriteCameras(const std::filesystem::path& folder,
                   const std::vector<Camera>& cameras,
                   const std::vector<std::string>& image_names,
-                  const std::vector<std::string>& image_paths) {
-  renderer::WriteFileAtomically(folder / "transforms.json", TransformsJson(cameras, image_paths));
+                  const std::vector<std::string>& image_paths,
+                  double metres_per_unit) {
+  renderer::WriteFileAtomically(folder / "transforms.json",
+                                TransformsJson(cameras, image_paths, metres_per_unit));
   if (std::ranges::any_of(cameras, IsParallel)) return;  // COLMAP has none
   const ColmapText text = ColmapModel(cameras, image_names);
   renderer::WriteFileAtomically(folder / "cameras.txt", text.cameras);

@@ -16,6 +16,11 @@ std::string TransformsJson(const std::vector<renderer::Camera>& cameras,
                            const std::vector<std::string>& image_paths,
                            double metres_per_unit = 0.0);
 
+/// The same cameras as a list in YAML, as optim::ReadCameraList takes it.
+std::string CameraListYaml(const std::vector<renderer::Camera>& cameras,
+                           const std::vector<std::string>& image_paths,
+                           double metres_per_unit = 0.0);
+
 /// A COLMAP text model without points: world-to-camera, x right, y down, z forward, pixel origin at
 /// the image corner. PINHOLE without distortion, OPENCV without k3, FULL_OPENCV otherwise; equal
 /// intrinsics share a camera. Throws SceneError for an orthographic one.
@@ -30,6 +35,7 @@ ColmapText ColmapModel(const std::vector<renderer::Camera>& cameras,
 void WriteCameras(const std::filesystem::path& folder,
                   const std::vector<renderer::Camera>& cameras,
                   const std::vector<std::string>& image_names,
-                  const std::vector<std::string>& image_paths);
+                  const std::vector<std::string>& image_paths,
+                  double metres_per_unit = 0.0);
 
 }  // namespace pathfit::app

@@ -156,7 +156,8 @@ PlacedMesh Place(std::size_t index, const Scene& scene) {
 
 std::vector<fs::path> WritePlacedGlb(const fs::path& stem,
                                      const PlacedMesh& placed,
-                                     const Scene& scene) {
+                                     const Scene& scene,
+                                     double metres_per_unit) {
   renderer::GlbMaterial glb{
       .name = placed.material.name, .bsdf = placed.bsdf, .double_sided = placed.material.two_sided};
   if (placed.texture != nullptr) glb.base_color_texture = *placed.texture;
@@ -170,7 +171,7 @@ std::vector<fs::path> WritePlacedGlb(const fs::path& stem,
     glb.emission_texture = TextureAt(placed.emission->texture, scene);
   }
   const fs::path path = fs::path(stem) += ".glb";
-  renderer::WriteGlb(path, placed.mesh, glb);
+  renderer::WriteGlb(path, placed.mesh, glb, metres_per_unit);
   return {path};
 }
 
@@ -213,7 +214,10 @@ std::vector<std::string> MeshFileNames(const Scene& scene) {
 
 }  // namespace
 
-std::vector<fs::path> WriteMeshes(const fs::path& folder, const Scene& scene, MeshFormat format) {
+std::vector<fs::path> WriteMeshes(const fs::path& folder,
+                                  const Scene& scene,
+                                  MeshFormat format,
+                                  double metres_per_unit) {
   renderer::CreateFolders(folder);
   std::vector<fs::path> written;
   const std::vector<std::string> names = MeshFileNames(scene);
@@ -221,7 +225,7 @@ std::vector<fs::path> WriteMeshes(const fs::path& folder, const Scene& scene, Me
     const PlacedMesh placed = Place(i, scene);
     const fs::path stem = folder / names[i];
     const std::vector<fs::path> files = format == MeshFormat::kGlb
-                                            ? WritePlacedGlb(stem, placed, scene)
+                                            ? WritePlacedGlb(stem, placed, scene, metres_per_unit)
                                         : format == MeshFormat::kPly ? WritePlacedPly(stem, placed)
                                                                      : WritePlacedObj(stem, placed);
     written.insert(written.end(), files.begin(), files.end());
@@ -309,11 +313,12 @@ std::string ExposureCsv(const Scene& scene, const std::vector<ExportedView>& vie
 void ExportResult(const fs::path& folder,
                   const Scene& scene,
                   const std::vector<ExportedView>& views,
-                  const std::vector<ParameterSummary>& parameters) {
+                  const std::vector<ParameterSummary>& parameters,
+                  double metres_per_unit) {
   PATHFIT_CHECK(scene.sensors.size() == views.size());
   renderer::CreateFolders(folder / "cameras");
   std::vector<std::string> image_names, image_paths;
-  WriteMeshes(folder, scene, MeshFormat::kGlb);
+  WriteMeshes(folder, scene, MeshFormat::kGlb, metres_per_unit);
   WriteMeshes(folder, scene, MeshFormat::kPly);
   std::vector<std::string> texture_names;
   for (const renderer::Texture& texture : scene.textures) texture_names.push_back(texture.name);
@@ -329,7 +334,7 @@ void ExportResult(const fs::path& folder,
     image_names.push_back(view.name);
     image_paths.push_back(NearPath(view.image_path, folder / "cameras").generic_string());
   }
-  WriteCameras(folder / "cameras", scene.sensors, image_names, image_paths);
+  WriteCameras(folder / "cameras", scene.sensors, image_names, image_paths, metres_per_unit);
   renderer::WriteFileAtomically(folder / "lights.json", LightsJson(scene));
   renderer::WriteFileAtomically(folder / "exposure.csv", ExposureCsv(scene, views));
   renderer::WriteFileAtomically(folder / "parameters.csv", CsvTable(parameters));

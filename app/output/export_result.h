@@ -28,26 +28,30 @@ inline constexpr std::array<std::pair<const char*, MeshFormat>, 3> kMeshFormats 
     {{"glb", MeshFormat::kGlb}, {"obj", MeshFormat::kObj}, {"ply", MeshFormat::kPly}}};
 
 /// A file for each mesh of the scene, where their poses place them, and what it refers to. Returns
-/// the files: of each mesh in the scene's order, its own first. Throws as ExportResult.
+/// the files: of each mesh in the scene's order, its own first. GLB files are in metres where
+/// `metres_per_unit` is known, not 0 (WriteGlb). Throws as ExportResult.
 std::vector<std::filesystem::path> WriteMeshes(const std::filesystem::path& folder,
                                                const renderer::Scene& scene,
-                                               MeshFormat format);
+                                               MeshFormat format,
+                                               double metres_per_unit = 0.0);
 
 /// environment.exr and .hdr, as ExportResult writes them; returns no files without an environment.
 std::vector<std::filesystem::path> WriteEnvironment(const std::filesystem::path& folder,
                                                     const renderer::Scene& scene);
 
-/// Writes a result folder, in the frame and unit of the scene:
-/// <mesh>.glb and <mesh>.ply, where their poses place them, with vertex colours or the base-colour
-/// texture (inside the GLB; <mesh>.png for the PLY, sRGB, clamped to 0..1), the GLB also with those
-/// of roughness and metallic and with what shines; textures/<name>.exr
-/// with linear values; environment.exr and .hdr (intensity times texels, in the light's own frame)
-/// and lights.json, which says how they are turned; cameras/; exposure.csv; parameters.csv. Throws
-/// IoError (not writable, a value that a format cannot hold), NumericalError (not finite).
+/// Writes a result folder, in the frame and unit of the scene, but for GLB files, which are in
+/// metres where `metres_per_unit` is known: <mesh>.glb and <mesh>.ply, where their poses place
+/// them, with vertex colours or the base-colour texture (inside the GLB; <mesh>.png for the PLY,
+/// sRGB, clamped to 0..1), the GLB also with those of roughness and metallic and with what shines;
+/// textures/<name>.exr with linear values; environment.exr and .hdr (intensity times texels, in the
+/// light's own frame) and lights.json, which says how they are turned; cameras/; exposure.csv;
+/// parameters.csv. Throws IoError (not writable, a value that a format cannot hold), NumericalError
+/// (not finite).
 void ExportResult(const std::filesystem::path& folder,
                   const renderer::Scene& scene,
                   const std::vector<ExportedView>& views,
-                  const std::vector<ParameterSummary>& parameters);
+                  const std::vector<ParameterSummary>& parameters,
+                  double metres_per_unit = 0.0);
 
 /// textures/<name>_seen.png beside each texture that was made for the fit: white where a fitted
 /// photo shows the surface, grey where none does and texels were filled from their neighbours,

@@ -25,10 +25,6 @@ double SteadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-double RemainingSeconds(const optim::RoundReport& report, double seconds_per_round) {
-  return std::max(report.max_rounds - report.round, 0) * seconds_per_round;
-}
-
 std::string Bar(const optim::RoundReport& report, bool utf8) {
   const double share = report.max_rounds > 0 ? double{1.0} * report.round / report.max_rounds : 0.0;
   const int filled = static_cast<int>(std::lround(std::clamp(share, 0.0, 1.0) * kBarCells));
@@ -116,6 +112,7 @@ std::string DurationText(double seconds) {
 
 std::string StatusLine(const optim::RoundReport& report,
                        double seconds_per_round,
+                       double eta_s,
                        int columns,
                        bool utf8,
                        bool color) {
@@ -131,8 +128,7 @@ std::string StatusLine(const optim::RoundReport& report,
     parts.push_back(TextPart(std::move(text), ""));
   }
   parts.push_back(TextPart(fmt::format("  {:.1f} s/it", seconds_per_round), "2"));
-  parts.push_back(TextPart(
-      fmt::format("  ETA {}", ClockText(RemainingSeconds(report, seconds_per_round))), "2"));
+  parts.push_back(TextPart(fmt::format("  ETA {}", ClockText(eta_s)), "2"));
 
   int total = 0;
   for (const Part& part : parts) total += part.columns;
@@ -154,12 +150,13 @@ std::string StatusLine(const optim::RoundReport& report,
 
 std::string PlainLine(const optim::RoundReport& report,
                       double seconds_per_round,
+                      double eta_s,
                       const std::string& time) {
   return fmt::format("{} info {} s_per_it={:.1f} eta_s={:.0f}",
                      time,
                      RoundWords(report),
                      seconds_per_round,
-                     RemainingSeconds(report, seconds_per_round));
+                     eta_s);
 }
 
 std::string RoundWords(const optim::RoundReport& report) {
@@ -175,10 +172,11 @@ std::string StageWords(const optim::StageReport& report) {
 
 std::string JsonLine(const optim::RoundReport& report,
                      double seconds_per_round,
+                     double eta_s,
                      const std::string& time) {
   Json line = FigureLine(report, time);
   line["s_per_it"] = ToJson(seconds_per_round);
-  line["eta_s"] = ToJson(RemainingSeconds(report, seconds_per_round));
+  line["eta_s"] = ToJson(eta_s);
   return JsonText(line, -1);
 }
 
@@ -201,6 +199,7 @@ double Progress::UpdateSecondsPerRound(const optim::RoundReport& report) {
 
 void Progress::OnRound(const optim::RoundReport& report) {
   const double per_round = UpdateSecondsPerRound(report);
+  remaining_.OnRound(report);
   const bool new_stage = !any_round_ || report.stage != stage_;
   any_round_ = true;
   stage_ = report.stage;
@@ -210,16 +209,17 @@ void Progress::OnRound(const optim::RoundReport& report) {
   if (!new_stage && now - last_output_s_ < interval) return;
   last_output_s_ = now;
   if (options.progress == ProgressMode::kBar) {
-    terminal_.SetStatus(
-        StatusLine(report, per_round, options.columns(), options.utf8, options.color));
+    terminal_.SetStatus(StatusLine(
+        report, per_round, remaining_.Seconds(), options.columns(), options.utf8, options.color));
   } else if (options.progress == ProgressMode::kJson) {
-    terminal_.PrintLine(JsonLine(report, per_round, UtcIsoNow()));
+    terminal_.PrintLine(JsonLine(report, per_round, remaining_.Seconds(), UtcIsoNow()));
   } else if (options.progress != ProgressMode::kNone) {
-    terminal_.PrintLine(PlainLine(report, per_round, UtcIsoNow()));
+    terminal_.PrintLine(PlainLine(report, per_round, remaining_.Seconds(), UtcIsoNow()));
   }
 }
 
 void Progress::OnStage(const optim::StageReport& report) {
+  remaining_.OnStage(report);
   const ProgressMode mode = terminal_.options().progress;
   if (mode == ProgressMode::kBar) {
     terminal_.ClearStatus();

@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "app/output/remaining_time.h"
 #include "app/output/terminal.h"
 #include "optim/round/fit_report.h"
 
@@ -19,6 +20,8 @@ class Progress {
   explicit Progress(Terminal& terminal);
   Progress(Terminal& terminal, Clock clock);
 
+  /// The stages of the fit, so that the time it will still take is that of all.
+  void Expect(const optim::FitSpec& spec) { remaining_.Expect(spec); }
   void OnRound(const optim::RoundReport& report);
   void OnStage(const optim::StageReport& report);
   /// Removes the status line.
@@ -30,6 +33,7 @@ class Progress {
 
   Terminal& terminal_;
   Clock clock_;
+  RemainingTime remaining_;
   std::string stage_;
   double last_output_s_ = 0.0;
   double last_wall_s_ = 0.0;
@@ -38,12 +42,17 @@ class Progress {
 };
 
 /// The status line within `columns`: parts are left out from the right, the bar first, rather than
-/// wrapped.
-std::string StatusLine(
-    const optim::RoundReport& report, double seconds_per_round, int columns, bool utf8, bool color);
+/// wrapped. `eta_s`: of the whole fit (RemainingTime).
+std::string StatusLine(const optim::RoundReport& report,
+                       double seconds_per_round,
+                       double eta_s,
+                       int columns,
+                       bool utf8,
+                       bool color);
 /// One line of plain progress, without a newline: time, level and key=value pairs.
 std::string PlainLine(const optim::RoundReport& report,
                       double seconds_per_round,
+                      double eta_s,
                       const std::string& time);
 /// The same of a round or of a stage's end without time, level and what is to come, for logs.
 std::string RoundWords(const optim::RoundReport& report);
@@ -51,6 +60,7 @@ std::string StageWords(const optim::StageReport& report);
 /// One JSON object with every figure of the round, named as in metrics.csv.
 std::string JsonLine(const optim::RoundReport& report,
                      double seconds_per_round,
+                     double eta_s,
                      const std::string& time);
 
 /// "3:49" or "1:02:05"; "?" when not finite. Negative durations count as zero.

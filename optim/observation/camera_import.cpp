@@ -36,6 +36,19 @@ bool StartsWithText(const fs::path& path, std::string_view text) {
   return start.find(text) != std::string::npos;
 }
 
+/// Whether a line of the file is this key of the outermost map.
+bool HasKey(const fs::path& path, std::string_view key) {
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line);) {
+    std::string_view rest = line;
+    if (!rest.starts_with(key)) continue;
+    rest.remove_prefix(key.size());
+    rest.remove_prefix(std::min(rest.find_first_not_of(" \t"), rest.size()));
+    if (rest.starts_with(':')) return true;
+  }
+  return false;
+}
+
 /// The file, or the first of these names in the folder, that passes.
 template <class Passes>
 fs::path FindFile(const fs::path& path,
@@ -79,12 +92,21 @@ fs::path FindMetashape(const fs::path& path, bool is_named) {
   });
 }
 
+bool IsYaml(const fs::path& path) {
+  const std::string ending = renderer::LowerCase(path.extension().string());
+  return ending == ".yaml" || ending == ".yml";
+}
+
+fs::path FindList(const fs::path& path, bool is_named) {
+  return FindFile(path, {"cameras.yaml", "cameras.yml"}, [&](const fs::path& file) {
+    return is_named || (IsYaml(file) && HasKey(file, "cameras"));
+  });
+}
+
 /// Only by its own name: most calibrations beside photos hold no poses.
 fs::path FindOpencv(const fs::path& path, bool is_named) {
   return FindFile(path, {}, [&](const fs::path& file) {
-    const std::string ending = renderer::LowerCase(file.extension().string());
-    return is_named || ending == ".yaml" || ending == ".yml" ||
-           (IsXml(file) && StartsWithText(file, "<opencv_storage"));
+    return is_named || IsYaml(file) || (IsXml(file) && StartsWithText(file, "<opencv_storage"));
   });
 }
 
@@ -123,7 +145,7 @@ ImportedCameras Named(const fs::path& path, const fs::path& /*photos*/) {
   return kRead(path);
 }
 
-constexpr std::array<CameraFormat, 6> kFormats = {{
+constexpr std::array<CameraFormat, 7> kFormats = {{
     {"alicevision",
      "AliceVision SfM",
      "cameras.sfm or sfm.json of AliceVision (Meshroom)",
@@ -145,6 +167,11 @@ constexpr std::array<CameraFormat, 6> kFormats = {{
      "cameras.xml of Metashape (or another .xml file)",
      FindMetashape,
      Named<ReadMetashapeXml>},
+    {"list",
+     "list of cameras",
+     "cameras.yaml, a list of cameras (or another .yaml or .yml file that holds one)",
+     FindList,
+     Named<ReadCameraList>},
     {"opencv",
      "OpenCV calibration",
      "a .yaml, .yml or .xml file of an OpenCV calibration",

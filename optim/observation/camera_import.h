@@ -83,6 +83,15 @@ ImportedCameras ReadMetashapeXml(const std::filesystem::path& path);
 /// IoError with file and element.
 ImportedCameras ReadAliceVisionSfm(const std::filesystem::path& path);
 
+/// Reads a plain list of cameras in YAML, for what was measured or written by a program of one's
+/// own: `cameras`, of each `image`, perhaps `mask`, and its pose, either world_from_camera (3 or 4
+/// rows; x right, y up, looking along -z; with `axes: opencv` y down, z forward) or look_at
+/// (origin, target, up). `type`, `size_px`, `focal_px` (one number or two; pixels per unit of an
+/// orthographic camera), `principal_point_px` (from the image corner), `distortion` (k1 k2 k3 p1
+/// p2) and `axes` belong to a camera, or to the whole file. `metres_per_unit` may be there. Throws
+/// IoError with file:line:column and key, also of keys that are not known.
+ImportedCameras ReadCameraList(const std::filesystem::path& path);
+
 /// What ImportCameras takes: "auto" and a word for each kind of camera file.
 std::vector<std::string> CameraFormatWords();
 

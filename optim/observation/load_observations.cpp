@@ -534,6 +534,7 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
   for (std::size_t i = 0; i < exposures.ev.size(); ++i) {
     set.views[i].exif_ev = static_cast<float>(exposures.ev[i]);
   }
+  set.metres_per_unit = cameras.metres_per_unit;
   set.assumptions = SummariseInput(options, cameras, set, facts, exposures.seen);
   if (files != nullptr) *files = std::move(used);
   return set;

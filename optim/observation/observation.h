@@ -37,6 +37,7 @@ struct ObservationSet {
   /// Nothing is rendered behind the object: with silhouettes, photos are compared as they would be
   /// before black, whatever their background.
   bool black_background = false;
+  double metres_per_unit = 0.0;          ///< of camera places, as their file says; 0: unknown
   std::vector<std::string> assumptions;  ///< sentences for `check`, run.json and the report
 };
 

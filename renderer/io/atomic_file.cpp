@@ -1,6 +1,7 @@
 #include "renderer/io/atomic_file.h"
 
 #include <atomic>
+#include <cerrno>
 #include <cstdint>
 #include <fstream>
 #include <system_error>
@@ -87,10 +88,13 @@ void WriteThroughTemporary(const std::filesystem::path& path,
 
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
   WriteThroughTemporary(path, [&](const std::filesystem::path& temporary) {
+    errno = 0;
     std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
-    if (!stream) throw IoError(path.string() + ": cannot be written");
+    if (stream) return;
+    const std::string reason = errno == 0 ? "" : ": " + std::generic_category().message(errno);
+    throw IoError(path.string() + ": cannot be written" + reason);
   });
 }
 

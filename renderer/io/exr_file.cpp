@@ -1,6 +1,7 @@
 #include "renderer/io/exr_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <mutex>
 #include <string>
@@ -8,10 +9,12 @@
 #include <vector>
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfChromaticities.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
@@ -41,6 +44,25 @@ void CheckChannel(const Imf::Channel& channel, const std::string& path) {
   }
 }
 
+/// A file that says its colours belong to other primaries would be read with a cast.
+void CheckColorSpace(const Imf::Header& header, const std::string& path) {
+  if (!Imf::hasChromaticities(header)) return;
+  constexpr float kTolerance = 0.01F;  // wider gamuts differ by three times that and more
+  const Imf::Chromaticities& own = Imf::chromaticities(header);
+  const Imf::Chromaticities rec709;
+  for (const auto point : {&Imf::Chromaticities::red,
+                           &Imf::Chromaticities::green,
+                           &Imf::Chromaticities::blue,
+                           &Imf::Chromaticities::white}) {
+    const Imath::V2f difference = own.*point - rec709.*point;
+    if (std::abs(difference.x) <= kTolerance && std::abs(difference.y) <= kTolerance) continue;
+    throw IoError(path + ": its chromaticities (red " + std::to_string(own.red.x) + " " +
+                  std::to_string(own.red.y) + ", white " + std::to_string(own.white.x) + " " +
+                  std::to_string(own.white.y) +
+                  ") are not those of Rec.709; convert its colours to linear Rec.709");
+  }
+}
+
 /// The named channels of the data window, interleaved.
 Image ReadChannels(Imf::InputFile& file,
                    const std::vector<std::string>& names,
@@ -50,7 +72,8 @@ Image ReadChannels(Imf::InputFile& file,
   image.width = window.max.x - window.min.x + 1;
   image.height = window.max.y - window.min.y + 1;
   image.channels = static_cast<int>(names.size());
-  CheckImageSize(image.width, image.height, path);
+  CheckClaimedSize(
+      image.width, image.height, ImageKind::kExr, std::filesystem::file_size(path), path);
   for (const std::string& name : names) {
     CheckChannel(*file.header().channels().findChannel(name), path);
   }
@@ -101,7 +124,9 @@ Image ReadExr(const std::filesystem::path& path, Image* alpha) {
   try {
     Imf::InputFile file(name.c_str());
     const Imf::ChannelList& channels = file.header().channels();
-    color = ThreeChannels(ReadChannels(file, ColorChannels(channels, name), name));
+    const std::vector<std::string> names = ColorChannels(channels, name);
+    if (names.size() == 3) CheckColorSpace(file.header(), name);
+    color = ThreeChannels(ReadChannels(file, names, name));
     if (alpha != nullptr && channels.findChannel("A") != nullptr) {
       coverage = ReadChannels(file, {"A"}, name);
     }

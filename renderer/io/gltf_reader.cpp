@@ -25,6 +25,7 @@
 #include "renderer/geometry/ray.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/gltf_writer.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/mesh_assembly.h"
 
@@ -969,7 +970,7 @@ class GltfReader {
                    {m[12], m[13], m[14]}};
     } else {
       if (has(node.rotation, 4, "rotation")) transform.linear = Rotation(node.rotation, where);
-      if (has(node.scale, 3, "scale")) {
+      if (has(node.scale, 3, "scale") && !IsUnit(node)) {
         transform.linear.x *= node.scale[0];
         transform.linear.y *= node.scale[1];
         transform.linear.z *= node.scale[2];
@@ -979,6 +980,14 @@ class GltfReader {
       }
     }
     return transform;
+  }
+
+  /// Whether the scale only turns the mesh's unit into metres, as WriteGlb says it.
+  [[nodiscard]] static bool IsUnit(const tinygltf::Node& node) {
+    if (!node.extras.IsObject() || !node.extras.Has(kMetresPerUnit)) return false;
+    const tinygltf::Value& unit = node.extras.Get(kMetresPerUnit);
+    return unit.IsNumber() &&
+           std::ranges::all_of(node.scale, [&](double s) { return s == unit.GetNumberAsDouble(); });
   }
 
   /// Of a quaternion x, y, z, w.

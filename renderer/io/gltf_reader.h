@@ -10,7 +10,8 @@ namespace pathfit::renderer {
 
 /// What a glTF 2.0 file shows, as far as the renderer has it.
 struct GltfFile {
-  /// Meshes are in the frame of the file's scene (y up, metres), one for each material of each node
+  /// Meshes are in the frame of the file's scene (y up, metres; of our own files the unit that they
+  /// were written from, see WriteGlb), one for each material of each node
   /// and called by both where that is needed to tell them apart. Names are the file's own, those of
   /// objects of one list are all different.
   ///

@@ -326,7 +326,10 @@ Mesh WithUnitNormals(Mesh mesh) {
 
 }  // namespace
 
-void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& given) {
+void WriteGlb(const std::filesystem::path& path,
+              const Mesh& mesh,
+              const GlbMaterial& given,
+              double metres_per_unit) {
   if (mesh.triangles.empty())
     throw SceneError(path.string() + ": a mesh to be written has no triangle");
   tinygltf::Model model;
@@ -346,6 +349,10 @@ void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMate
   tinygltf::Node node;
   node.name = path.stem().string();
   node.mesh = 0;
+  if (metres_per_unit > 0.0 && metres_per_unit != 1.0) {
+    node.scale.assign(3, metres_per_unit);
+    node.extras = tinygltf::Value({{kMetresPerUnit, tinygltf::Value(metres_per_unit)}});
+  }
   model.nodes.push_back(std::move(node));
   tinygltf::Scene scene;
   scene.nodes.push_back(0);

@@ -10,6 +10,9 @@
 
 namespace pathfit::renderer {
 
+/// In the extras of a node: what its scale is.
+inline constexpr const char* kMetresPerUnit = "metres_per_unit";
+
 /// glTF 2.0 metallic-roughness material. Factors are linear and clamped to 0..1, as the format
 /// demands.
 struct GlbMaterial {
@@ -26,12 +29,18 @@ struct GlbMaterial {
   std::optional<Texture> emission_texture = std::nullopt;
 };
 
-/// One mesh with one material as binary glTF (y up, metres), called as the file: float POSITION,
-/// unit NORMAL when the mesh has normals (else viewers shade it flat), TEXCOORD_0 (v down, as the
-/// format demands) when the mesh has UVs, linear float COLOR_0 (clamped to 0..1) when it has
-/// colours, uint32 indices. A position with several normals, UVs or colours is repeated. Written
-/// through a temporary file. Fails: IoError (not writable, a number beyond float), SceneError
-/// (wrong indices, no triangle, a texture without UVs or whose texels do not match its size).
-void WriteGlb(const std::filesystem::path& path, const Mesh& mesh, const GlbMaterial& material);
+/// One mesh with one material as binary glTF (y up, metres). `metres_per_unit` of the mesh's
+/// coordinates, unless it is 0 (unknown, taken for 1), is the scale of its node, which says so in
+/// its extras: ReadGltf leaves such a scale out, and gives the coordinates back. Called as the
+/// file: float POSITION, unit NORMAL when the mesh has normals (else viewers shade it flat),
+/// TEXCOORD_0 (v down, as the format demands) when the mesh has UVs, linear float COLOR_0 (clamped
+/// to 0..1) when it has colours, uint32 indices. A position with several normals, UVs or colours is
+/// repeated. Written through a temporary file. Fails: IoError (not writable, a number beyond
+/// float), SceneError (wrong indices, no triangle, a texture without UVs or whose texels do not
+/// match its size).
+void WriteGlb(const std::filesystem::path& path,
+              const Mesh& mesh,
+              const GlbMaterial& material,
+              double metres_per_unit = 0.0);
 
 }  // namespace pathfit::renderer

@@ -6,12 +6,27 @@
 #include <optional>
 
 #include "renderer/core/error.h"
-#include "renderer/io/text_scanner.h"
 
 namespace pathfit::renderer {
 namespace {
 
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
+
+/// What a byte of a file can hold at most. PNG: deflate makes 1032 bytes of one, of 8 pixels each.
+/// JPEG: a bit per block of 64 pixels, twice that for arithmetic coding. HDR: runs of 127 in 2
+/// bytes for each of 4 channels. EXR and TIFF know codes that say a row in a bit.
+std::int64_t MostPixelsPerByte(ImageKind kind) {
+  switch (kind) {
+    case ImageKind::kJpeg:
+      return 1024;
+    case ImageKind::kPng:
+      return 8256;
+    case ImageKind::kHdr:
+      return 16;
+    default:
+      return 65536;
+  }
+}
 
 // Signatures hold zero bytes, hence the lengths.
 constexpr std::string_view kTiffLittleEndian("II*\0", 4);
@@ -112,7 +127,11 @@ void CheckJpeg(std::string_view bytes, const std::string& name) {
   while (const std::optional<JpegSegment> segment = segments.Next()) {
     if (IsFrameHeader(segment->marker)) {
       const ByteReader reader(segment->payload, true);
-      CheckImageSize(reader.Uint(3, 2).value_or(0), reader.Uint(1, 2).value_or(0), name);
+      CheckClaimedSize(reader.Uint(3, 2).value_or(0),
+                       reader.Uint(1, 2).value_or(0),
+                       ImageKind::kJpeg,
+                       bytes.size(),
+                       name);
       has_frame = true;
     }
     if (segment->marker != 0xd9) continue;
@@ -129,6 +148,22 @@ void CheckImageSize(std::int64_t width, std::int64_t height, const std::string& 
     throw IoError(name + ": image size " + std::to_string(width) + " x " + std::to_string(height) +
                   " is not allowed, at most " + std::to_string(kMaxPixels) + " pixels");
   }
+}
+
+void CheckClaimedSize(std::int64_t width,
+                      std::int64_t height,
+                      ImageKind kind,
+                      std::uintmax_t file_bytes,
+                      const std::string& name) {
+  CheckImageSize(width, height, name);
+  const std::int64_t pixels = width * height, each = MostPixelsPerByte(kind);
+  const auto least = static_cast<std::uintmax_t>((pixels + each - 1) / each);
+  if (file_bytes >= least) return;
+  constexpr std::int64_t kPixelBytes = 3 * sizeof(float), kMegabyte = 1000000;
+  throw IoError(name + ": claims " + std::to_string(width) + " x " + std::to_string(height) +
+                " pixels (" + std::to_string((pixels * kPixelBytes + kMegabyte - 1) / kMegabyte) +
+                " MB in memory), which no file of " + std::to_string(file_bytes) +
+                " bytes holds (at least " + std::to_string(least) + "); it is damaged or cut off");
 }
 
 std::string FirstNonFinite(const Image& image) {
@@ -185,80 +220,16 @@ void CheckContainer(std::string_view bytes, ImageKind kind, const std::string& n
   if (kind == ImageKind::kJpeg) CheckJpeg(bytes, name);
   if (kind == ImageKind::kPng) {
     const ByteReader reader(bytes, true);
-    CheckImageSize(reader.Uint(16, 4).value_or(0), reader.Uint(20, 4).value_or(0), name);
+    CheckClaimedSize(
+        reader.Uint(16, 4).value_or(0), reader.Uint(20, 4).value_or(0), kind, bytes.size(), name);
   }
   if (kind == ImageKind::kTiff) {
-    CheckImageSize(FindTiffTag(bytes, kTiffWidth).value_or(0),
-                   FindTiffTag(bytes, kTiffHeight).value_or(0),
-                   name);
+    CheckClaimedSize(FindTiffTag(bytes, kTiffWidth).value_or(0),
+                     FindTiffTag(bytes, kTiffHeight).value_or(0),
+                     kind,
+                     bytes.size(),
+                     name);
   }
-}
-
-namespace {
-
-/// Whether pixels of an HDR file hold runs as before 1991: a pixel (1, 1, 1, n) that repeats the
-/// one before. The library takes them for colours. Rows of new runs come first, which begin with
-/// (2, 2, below 128); from the first row without on it reads plain pixels.
-bool HasOldRuns(std::string_view bytes, std::int64_t width, std::int64_t height) {
-  const auto byte = [bytes](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
-  std::size_t at = 0;
-  for (; height > 0 && width >= 8 && width <= 0x7fff; --height) {
-    if (bytes.size() < at + 4 || byte(at) != 2 || byte(at + 1) != 2 || byte(at + 2) >= 128) break;
-    at += 4;
-    for (std::int64_t left = 4 * width; left > 0;) {
-      if (at >= bytes.size()) return false;  // cut off
-      const int count = byte(at);
-      left -= count > 128 ? count - 128 : count;
-      at += count > 128 ? 2 : 1 + static_cast<std::size_t>(count);
-    }
-  }
-  for (std::int64_t left = width * height; left > 0 && at + 4 <= bytes.size(); --left, at += 4) {
-    if (bytes.substr(at, 3) == "\1\1\1") return true;
-  }
-  return false;
-}
-
-}  // namespace
-
-double ReadHdrExposure(std::string_view bytes, const std::string& name) {
-  const auto require = [&name](bool condition, const char* what) {
-    if (!condition) throw IoError(name + ": not a readable HDR file: " + what);
-  };
-  // The library cuts longer lines in two, and takes a zero byte for an empty line.
-  const auto check_line = [&require](std::string_view text) {
-    require(text.size() < 127, "a line of the header is longer than 126 bytes");
-    require(!text.starts_with('\0'), "a line of the header begins with a zero byte");
-  };
-  LineReader lines(bytes);
-  std::string_view line;
-  double exposure = 1.0;
-  bool has_format = false;
-  for (bool has_line = lines.Next(line); !line.empty(); has_line = lines.Next(line)) {
-    require(has_line, "the header has no end");
-    check_line(line);
-    has_format = has_format || line == "FORMAT=32-bit_rle_rgbe";
-    if (!line.starts_with("EXPOSURE=")) continue;
-    line.remove_prefix(9);
-    const std::optional<double> factor = ParseReal(NextToken(line));
-    require(factor && *factor > 0.0, "EXPOSURE must be positive");
-    exposure *= *factor;
-  }
-  require(has_format, "the header has no line FORMAT=32-bit_rle_rgbe");
-  require(lines.Next(line), "the size is missing");
-  check_line(line);
-  require(bytes.substr(0, bytes.size() - lines.Rest().size()).find('\r') == std::string_view::npos,
-          "lines of the header end with a carriage return");
-  const std::string_view rows = NextToken(line);
-  const std::optional<std::int64_t> height = ParseInteger(NextToken(line));
-  const std::string_view columns = NextToken(line);
-  const std::optional<std::int64_t> width = ParseInteger(NextToken(line));
-  require(
-      rows == "-Y" && columns == "+X" && height && width,
-      "the size must look like '-Y 512 +X 1024'; images stored turned or mirrored are not read");
-  CheckImageSize(*width, *height, name);
-  require(!HasOldRuns(lines.Rest(), *width, *height),
-          "its pixels are run-length coded as before 1991; write it anew");
-  return exposure;
 }
 
 }  // namespace pathfit::renderer

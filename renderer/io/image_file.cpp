@@ -14,6 +14,7 @@
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
+#include "renderer/io/hdr_file.h"
 #include "renderer/io/image_check.h"
 
 namespace pathfit::renderer {
@@ -54,18 +55,11 @@ void CopyChannel(const cv::Mat& pixels, int from, int to, Image& image) {
   }
 }
 
-/// Radiance HDR is decoded from files only.
-cv::Mat DecodeHdr(std::string_view bytes, const std::filesystem::path& path) {
-  const double exposure = ReadHdrExposure(bytes, path.string());
-  const cv::Mat pixels = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
-  return exposure == 1.0 || pixels.empty() ? pixels : cv::Mat(pixels / exposure);
-}
-
 DecodedImage Decode(std::string& bytes, ImageKind kind, const std::filesystem::path& path) {
   CheckContainer(bytes, kind, path.string());
   cv::Mat pixels;
   try {
-    pixels = kind == ImageKind::kHdr ? DecodeHdr(bytes, path) : DecodeWithOpenCv(bytes, path);
+    pixels = DecodeWithOpenCv(bytes, path);
   } catch (const IoError&) {
     throw;
   } catch (const std::exception& error) {
@@ -139,6 +133,11 @@ DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_or
       throw IoError(path.string() + ": not an image; allowed are JPEG, PNG, TIFF, HDR and EXR");
     case ImageKind::kExr:
       decoded.image = ReadExr(path, &decoded.alpha);
+      decoded.linear = true;
+      decoded.bits = 32;
+      break;
+    case ImageKind::kHdr:
+      decoded.image = ReadHdr(bytes, path.string());
       decoded.linear = true;
       decoded.bits = 32;
       break;

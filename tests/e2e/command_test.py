@@ -110,6 +110,9 @@ class Commands(unittest.TestCase):
             self.assertTrue(photo.is_file(), "the photo is found from the new place")
             self.assertEqual(photo.name, pathlib.Path(before.pop("file_path")).name)
             self.assertEqual(before, after)
+        self.done("convert", "cameras", self.own / "a.json", self.own / "list.yaml")
+        self.done("convert", "cameras", self.own / "list.yaml", self.own / "d.json")
+        self.assertEqual((self.own / "a.json").read_bytes(), (self.own / "d.json").read_bytes())
         self.done("convert", "cameras", self.own / "a.json", self.own / "model")
         self.assertEqual(sorted(os.listdir(self.own / "model")), ["cameras.txt", "images.txt", "points3D.txt"])
         self.assertRegex((self.own / "model" / "images.txt").read_text(), r" 1 a\.exr\n")
@@ -246,11 +249,51 @@ class Commands(unittest.TestCase):
         keys = [f"--vary=scene.lights.left.intensity{i}=" + ",".join(map(str, range(2000))) for i in range(4)]
         self.assertIn("more than 10000 runs", self.done("sweep", self.config, *keys, status=2).stderr)
 
+    def test_what_happened_to_a_stopped_run_is_said(self):
+        shutil.copytree(self.folder / "set", self.own / "set")
+        folder = self.own / "run"
+        process = subprocess.Popen([PATHFIT, "fit", self.own / "set" / "fit.yaml", "-o", folder, "-q", "--set",
+                                    "stages.all.max_rounds=200", "--set", "stages.all.spp=64"], stdout=subprocess.DEVNULL)
+        deadline = time.monotonic() + 120
+        while len(list(folder.glob("checkpoints/state_*.cbor"))) < 2 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.terminate()
+        self.assertEqual(process.wait(60), 75)
+        newest = max(folder.glob("checkpoints/state_*.cbor"))
+        newest.write_bytes(newest.read_bytes()[:500])
+        again = self.done("resume", folder, "--time-limit", "1s", "--progress", "none", status=75)
+        self.assertRegex(again.stderr, rf"(?s)warning .*{newest.name}.*resuming")
+
+        photo = self.own / "set" / "photos" / "side.exr"
+        kept = photo.read_bytes()
+        photo.unlink()
+        self.assertRegex(self.done("resume", folder, status=4).stderr, r"the photo .*side\.exr is missing")
+        photo.write_bytes((photo.parent / "a.exr").read_bytes())
+        self.assertRegex(self.done("resume", folder, status=4).stderr, r"side\.exr: has changed since the run began")
+        photo.write_bytes(kept)
+        self.done("resume", folder, "--time-limit", "1s", "-q", status=75)
+
+        # One that may only be read, by somebody for whom that holds.
+        somebody = 65534 if os.geteuid() == 0 else None
+        for path in (self.folder, self.own):
+            path.chmod(0o755)
+        for path in [folder, *folder.rglob("*")]:
+            path.chmod(0o555 if path.is_dir() else 0o444)
+        try:
+            self.done("version", user=somebody)
+        except PermissionError:
+            self.skipTest("the program lies where nobody else may go")
+        for words in (["resume", folder], ["report", folder], ["export", folder, "--to", "glb"], ["eval", folder]):
+            self.assertRegex(self.done(*words, status=4, user=somebody).stderr, r"Permission denied")
+        for path in [folder, *folder.rglob("*")]:
+            path.chmod(0o755 if path.is_dir() else 0o644)
+
     def test_a_full_disk_behind_standard_output_is_an_error(self):
-        for words in (["config", "show", self.config], ["version"], ["config", "schema"], ["help"]):
+        for words in (["config", "show", self.config], ["version"], ["config", "schema"], ["help"], ["info", "--json"]):
             with open("/dev/full", "w") as full:
                 result = subprocess.run([PATHFIT, *map(str, words)], stdout=full, stderr=subprocess.PIPE, text=True)
-            self.assertEqual(result.returncode, 4, (words, result.stderr))
+            self.assertEqual(result.returncode, 75, (words, result.stderr))
+            self.assertRegex(result.stderr, "standard output cannot be written: the disk is full")
 
 
 if __name__ == "__main__":

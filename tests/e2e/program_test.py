@@ -324,6 +324,12 @@ class Program(unittest.TestCase):
         self.assertEqual((out.returncode, out.stderr), (0, ""))
         self.assertIn("gradcheck", out.stdout)
 
+    def test_gradcheck_says_when_the_difference_drowns(self):
+        faint = run("gradcheck", SOURCE / "tests" / "scenes" / "gradcheck_ball.yaml", "--params", "ball.vertices.y", "--json",
+                    "--set", "gradcheck.step=1e-7", "--set", "gradcheck.spp=2", "--set", "gradcheck.replicates=8")
+        self.assertRegex(faint.stdout, r'"verdict": *"inconclusive"', faint.stderr)
+        self.assertIn("1 of 1 comparisons are inconclusive: the finite difference drowns", faint.stderr)
+
     def test_gradcheck_agrees_and_reports_a_wrong_derivative(self):
         scene = SOURCE / "tests" / "scenes" / "gradcheck_ball.yaml"
         good = run("gradcheck", scene, "--params", "ball.vertices.y", "--params", "sky.texels", "--json", "-q")

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 PATHFIT = pathlib.Path(sys.argv[1])
@@ -111,6 +112,18 @@ class Truth(unittest.TestCase):
         fit = (self.folder / "set" / "1" / "fit.yaml").read_text()
         self.assertIn("exposure: {model: gain", fit)
         self.done("check", self.folder / "set" / "1" / "fit.yaml")
+
+    def test_photos_are_written_as_they_are_rendered(self):
+        process = subprocess.Popen([PATHFIT, "synth", self.folder / "lamps.yaml", "-o", self.folder / "set", "--spp", "20000"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 120
+        while not (self.folder / "set" / "photos" / "a.exr").exists() and time.monotonic() < deadline:
+            time.sleep(0.005)
+        process.terminate()
+        _, said = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 75, said)
+        self.assertIn("holds only some of the photos", said)
+        self.assertFalse((self.folder / "set" / "photos" / "side.exr").exists())
 
     def test_photos_of_8_bits_are_read_again(self):
         self.synth("--format", "jpg", "--quality", "80", "--spp", "4")

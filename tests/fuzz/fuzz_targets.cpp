@@ -322,6 +322,17 @@ std::string LlffSeed() {
   return bytes;
 }
 
+constexpr const char* kCameraList = R"(size_px: [200, 120]
+focal_px: 200
+principal_point_px: [100.5, 60.25]
+cameras:
+- {image: a.png, axes: opencv, world_from_camera: [[0, 1, 0, -2], [0, 0, 1, -3], [1, 0, 0, -1]]}
+- image: c.png
+  mask: c_mask.png
+  type: orthographic
+  look_at: {origin: [-2, -3, -1], target: [-2, -3, 5], up: [-1, 0, 0]}
+)";
+
 void AddCameras(std::vector<FuzzTarget>& targets) {
   const renderer::Scene scene = BallAndWall();
   std::vector<renderer::Camera> cameras(scene.sensors.begin(), scene.sensors.begin() + 1);
@@ -387,6 +398,21 @@ void AddCameras(std::vector<FuzzTarget>& targets) {
       {{{"c.yml", kOpencvYaml}}, {{"c.yml", lists}}},
       "c.yml",
       {"&a ", "*a", "{", "}", "[", "]", "- ", ": ", "!!binary ", "|\n", "---\n", "? ", "%"});
+  add("camera_list",
+      {{{"c.yaml", app::CameraListYaml(cameras, {"a photo.jpg"}, 0.5)}}, {{"c.yaml", kCameraList}}},
+      "c.yaml",
+      {"&a ",
+       "*a",
+       "{",
+       "}",
+       "[",
+       "]",
+       "- ",
+       ": ",
+       "axes: opencv",
+       "look_at",
+       "~",
+       "\ncameras:\n"});
   const std::string picture = BytesOf(renderer::EncodePng(Image(2, 2, 3)));
   targets.push_back({"llff",
                      {{{"poses_bounds.npy", LlffSeed()}}},

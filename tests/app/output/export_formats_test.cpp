@@ -132,6 +132,22 @@ TEST_F(ExportFormatsTest, CamerasReadBackToTheSameBits) {
     EXPECT_EQ(camera.distortion.k3, cameras[i].distortion.k3);
   }
   EXPECT_EQ(TransformsJson(again, names, 1.0 / 3.0), renderer::ReadWholeFile(path));
+  cameras[3].projection = renderer::ProjectionKind::kOrthographic;
+  cameras[3].distortion = {};
+  names[4] = "odd: \"name\" #1.jpg";
+  std::ofstream(folder_ / "cameras.yaml") << CameraListYaml(cameras, names, 1.0 / 3.0);
+  const optim::ImportedCameras list = optim::ImportCameras(folder_ / "cameras.yaml", "auto");
+  EXPECT_EQ(list.format, "list of cameras");
+  again.clear();
+  std::vector<std::string> images;
+  for (const optim::ImportedCamera& camera : list.cameras) {
+    again.push_back(camera.camera);
+    images.push_back(camera.image);
+  }
+  EXPECT_EQ(images, names);
+  EXPECT_EQ(TransformsJson(again, images, list.metres_per_unit),
+            TransformsJson(cameras, names, 1.0 / 3.0));
+  cameras[3] = cameras[5];
   // Quaternions hold a rotation to rounding only.
   const ColmapText text = ColmapModel(cameras, names);
   std::ofstream(folder_ / "cameras.txt") << text.cameras;

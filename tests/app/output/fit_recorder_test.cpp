@@ -131,6 +131,20 @@ TEST(FitRecorder, WritesTheRunDirectory) {
   for (const Json& view : report.at("views")) EXPECT_EQ(view.at("pictures").size(), 5U);
 }
 
+TEST(FitRecorder, AReportThatCannotBeWrittenEndsNoFit) {
+  const TemporaryFolder folder("recorder_page");
+  SyntheticFit fit(folder.path(), 0);
+  fs::create_directories(fit.run().Report() / "in the way");
+  fit.Stage("start", 0, 1.0);
+  fit.Rounds(1, kLastStep);
+  fit.recorder().Finish(RunStatus::kFinished, "all stages done", 0);
+  const RunRecord record = ReadRunRecord(fit.run().Record());
+  EXPECT_EQ(record.status, RunStatus::kFinished);
+  ASSERT_FALSE(record.warnings.empty());
+  EXPECT_NE(record.warnings.front().find("no report is written: "), std::string::npos)
+      << record.warnings.front();
+}
+
 TEST(FitRecorder, KeepsTheModelsOfTheStartAndOfTheNewestScene) {
   const TemporaryFolder folder("recorder_model");
   SyntheticFit fit(folder.path(), 0);

@@ -57,30 +57,30 @@ optim::RoundReport DocumentedRound() {
 
 TEST(StatusLine, LooksAsDocumented) {
   EXPECT_EQ(
-      StatusLine(DocumentedRound(), 7.9, 110, true, false),
+      StatusLine(DocumentedRound(), 7.9, 229.1, 110, true, false),
       "[2/4 shape] ██████████░░░░░░░░░░ 31/60  cost 3.214e-03 (-1.8 %)  held out 27.9 dB linear  "
       "7.9 s/it  ETA 3:49");
-  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 110, false, false).substr(0, 40),
+  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 229.1, 110, false, false).substr(0, 40),
             "[2/4 shape] ##########---------- 31/60  ");
 }
 
 TEST(StatusLine, NeverWraps) {
   for (int columns = 1; columns < 120; ++columns) {
-    EXPECT_LT(Columns(StatusLine(DocumentedRound(), 7.9, columns, true, false)), columns);
+    EXPECT_LT(Columns(StatusLine(DocumentedRound(), 7.9, 229.1, columns, true, false)), columns);
   }
-  EXPECT_EQ(Count(StatusLine(DocumentedRound(), 7.9, 70, true, false), "█"), 0);
+  EXPECT_EQ(Count(StatusLine(DocumentedRound(), 7.9, 229.1, 70, true, false), "█"), 0);
 }
 
 TEST(StatusLine, LeavesOutWhatIsNotANumber) {
   optim::RoundReport r = DocumentedRound();
   r.cost_total = r.cost_change_rel = r.psnr_linear_val = kNan;
   r.max_rounds = 0;
-  EXPECT_EQ(StatusLine(r, 1.0, 100, false, false).find("nan"), std::string::npos);
-  EXPECT_EQ(StatusLine(r, 1.0, 100, false, false).find("val"), std::string::npos);
+  EXPECT_EQ(StatusLine(r, 1.0, 10.0, 100, false, false).find("nan"), std::string::npos);
+  EXPECT_EQ(StatusLine(r, 1.0, 10.0, 100, false, false).find("val"), std::string::npos);
 }
 
 TEST(PlainLine, LooksAsDocumented) {
-  EXPECT_EQ(PlainLine(DocumentedRound(), 7.9, "2026-11-21T03:47:12Z"),
+  EXPECT_EQ(PlainLine(DocumentedRound(), 7.9, 229.1, "2026-11-21T03:47:12Z"),
             "2026-11-21T03:47:12Z info stage=shape it=31/60 cost=3.214e-03 dcost=-1.8% "
             "val_psnr_linear=27.9 s_per_it=7.9 eta_s=229");
 }
@@ -88,7 +88,7 @@ TEST(PlainLine, LooksAsDocumented) {
 TEST(JsonLine, IsOneJsonObject) {
   optim::RoundReport r = DocumentedRound();
   r.psnr_linear_val = kNan;
-  const std::string line = JsonLine(r, 7.9, "2026-11-21T03:47:12Z");
+  const std::string line = JsonLine(r, 7.9, 229.1, "2026-11-21T03:47:12Z");
   EXPECT_EQ(line.find('\n'), std::string::npos);
   const auto json = nlohmann::json::parse(line);
   EXPECT_EQ(json.at("stage"), "shape");

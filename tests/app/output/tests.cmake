@@ -1,5 +1,5 @@
 foreach(name sha256 run_directory fit_history run_record progress report_images report export_result fit_recorder
-        signed_image fields export_formats comparison viewed_model)
+        signed_image fields export_formats comparison viewed_model remaining_time)
   pathfit_test(app/output/${name}_test LABEL unit LINK "pathfit_app;nlohmann_json::nlohmann_json;pathfit_test_support")
 endforeach()
 

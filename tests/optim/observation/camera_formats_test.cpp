@@ -248,6 +248,93 @@ TEST_F(Opencv, NamesFileLineAndKeyOfWhatIsMalformed) {
               {"deep.yml:1", "deeply"});
 }
 
+// --- A plain list -------------------------------------------------------------------------------
+
+constexpr const char* kList = R"(size_px: [200, 120]
+focal_px: [200, 400]
+principal_point_px: [100.5, 60.25]
+metres_per_unit: 0.5
+cameras:
+- image: a photo.png
+  mask: m/a.png
+  world_from_camera: [[0, -1, 0, -2], [0, 0, -1, -3], [1, 0, 0, -1], [0, 0, 0, 1]]
+- image: b.png
+  focal_px: 200
+  axes: opencv
+  distortion: {k1: 0.128, k2: 1.6384, p1: 0.16, p2: 0.32}
+  world_from_camera:
+  - [0, 1, 0, -2]
+  - [0, 0, 1, -3]
+  - [1, 0, 0, -1]
+- image: c.png
+  type: orthographic
+  focal_px: 10
+  look_at: {origin: [-2, -3, -1], target: [-2, -3, 5], up: [-1, 0, 0]}
+)";
+
+using List = CameraFormats;
+
+TEST_F(List, LandsOnTheKnownPixel) {
+  const ImportedCameras cameras = Read("poses.yaml", kList);
+  EXPECT_EQ(cameras.format, "list of cameras");
+  EXPECT_EQ(cameras.metres_per_unit, 0.5);
+  ASSERT_EQ(cameras.cameras.size(), 3U);
+  EXPECT_EQ(cameras.cameras[0].image, "a photo.png");
+  EXPECT_EQ(cameras.cameras[0].mask, "m/a.png");
+  EXPECT_EQ(cameras.cameras[0].camera.width, 200);
+  EXPECT_TRUE(cameras.cameras[0].has_principal_point);
+  ExpectProjectsTo(cameras.cameras[0], 150.5, 110.25);
+  ExpectProjectsTo(cameras.cameras[1], 166.5, 93.25);  // with the lens
+  ExpectProjectsTo(cameras.cameras[2], 80.5, 62.75);   // right is -y, up -x
+  Write("set/cameras.yml", kList);
+  EXPECT_EQ(ImportCameras(top() / "set", "auto").cameras.size(), 3U);
+}
+
+TEST_F(List, PhotosCompleteWhatIsLeftOpen) {
+  const ImportedCameras cameras = Read(
+      "l.yml",
+      "cameras:\n- {image: a.png, focal_px: 5, look_at: {origin: [0, 0, 3], target: [0, 0, 0]}}\n");
+  const renderer::Camera camera = CompleteCamera(cameras.cameras[0], 8, 6);
+  EXPECT_EQ(camera.width, 8);
+  EXPECT_EQ(camera.cx, 4.0);
+  EXPECT_EQ(camera.cy, 3.0);
+}
+
+TEST_F(List, NamesFileLineColumnAndKeyOfWhatIsMalformed) {
+  ExpectError("l.yaml", "cameras:\n- [", {"l.yaml:", "not valid YAML"});
+  ExpectError("l.yaml", "cameras: 1", {"l.yaml:1:10: cameras", "at least one camera"});
+  ExpectError("l.yaml", "cameras: []", {"l.yaml:1:10: cameras", "at least one camera"});
+  ExpectError("l.yaml", "cameras:\n- 1", {"l.yaml:2:3: cameras[0] must be a map"});
+  for (const auto& [from, to, parts] :
+       std::vector<std::tuple<std::string, std::string, std::vector<std::string>>>{
+           {"mask: m", "masks: m", {"l.yaml:7:3: cameras[0].masks is no key", "world_from_camera"}},
+           {"mask: m/a.png", "image: x", {"l.yaml:7:3: cameras[0].image is there twice"}},
+           {"image: b.png", "mask: b.png", {"l.yaml:9:3: cameras[1] has no image"}},
+           {"image: b.png", "image: [b.png]", {"l.yaml:9:10: cameras[1].image must be a text"}},
+           {"focal_px: 10", "focal_px: x", {"l.yaml:19:13: cameras[2].focal_px: 'x'"}},
+           {"focal_px: 10", "focal_px: -1", {"cameras[2].focal_px must be positive"}},
+           {"focal_px: 10", "focal_px: [1, 2, 3]", {"must be a list of 2"}},
+           {"focal_px: [200, 400]\n", "", {"cameras[0] has no focal_px"}},
+           {"[200, 120]", "[200, 1.5]", {"l.yaml:1:16: size_px[1] 1.5 is not an image size"}},
+           {"metres_per_unit: 0.5", "metres_per_unit: 0", {"metres_per_unit must be positive"}},
+           {"[0, -1, 0, -2]", "[0, -2, 0, -2]", {"world_from_camera", "not a rotation"}},
+           {"[0, -1, 0, -2]", "[0, -1, 0, 1e13]", {"world_from_camera", "beyond 1e12"}},
+           {"[0, -1, 0, -2]", "[0, -1, 0]", {"world_from_camera[0] must be a list of 4"}},
+           {"[0, 0, 0, 1]", "[0, 0, 1, 1]", {"the last row must be 0 0 0 1"}},
+           {"type: ortho", "type: Ortho", {"'Orthographic' is neither perspective nor ortho"}},
+           {"axes: opencv", "axes: cv", {"'cv' is neither opengl nor opencv"}},
+           {"{k1: 0.128", "{k4: 0.128", {"cameras[1].distortion.k4 is no key here"}},
+           {"target: [-2, -3, 5], ", "", {"cameras[2].look_at needs origin and target"}},
+           {"[-2, -3, 5]", "[-2, -3, -1]", {"l.yaml:20:12: cameras[2].look_at: "}},
+           {"  look_at:", "  world_from_camera: [[1]]\n  look_at:", {"needs one of"}}}) {
+    ExpectError("l.yaml", With(kList, from, to), parts);
+  }
+  ExpectError("deep.yaml", "cameras: " + std::string(9000, '['), {"deep.yaml:1", "YAML"});
+  // Asked for by name, in a flow.
+  const auto flow = Write("flow.yaml", "{cameras: 3}");
+  EXPECT_THROW(ImportCameras(flow, "list"), renderer::IoError);
+}
+
 // --- nerfstudio ---------------------------------------------------------------------------------
 
 using Nerfstudio = CameraFormats;

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfChromaticities.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
 #include <gtest/gtest.h>
 
@@ -132,6 +134,35 @@ TEST(ExrFile, RefusesWrongChannelsAndNumbers) {
   EXPECT_THROW(ReadExr(folder.Write("text.exr", "hello")), IoError);
 }
 
+TEST(ExrFile, RefusesColoursOfOtherPrimaries) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.Path() / "a.exr";
+  const auto write = [&](const std::string& names, const Imf::Chromaticities& chromaticities) {
+    Imf::Header header(2, 2);
+    Imf::addChromaticities(header, chromaticities);
+    std::vector<float> pixels(12, 0.5F);
+    Imf::FrameBuffer buffer;
+    for (const char c : names) {
+      const std::string name(1, c);
+      header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+      buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, pixels.data(), header.dataWindow(), 12, 24));
+    }
+    Imf::OutputFile file(path.string().c_str(), header);
+    file.setFrameBuffer(buffer);
+    file.writePixels(2);
+  };
+  write("RGB", Imf::Chromaticities());
+  EXPECT_EQ(ReadExr(path).At(1, 1, 2), 0.5F);
+  const Imf::Chromaticities acescg(
+      {0.713F, 0.293F}, {0.165F, 0.83F}, {0.128F, 0.044F}, {0.32168F, 0.33767F});
+  write("RGB", acescg);
+  const std::string message = IoErrorOf([&] { ReadExr(path); });
+  EXPECT_NE(message.find("red 0.713000 0.293000"), std::string::npos) << message;
+  EXPECT_NE(message.find("convert its colours to linear Rec.709"), std::string::npos);
+  write("Y", acescg);  // grey has none
+  EXPECT_EQ(ReadExr(path).At(1, 1, 2), 0.5F);
+}
+
 TEST(ExrFile, RefusesAnInfinitePixel) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.Path() / "a.exr";
@@ -147,6 +178,22 @@ TEST(ExrFile, RefusesAnInfinitePixel) {
   }
   EXPECT_NE(IoErrorOf([&] { ReadExr(path); }).find("pixel (0, 0) is not finite"),
             std::string::npos);
+}
+
+TEST(ExrFile, RefusesSizesThatTheFileCannotHold) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.Path() / "a.exr";
+  WriteExr(path, MakeImage(4, 4, 3));
+  std::string bytes = ReadWholeFile(path);
+  for (const char* window : {"dataWindow", "displayWindow"}) {
+    const std::size_t at = bytes.find(window);
+    ASSERT_NE(at, std::string::npos);
+    // name, box2i, size; then from x, y to x, y.
+    const std::size_t corner = bytes.find("box2i", at) + 6 + 4 + 8;
+    bytes.replace(corner, 8, std::string("\xff\x3f\0\0\xff\x3f\0\0", 8));
+  }
+  const std::string message = IoErrorOf([&] { ReadExr(folder.Write("b.exr", bytes)); });
+  EXPECT_NE(message.find("b.exr"), std::string::npos) << message;
 }
 
 TEST(ExrFile, SurvivesCutAndDamagedFiles) {

@@ -13,6 +13,7 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_normals.h"
 #include "renderer/geometry/mesh_primitives.h"
+#include "renderer/io/gltf_reader.h"
 #include "renderer/io/texture_file.h"
 #include "tests/renderer/io/temporary_folder.h"
 
@@ -153,6 +154,31 @@ TEST(GltfWriter, SplitsVerticesAtColorSeamsOnly) {
   const Glb seam = ParseGlb(folder.Path() / "a.glb");
   EXPECT_EQ(ReadVec3(seam, "POSITION").size(), 18U);
   EXPECT_EQ(ReadVec3(seam, "COLOR_0").size(), 18U);
+}
+
+TEST(GltfWriter, MetresAreTheScaleOfTheNodeWhichTheReaderLeavesOut) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.Path() / "ball.glb";
+  const Mesh mesh = MakeIcosphere(1, 3.0);
+  constexpr double kUnit = 0.0436067573690995;
+  WriteGlb(path, mesh, {}, kUnit);
+  const nlohmann::json node = ParseGlb(path).json["nodes"][0];
+  EXPECT_EQ(node["scale"], (std::vector<double>(3, kUnit)));
+  EXPECT_EQ(node["extras"]["metres_per_unit"], kUnit);
+  const Scene scaled = ReadGltf(path).scene;
+  WriteGlb(path, mesh, {});
+  EXPECT_FALSE(ParseGlb(path).json["nodes"][0].contains("scale"));
+  const Scene plain = ReadGltf(path).scene;
+  EXPECT_EQ(scaled.meshes.at(0).mesh.positions, plain.meshes.at(0).mesh.positions);
+  // A scale that another program gave it counts.
+  std::string text = R"({"asset": {"version": "2.0"}, "nodes": [{"mesh": 0, "scale": [2, 2, 2],
+    "extras": {"metres_per_unit": 0.5}}], "scenes": [{"nodes": [0]}], "meshes": [{"primitives":
+    [{"attributes": {"POSITION": 0}}]}], "accessors": [{"bufferView": 0, "componentType": 5126,
+    "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}], "bufferViews": [{"buffer": 0,
+    "byteLength": 36}], "buffers": [{"byteLength": 36, "uri":
+    "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+  EXPECT_EQ(ReadGltf(folder.Write("other.gltf", text)).scene.meshes.at(0).mesh.positions.at(1).x,
+            2);
 }
 
 TEST(GltfWriter, AFlatShadedMeshHasNoNormals) {

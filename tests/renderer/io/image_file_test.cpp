@@ -197,7 +197,46 @@ TEST(ImageFile, RefusesOtherFilesAndHostileSizes) {
             std::string::npos);
   EXPECT_THROW(ReadImageFile(folder.Write("b.jpg", ""), false), IoError);
   EXPECT_THROW(ReadImageFile(folder.Path() / "none.png", false), IoError);
+  // The largest size that is read, which files of this size cannot hold.
+  const auto claim = [](const std::string& bytes, std::size_t at, const std::string& size) {
+    const TemporaryFolder own;
+    return IoErrorOf([&] {
+      ReadImageFile(own.Write("claim", std::string(bytes).replace(at, size.size(), size)), false);
+    });
+  };
   std::string png = BytesOf(EncodePng(MakeImage(4, 4, 3)));
+  const std::string jpeg = BytesOf(EncodeJpeg(MakeImage(4, 4, 3), 90));
+  const std::string claimed = "claims 16384 x 16384 pixels (3222 MB in memory)";
+  const std::string of_png = claim(png, 16, "\0\0\x40\0\0\0\x40\0"s);
+  EXPECT_NE(of_png.find(claimed), std::string::npos) << of_png;
+  EXPECT_NE(of_png.find("no file of " + std::to_string(png.size()) + " bytes"), std::string::npos);
+  EXPECT_NE(of_png.find("claim: "), std::string::npos);
+  const std::string of_jpeg = claim(jpeg, jpeg.find("\xff\xc0") + 5, "\x40\0\x40\0"s);
+  EXPECT_NE(of_jpeg.find(claimed), std::string::npos) << of_jpeg;
+  std::vector<unsigned char> tiff;
+  ASSERT_TRUE(cv::imencode(".tiff", cv::Mat::zeros(4, 4, CV_8UC3), tiff));
+  std::string tiff_bytes = BytesOf(tiff);
+  for (const char tag : {'\0', '\1'}) {  // width and height, SHORT
+    const std::size_t at = tiff_bytes.find(std::string(1, tag) + "\1\3\0\1\0\0\0"s);
+    ASSERT_NE(at, std::string::npos);
+    tiff_bytes.replace(at + 8, 2, "\0\x40"s);
+  }
+  const std::string of_tiff = claim(tiff_bytes, 0, "");
+  EXPECT_NE(of_tiff.find(claimed), std::string::npos) << of_tiff;
+  // What compresses best is read.
+  const TemporaryFolder large;
+  cv::Mat black = cv::Mat::zeros(1024, 4096, CV_8U);
+  ASSERT_TRUE(cv::imwrite((large.Path() / "b.png").string(),
+                          black,
+                          {cv::IMWRITE_PNG_BILEVEL, 1, cv::IMWRITE_PNG_COMPRESSION, 9}));
+  ASSERT_TRUE(cv::imwrite((large.Path() / "b.jpg").string(),
+                          black,
+                          {cv::IMWRITE_JPEG_PROGRESSIVE, 1, cv::IMWRITE_JPEG_OPTIMIZE, 1}));
+  WriteExr(large.Path() / "b.exr", Image(4096, 1024, 1));
+  WriteHdr(large.Path() / "b.hdr", Image(4096, 64, 3));
+  for (const char* name : {"b.png", "b.jpg", "b.exr", "b.hdr"}) {
+    EXPECT_EQ(ReadImageFile(large.Path() / name, false).image.width, 4096) << name;
+  }
   png.replace(16, 8, "\x7f\xff\xff\xff\x7f\xff\xff\xff");
   EXPECT_NE(
       IoErrorOf([&] { ReadImageFile(folder.Write("c.png", png), false); }).find("is not allowed"),
@@ -300,10 +339,10 @@ TEST(RadianceFile, RefusesMalformedFiles) {
       {header + "+Y 2 +X 2\n" + pixels, "turned or mirrored"},
       {header + "-Y 0 +X 2\n", "image size 2 x 0"},
       {header + "-Y 900000000 +X 900000000\n", "is not allowed"},
-      {header + "-Y 10000 +X 10000\n\x02\x02", "cut off"},
-      {header + "-Y 1 +X 8\n\x02\x02\x00\x09"s + pixels, "malformed"},
-      {header + "-Y 1 +X 8\n\x02\x02\x00\x08"s + std::string(40, '\xff'), "malformed"},
-      {header + "-Y 1 +X 8\n\x02\x02\x00\x08"s + std::string(40, '\0'), "malformed"},
+      {header + "-Y 10000 +X 10000\n\x02\x02", "claims 10000 x 10000 pixels (1200 MB in memory)"},
+      {header + "-Y 1 +X 8\n\x02\x02\x00\x09"s + pixels, "another width"},
+      {header + "-Y 1 +X 8\n\x02\x02\x00\x08"s + std::string(40, '\xff'), "does not fit"},
+      {header + "-Y 1 +X 8\n\x02\x02\x00\x08"s + std::string(40, '\0'), "does not fit"},
       {header + "-Y 1 +X 4\n\x80\x40\x20\x81\x01\x01\x01\x03", "before 1991"},
       // As many bytes as two rows of plain pixels.
       {header + "-Y 2 +X 8\n\x80\x40\x20\x81\x01\x01\x01\x07" + std::string(64, '\x80'),
@@ -317,6 +356,20 @@ TEST(RadianceFile, RefusesMalformedFiles) {
     const std::string got = HdrError(bytes);
     EXPECT_NE(got.find(message), std::string::npos) << got << "\nwanted " << message;
   }
+}
+
+// A decoder that gives up must give back its file.
+TEST(RadianceFile, RefusedFilesStayClosed) {
+  const auto open_files = [] {
+    return std::distance(std::filesystem::directory_iterator("/proc/self/fd"),
+                         std::filesystem::directory_iterator());
+  };
+  const auto before = open_files();
+  for (int i = 0; i < 20; ++i) {
+    HdrError("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n\x02\x02\x00\x09" +
+             std::string(64, '\x01'));
+  }
+  EXPECT_EQ(open_files(), before);
 }
 
 TEST(RadianceFile, RefusesToWriteWhatItCannotHold) {
