@@ -159,7 +159,8 @@ void CheckClaimedSize(std::int64_t width,
   const std::int64_t pixels = width * height, each = MostPixelsPerByte(kind);
   const auto least = static_cast<std::uintmax_t>((pixels + each - 1) / each);
   if (file_bytes >= least) return;
-  constexpr std::int64_t kPixelBytes = 3 * sizeof(float), kMegabyte = 1000000;
+  constexpr std::int64_t kPixelBytes = 3 * sizeof(float);
+  constexpr std::int64_t kMegabyte = 1000000;
   throw IoError(name + ": claims " + std::to_string(width) + " x " + std::to_string(height) +
                 " pixels (" + std::to_string((pixels * kPixelBytes + kMegabyte - 1) / kMegabyte) +
                 " MB in memory), which no file of " + std::to_string(file_bytes) +
