@@ -130,6 +130,8 @@ TEST_F(FitTest, ContinuesToTheSameBitsAcrossLevelsOfTheMesh) {
   spec_.unknowns[0].mesh_detail = optim::MeshDetail::kLevels;
   spec_.stages[0].free = {0};
   spec_.stages[0].max_rounds = spec_.stages[1].max_rounds = 2;
+  spec_.stages[0].samples.spp = spec_.stages[1].samples.spp = 12;  // the second round decides
+  spec_.stages[0].max_spp = spec_.stages[1].max_spp = 12;
   RecordingObserver straight_observer;
   const FitResult straight = optim::RunFit(start_, observations_, spec_, straight_observer, {});
   EXPECT_GT(straight.scene.meshes[0].mesh.positions.size(),
