@@ -324,11 +324,9 @@ SchemaNode StagesSchema() {
                       From(0.0, kMost) | UselessWith("render.form", "image"),
                   Map("stop",
                       {Key("relative_cost", &StageSpec::stop_relative_cost) |
-                       Doc("More than 500 unknowns: end when three rounds lower the mean cost by "
-                           "less "
-                           "than this share; 0 = never. Fewer end when their steps are within "
-                           "their "
-                           "error.") |
+                       Doc("More than 500 unknowns: end when three rounds lower the mean cost of "
+                           "fitted or of held-out photos by less than this share; 0 = never. Fewer "
+                           "end when their steps are within their error.") |
                        From(0.0, 1.0)}) |
                       Doc("When to end before max_rounds.") | Always() |
                       Refuse({{"gradient", ""}, {"patience", ""}})}) |

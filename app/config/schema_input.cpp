@@ -210,7 +210,10 @@ SchemaNode InputSchema() {
                              Doc("Photos that are never fitted and always reported: `every N` (by "
                                  "name, the first included), a list of file names, or `none`.")) |
                      Default(fmt::format("every {}", ObservationOptions{}.validation_every))}) |
-                    Doc("Which photos are held out.") | Always(),
+                    Doc("Which photos are held out: nothing is fitted to them, but stages of many "
+                        "unknowns "
+                        "end when they gain no more.") |
+                    Always(),
                 Key("max_size_px", kPhotos, &ObservationOptions::max_size_px) |
                     Doc("Longest side of the photos after area averaging; `none` = as they are.") |
                     From(16, 65536) | Unit("pixels") | OrWord("none")},

@@ -92,8 +92,13 @@ void EvaluateViews(const Experiment& run, const EvaluationOptions& options, Eval
   for (std::size_t v = 0; v < views.levels.size(); ++v) {
     const optim::View& view = run.observations.views[v];
     const optim::ViewLevel level = views.levels[v].Unpack();
-    const optim::ReportedView reported = optim::RenderForReport(
-        *source, views, static_cast<int>(v), level, samples, gains && view.validation);
+    const optim::ReportedView reported = optim::RenderForReport(*source,
+                                                                views,
+                                                                static_cast<int>(v),
+                                                                level,
+                                                                run.fit.loss,
+                                                                samples,
+                                                                gains && view.validation);
     const Image picture = renderer::ColorImage(reported.film);
     EvaluatedView row{.view = view.name, .validation = view.validation};
     row.psnr_srgb = reported.quality.psnr_srgb;

@@ -40,7 +40,7 @@ using renderer::Scene;
 static_assert(std::endian::native == std::endian::little,
               "arrays are written as they are in memory");
 
-constexpr const char* kFormat = "pathfit state 6";
+constexpr const char* kFormat = "pathfit state 7";
 constexpr std::size_t kKeptStates = 2;
 constexpr std::string_view kPrefix = "state_";
 
@@ -269,6 +269,7 @@ class Codec {
                  {"split", Json::array()},
                  {"newer_start", state.average.newer_start},
                  {"costs", arrays.Add(state.costs)},
+                 {"held_out_costs", arrays.Add(state.held_out_costs)},
                  {"model",
                   {{"weight", state.model.weight},
                    {"product", arrays.Add(state.model.product)},
@@ -329,6 +330,7 @@ class Codec {
     }
     json.at("newer_start").get_to(state.average.newer_start);
     ReadArray(arrays, json.at("costs"), state.costs);
+    ReadArray(arrays, json.at("held_out_costs"), state.held_out_costs);
     const Json& model = json.at("model");
     model.at("weight").get_to(state.model.weight);
     ReadArray(arrays, model.at("product"), state.model.product);

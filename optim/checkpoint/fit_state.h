@@ -58,6 +58,9 @@ struct FitState {
   int rejected_in_row = 0;
   renderer::SampleBudget split = kStartSplit;  ///< for the next round, per interior sample
   std::vector<double> costs;                   ///< of the level's rounds, at their start
+  /// Of held-out photos at the start of the level's last rounds, in solver units; empty where they
+  /// do not stand out of the renderings' noise.
+  std::vector<double> held_out_costs;
   /// After the level's last step, by the samples that it was made from: lower than it is, by what
   /// the step fitted of their noise.
   double promised_cost = 0.0;

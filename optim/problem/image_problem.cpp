@@ -214,7 +214,7 @@ void ImageProblem::LinearizeView(std::size_t index,
       MakeRowScales(level, views_.silhouettes, options_.loss, censored_[index]);
   ViewSums sums;
   sums.sums = GradientSums(set_.NumScalars());
-  sums.quality = MeasureView(level, average, views_.silhouettes);
+  sums.quality = MeasureView(level, a, b, views_.silhouettes);
   if (is_measured) {
     sums.meter.emplace(set_).AddTerms(
         {a, b, half_a.terms, half_b.terms, level, scales, values, name});

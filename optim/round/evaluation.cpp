@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "optim/problem/pixel_rows.h"
-#include "optim/problem/split_half_cost.h"
 #include "optim/ranks/film_stream.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
@@ -97,6 +96,7 @@ struct Parts<ReportedView> {
   static void Visit(auto& view, const auto& visit) {
     visit(view.film);
     visit(view.quality);
+    visit(view.costs);
     visit(view.gain_factor);
   }
 };
@@ -135,21 +135,25 @@ ReportedView RenderForReport(const ImageSource& source,
                              const FitViews& views,
                              int view,
                              const ViewLevel& level,
+                             const LossSpec& loss,
                              const SampleHalves& samples,
                              bool estimate_gain) {
-  const renderer::Film a = source.RenderPrimal(view, samples.a);
-  const renderer::Film b = source.RenderPrimal(view, samples.b);
+  renderer::Film a = source.RenderPrimal(view, samples.a);
+  renderer::Film b = source.RenderPrimal(view, samples.b);
   ReportedView reported;
-  reported.film = AverageFilm(a, b);
   if (estimate_gain) {
     reported.gain_factor = EstimateGainFactor(level, a, b);
-    for (renderer::Rgba& pixel : reported.film.pixels) {
-      pixel.r *= reported.gain_factor;
-      pixel.g *= reported.gain_factor;
-      pixel.b *= reported.gain_factor;
+    for (renderer::Film* half : {&a, &b}) {
+      for (renderer::Rgba& pixel : half->pixels) {
+        pixel = renderer::Rgba(pixel.Color() * reported.gain_factor, pixel.a);
+      }
     }
   }
-  reported.quality = MeasureView(level, reported.film, views.silhouettes);
+  reported.film = AverageFilm(a, b);
+  reported.quality = MeasureView(level, a, b, views.silhouettes);
+  const RowScales scales =
+      MakeRowScales(level, views.silhouettes, loss, CensoredChannels(level, reported.film));
+  AddSplitHalfCosts(level, scales, a, b, reported.costs);
   return reported;
 }
 
@@ -195,6 +199,7 @@ void FitEvaluation::Report(const SampleHalves& samples,
                              views,
                              static_cast<int>(v),
                              views.levels[v].Unpack(),
+                             spec_.loss,
                              samples,
                              observations_.views[v].validation && estimate_gains_));
       },

@@ -9,6 +9,7 @@
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_source.h"
 #include "optim/problem/scene_image_source.h"
+#include "optim/problem/split_half_cost.h"
 #include "optim/problem/view_quality.h"
 #include "optim/ranks/division.h"
 #include "optim/round/fit_report.h"
@@ -44,17 +45,19 @@ CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
                             Division& division);
 
 /// One view rendered for a report. Of a held-out view only `gain_factor`, a single number, is
-/// estimated from its own photo (1 unless `estimate_gain`); the film has it applied. `level` is the
-/// view's, unpacked.
+/// estimated from its own photo (1 unless `estimate_gain`); the film has it applied, and what is
+/// said of it. `level` is the view's, unpacked.
 struct ReportedView {
   renderer::Film film;
   ViewQuality quality;
+  ImageCosts costs;
   double gain_factor = 1.0;
 };
 ReportedView RenderForReport(const ImageSource& source,
                              const FitViews& views,
                              int view,
                              const ViewLevel& level,
+                             const LossSpec& loss,
                              const SampleHalves& samples,
                              bool estimate_gain);
 

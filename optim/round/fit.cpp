@@ -28,11 +28,6 @@
 namespace pathfit::optim {
 namespace {
 
-// A coarser mesh is judged by photos of so many times the size that it is for, and must not cost
-// more than this share above the present one.
-constexpr double kLookFiner = 4.0;
-constexpr double kLossOfDetail = 0.1;
-
 std::vector<int> Range(std::size_t count) {
   std::vector<int> indices(count);
   std::iota(indices.begin(), indices.end(), 0);
@@ -116,10 +111,11 @@ class FitDriver {
       state_ = *controls.resume;
       earlier_wall_s_ = state_.wall_s;
     }
-    if (fits_exposure_ && AnyView(observations, true)) {
+    if (AnyView(observations, true)) {
       observer_.OnMessage(
-          "assumption: the gain of each held-out view is estimated from its own photo, one number "
-          "per view; nothing else of it enters the fit");
+          std::string("assumption: held-out photos tell when many unknowns gain no more") +
+          (fits_exposure_ ? ", and the gain of their own view" : "") +
+          "; nothing else of them enters the fit");
     }
     for (const std::string& limit : renderer::DerivativeLimits(start_, all_.layout())) {
       observer_.OnWarning("not in the derivative: " + limit);
@@ -202,6 +198,7 @@ class FitDriver {
     state_.damping = kStartDamping;
     state_.rejected_in_row = 0;
     state_.costs.clear();
+    state_.held_out_costs.clear();
     state_.promised_cost = 0.0;
     QuadraticModel coarse = std::exchange(state_.model, QuadraticModel());
     state_.within_error = 0;
@@ -214,7 +211,7 @@ class FitDriver {
     }
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
     const std::vector<double> scales = Scales();
-    SceneLevel level = state_.level == 0 ? FirstLevel(stage, scales) : LevelAt(stage, scales);
+    SceneLevel level = LevelAt(stage, scales);
     state_.scene = std::move(level.scene);
     state_.level_scene = state_.scene;
     const ParameterSet set = FreeSet(state_.scene, stage);
@@ -237,35 +234,6 @@ class FitDriver {
   SceneLevel LevelAt(const StageSpec& stage, const std::vector<double>& scales) {
     const double scale = scales[static_cast<std::size_t>(state_.level)];
     return SceneOfLevel(state_.scene, spec_, stage.free, evaluation_.ViewsAt(scale), scale);
-  }
-
-  /// Goes to the first level whose meshes lose nothing that the photos show: a start that is far
-  /// from them is as good coarse, one that is near has got further than small photos lead.
-  SceneLevel FirstLevel(const StageSpec& stage, const std::vector<double>& scales) {
-    SceneLevel level = LevelAt(stage, scales);
-    while (state_.level + 1 < static_cast<int>(scales.size()) &&
-           !SameShapes(level.scene, state_.scene)) {
-      const double seen_at =
-          std::min(stage.image_scale, kLookFiner * scales[static_cast<std::size_t>(state_.level)]);
-      const FitViews& views = evaluation_.ViewsAt(seen_at);
-      std::vector<ComparedScene> scenes;
-      scenes.push_back({evaluation_.MakeSource(level.scene, {}, views)});
-      scenes.push_back({evaluation_.MakeSource(state_.scene, {}, views)});
-      Division alone;
-      const CostComparison comparison =
-          CompareCosts(scenes,
-                       views,
-                       spec_.loss,
-                       evaluation_.Samples(state_.stage, FitEvaluation::kFirstSpp),
-                       alone);
-      if (!comparison.IsSurelyWorse(0, 1) ||
-          comparison.costs[0].Total() < (1.0 + kLossOfDetail) * comparison.costs[1].Total()) {
-        break;
-      }
-      ++state_.level;
-      level = LevelAt(stage, scales);
-    }
-    return level;
   }
 
   [[nodiscard]] ParameterSet FreeSet(const renderer::Scene& scene, const StageSpec& stage) const {

@@ -74,6 +74,8 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
   require(state.costs.size() == static_cast<std::size_t>(state.RoundsOfLevel()) &&
               all_finite(state.costs),
           "costs that are not one finite number per round");
+  require(state.held_out_costs.size() <= state.costs.size() && all_finite(state.held_out_costs),
+          "costs of held-out photos that are not at most one finite number per round");
   const QuadraticModel& model = state.model;
   const std::size_t n = model.NumScalars();
   const auto is_square = [&](const std::vector<double>& matrix) {

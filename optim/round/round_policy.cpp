@@ -235,11 +235,15 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
   if (state.flat >= kRoundsWithinError) {
     return "cost no longer falls";
   }
-  if (state.model.Empty() && stage.stop_relative_cost > 0.0 &&
-      NoLongerFalls(state.costs,
-                    last ? stage.stop_relative_cost
-                         : std::max(stage.stop_relative_cost, kFallOfCoarseLevels))) {
-    return "cost no longer falls";
+  if (state.model.Empty() && stage.stop_relative_cost > 0.0) {
+    const double least =
+        last ? stage.stop_relative_cost : std::max(stage.stop_relative_cost, kFallOfCoarseLevels);
+    if (NoLongerFalls(state.costs, least)) {
+      return "cost no longer falls";
+    }
+    if (NoLongerFalls(state.held_out_costs, least)) {
+      return "held-out photos gain no more";
+    }
   }
   return "";
 }

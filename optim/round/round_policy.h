@@ -59,7 +59,7 @@ renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
 /// The split that a round's budgets are of; that of `split` where there are none.
 renderer::SampleBudget SplitOfRound(const renderer::SampleBudget& round,
                                     const renderer::SampleBudget& split);
-inline constexpr int kValidationSpp = 8;  ///< of held-out photos in a round: a trend, no result
+inline constexpr int kValidationSpp = 32;  ///< at most, of held-out photos in a round
 /// Whether all boundary budgets are given.
 bool HasAllBudgets(const StageBudget& stage);
 inline constexpr std::size_t kMeasuredViews = 4;  ///< of a round, for its split
@@ -94,7 +94,8 @@ void AdaptStepControl(const SolveOutcome& outcome, bool keeps_radius, FitState& 
 
 /// Why the stage's level (of num_levels) ends after the rounds in `state`; empty = it goes on.
 /// Depends on the state only, so a resumed fit decides alike. Costs are compared as means of
-/// kStopWindow rounds, since each has noise of its own.
+/// kStopWindow rounds, since each has noise of its own. Where those of fitted photos still fall but
+/// held-out ones show no gain, many unknowns fit what is in the photos and not in the scene.
 std::string StopReason(const StageSpec& stage, const FitState& state, int num_levels);
 
 /// Of photos at a stage's first level, in pixels. Measured: a bunny 25 degrees off is found from 8

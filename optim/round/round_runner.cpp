@@ -84,32 +84,49 @@ void ReportFittedQuality(const std::vector<ViewQuality>& quality, RoundReport& r
   report.iou_fit = iou.Value();
 }
 
-void ReportValidation(const StageContext& context,
-                      const ImageSource& source,
-                      int round,
-                      RoundReport& report) {
+/// Of a photo in a round; the film stays where it is made.
+struct HeldOutView {
+  ViewQuality quality;
+  ImageCosts costs;
+  static void VisitParts(auto& view, const auto& visit) {
+    visit(view.quality);
+    visit(view.costs);
+  }
+};
+
+/// Of all held-out photos, at the round's start.
+ImageCosts MeasureHeldOut(const StageContext& context,
+                          const ImageSource& source,
+                          RoundReport& report) {
   KnownMean psnr, iou;
-  const SampleHalves samples = MakeHalves(context.spec.seed,
-                                          context.stage,
-                                          round,
-                                          SampleUse::kValidation,
-                                          {.spp = std::min(report.samples.spp, kValidationSpp)});
-  context.division.ForEach<ViewQuality>(
+  ImageCosts costs;
+  const int spp = std::min(report.samples.spp, kValidationSpp);
+  // The same samples in all rounds, which then differ by the scene alone.
+  const SampleHalves samples =
+      MakeHalves(context.spec.seed, context.stage, 0, SampleUse::kValidation, {.spp = spp});
+  context.division.ForEach<HeldOutView>(
       Division::Kind::kValidation,
       context.views.validation.size(),
       [&](std::size_t i, const auto& give) {
         const int view = context.views.validation[i];
         const ViewLevel level = context.views.levels[static_cast<std::size_t>(view)].Unpack();
-        give(RenderForReport(
-                 source, context.views, view, level, samples, context.estimate_validation_gains)
-                 .quality);
+        const ReportedView reported = RenderForReport(source,
+                                                      context.views,
+                                                      view,
+                                                      level,
+                                                      context.spec.loss,
+                                                      samples,
+                                                      context.estimate_validation_gains);
+        give({reported.quality, reported.costs});
       },
-      [&](std::size_t, const ViewQuality& quality) {
-        psnr.Add(quality.psnr_linear);
-        iou.Add(quality.iou);
+      [&](std::size_t, const HeldOutView& view) {
+        psnr.Add(view.quality.psnr_linear);
+        iou.Add(view.quality.iou);
+        costs.Add(view.costs);
       });
   report.psnr_linear_val = psnr.Value();
   report.iou_val = iou.Value();
+  return costs;
 }
 
 SolveOutcome Solve(const StageContext& context,
@@ -394,7 +411,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   problem.Linearize(context.set.ValuesFromTheta(theta));
   report.jacobian_s = SecondsSince(start);
   const auto validation_start = Clock::now();
-  ReportValidation(context, source, report.round, report);
+  const ImageCosts held_out = MeasureHeldOut(context, source, report);
   report.render_s = SecondsSince(validation_start);
   if (!context.division.IsFirst()) {
     problem.FollowTrials();
@@ -436,6 +453,11 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
     RecordUnseen(context.set, problem.sums().diagonal, state.standard_errors);
   }
   CountSigns(context, problem, before, moves, report, state);
+  if (held_out.Total() > kSurelyMore * std::sqrt(held_out.variance)) {
+    state.held_out_costs.push_back(held_out.Total());
+  } else {
+    state.held_out_costs.clear();
+  }
   if (!problem.UsesGram()) {
     AddIterate(
         state.average, state.RoundsOfLevel() + 1, report.samples.spp, context.set, state.scene);

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "app/experiment/camera_layout.h"
-#include "optim/problem/view_quality.h"
 #include "renderer/core/error.h"
 #include "tests/app/experiment/ball_start.h"
 
@@ -135,23 +134,6 @@ TEST_F(StartCheckTest, IouIsUnknownWithoutMasks) {
     EXPECT_TRUE(std::isnan(view.iou));
     EXPECT_TRUE(std::isnan(view.masked));
   }
-}
-
-TEST(ViewQuality, IsUnknownWhereNothingIsCompared) {
-  optim::ViewLevel level;
-  level.photo = renderer::Image(2, 2, 3);
-  level.color_weight = renderer::Image(2, 2, 1);
-  const renderer::Film film(2, 2);
-  const optim::ViewQuality unknown = optim::MeasureView(level, film, true);
-  EXPECT_TRUE(std::isnan(unknown.psnr_linear));
-  EXPECT_TRUE(std::isnan(unknown.psnr_srgb));
-  EXPECT_TRUE(std::isnan(unknown.iou));
-  level.mask = renderer::Image(2, 2, 1);
-  level.color_weight.data[0] = 1.0F;
-  const optim::ViewQuality equal = optim::MeasureView(level, film, true);
-  EXPECT_EQ(equal.psnr_srgb, optim::kMaxPsnr);
-  EXPECT_EQ(equal.iou, 1.0);
-  EXPECT_TRUE(std::isnan(optim::MeasureView(level, film, false).iou)) << "masks of data";
 }
 
 TEST(CameraLayout, FindsWhatCamerasLookAt) {

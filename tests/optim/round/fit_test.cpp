@@ -178,36 +178,6 @@ TEST_F(FitTest, EndsWhereTheCostNoLongerFallsThoughEachPixelIsNoise) {
   EXPECT_EQ(observer.stages.back().stop_reason, "cost no longer falls");
 }
 
-TEST_F(FitTest, DetailThatPhotosShowIsNotRemeshedAway) {
-  // A thorn that coarse meshes lose; the start has it, or has not.
-  renderer::Scene truth = tests::BallScene(4, 4, 64);
-  for (renderer::Vec3& p : truth.meshes[0].mesh.positions) {
-    const double along = Dot(Normalized(p), Normalized(renderer::Vec3{1.0, 0.3, 0.0}));
-    if (along > 0.97) p = p * (1.0 + 1.2 * (along - 0.97) / 0.03);
-  }
-  observations_ = tests::Photograph(truth, 16);
-  spec_.unknowns[0].mesh_detail = optim::MeshDetail::kLevels;
-  spec_.stages = {spec_.stages[1]};
-  spec_.stages[0].free = {0};
-  spec_.stages[0].max_rounds = 4;
-  spec_.stages[0].samples.spp = 8;
-  const auto first_level = [&](const renderer::Scene& start) {
-    RecordingObserver observer;
-    observer.cancel_after = 1;
-    FitControls controls;
-    controls.cancel = &observer.cancel;
-    controls.checkpoint_folder = folder_;
-    optim::RunFit(start, observations_, spec_, observer, controls);
-    return *optim::ReadNewestCheckpoint(folder_, {start, spec_.unknowns}).state;
-  };
-  const optim::FitState plain = first_level(tests::BallScene(4, 4, 64));
-  EXPECT_EQ(plain.level, 0);
-  const optim::FitState thorny = first_level(truth);
-  EXPECT_GT(thorny.level, 0);
-  EXPECT_GT(thorny.scene.meshes[0].mesh.positions.size(),
-            plain.scene.meshes[0].mesh.positions.size());
-}
-
 TEST_F(FitTest, ContinuesToTheSameBitsAcrossMendedMeshes) {
   spec_.unknowns[0].mesh_detail = optim::MeshDetail::kLevels;
   spec_.stages = {spec_.stages[1]};

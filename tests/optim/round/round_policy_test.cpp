@@ -135,6 +135,21 @@ TEST(StoppingRule, FewUnknownsEndByTheErrorOfTheirSteps) {
   EXPECT_NE(optim::StopReason(stage, state, 1).find("converged"), std::string::npos);
 }
 
+TEST(StoppingRule, ManyUnknownsEndWhereHeldOutPhotosGainNoMore) {
+  optim::StageSpec stage;
+  optim::FitState state;
+  state.round = 6;
+  state.costs = {6.0, 5.0, 4.0, 3.0, 2.0, 1.0};
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "")
+      << "no held-out photos, or all of them is noise";
+  state.held_out_costs = {6.0, 5.0, 4.0, 3.9, 3.8, 3.7};
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "");
+  state.held_out_costs = {3.9, 3.8, 3.7, 3.7, 3.8, 3.9};
+  EXPECT_NE(optim::StopReason(stage, state, 1), "");
+  stage.stop_relative_cost = 0.0;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "") << "never";
+}
+
 TEST(StoppingRule, CoarseLevelsEndWhenNothingMovesOrTheirShareIsUsed) {
   optim::StageSpec stage;
   stage.max_rounds = 40;
