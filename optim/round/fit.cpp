@@ -195,7 +195,9 @@ class FitDriver {
     }
     state_.level_start = state_.round;
     state_.growths = 0;
-    state_.damping = kStartDamping;
+    if (state_.level == 0) {
+      state_.damping = kStartDamping;
+    }
     state_.rejected_in_row = 0;
     state_.costs.clear();
     state_.held_out_costs.clear();

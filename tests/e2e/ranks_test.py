@@ -18,10 +18,10 @@ PATHFIT, SOURCE, MPIRUN = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), 
 sys.path.insert(0, str(SOURCE / "tests" / "support"))
 from run_state import final_bytes  # noqa: E402
 
-# Light by few unknowns, shape and colours by many, held-out views: a round or two of each.
+# Light by few unknowns, all by many, held-out views: a few rounds of each.
 FIT = ["--progress", "none", "-q", "--threads", "1", "--set", "input.split.validation=every 6"]
-for stage in ("light", "shape", "colours"):
-    FIT += ["--set", f"stages.{stage}.max_rounds=2", "--set", f"stages.{stage}.image_scale=0.0625",
+for stage in ("light", "all"):
+    FIT += ["--set", f"stages.{stage}.max_rounds=3", "--set", f"stages.{stage}.image_scale=0.1875",
             "--set", f"stages.{stage}.spp=2", "--set", f"stages.{stage}.max_spp=4"]
 LAMP = SOURCE / "configs" / "tutorials" / "on_a_cluster" / "found_lamp.yaml"
 ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
