@@ -161,6 +161,9 @@ void SparseGram::Add(const PixelRows& rows) {
           for (std::size_t r = 0; r < num_rows; ++r) {
             for (std::size_t p = 0; p < size; ++p) {
               const auto left = static_cast<double>(own.jacobian[r * size + p]);
+              if (left == 0.0) {
+                continue;  // colours and lights act on a channel each
+              }
               for (std::size_t q = 0; q < width; ++q) {
                 cells[p * kStride + q] += left * static_cast<double>(other.jacobian[r * width + q]);
               }
