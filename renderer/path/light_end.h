@@ -62,12 +62,12 @@ struct AcceptsAll {
 /// shows a side that does not shine. Here and below: empty, too, unless accepts(w), which is asked
 /// before anything costly.
 template <class Accepts = AcceptsAll>
-std::optional<SeenLight> SeeAreaPoint(const World& world,
-                                      const LightSet& lights,
-                                      const MaterialPoint& y,
-                                      double pdf,
-                                      const Vec3& x,
-                                      Accepts accepts = {}) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeeAreaPoint(const World& world,
+                                                                    const LightSet& lights,
+                                                                    const MaterialPoint& y,
+                                                                    double pdf,
+                                                                    const Vec3& x,
+                                                                    Accepts accepts = {}) {
   const TriangleGeometry& triangle = world.caster().Geometry(y.id);
   const Vec3 to_light = triangle.Point(y.b1, y.b2) - x;
   const double distance2 = SquaredNorm(to_light);
@@ -88,11 +88,11 @@ std::optional<SeenLight> SeeAreaPoint(const World& world,
 
 /// What a surface point finds of area lights at a chosen point or in a chosen direction.
 template <class Accepts>
-std::optional<SeenLight> SeeArea(const World& world,
-                                 const LightSet& lights,
-                                 const AreaChoice& choice,
-                                 const SurfacePoint& p,
-                                 Accepts accepts) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeeArea(const World& world,
+                                                               const LightSet& lights,
+                                                               const AreaChoice& choice,
+                                                               const SurfacePoint& p,
+                                                               Accepts accepts) {
   if (choice.point.pdf > 0.0) {
     const auto& [id, b1, b2, pdf] = choice.point;
     return SeeAreaPoint(world, lights, {id, b1, b2}, pdf, p.x, accepts);
@@ -101,7 +101,7 @@ std::optional<SeenLight> SeeArea(const World& world,
     return std::nullopt;
   }
   const RayCaster& caster = world.caster();
-  const auto hit = caster.Intersect({RayStart(caster, p, choice.direction), choice.direction});
+  const auto hit = caster.Intersect({RayStart(p, choice.direction), choice.direction});
   if (!hit || hit->id.mesh != choice.mesh) {
     return std::nullopt;
   }
@@ -115,9 +115,8 @@ std::optional<SeenLight> SeeArea(const World& world,
 
 /// Empty at the light's own place.
 template <class Accepts = AcceptsAll>
-std::optional<SeenLight> SeePointLight(const LightSet::PointLight& point,
-                                       const Vec3& x,
-                                       Accepts accepts = {}) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeePointLight(
+    const LightSet::PointLight& point, const Vec3& x, Accepts accepts = {}) {
   const Vec3 to_light = point.position - x;
   const double distance2 = SquaredNorm(to_light);
   if (!(distance2 > 0.0)) {
@@ -135,8 +134,8 @@ std::optional<SeenLight> SeePointLight(const LightSet::PointLight& point,
 }
 
 template <class Accepts = AcceptsAll>
-std::optional<SeenLight> SeeDirectional(const LightSet::Directional& directional,
-                                        Accepts accepts = {}) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeeDirectional(
+    const LightSet::Directional& directional, Accepts accepts = {}) {
   if (!accepts(directional.to_light)) {
     return std::nullopt;
   }
@@ -147,9 +146,8 @@ std::optional<SeenLight> SeeDirectional(const LightSet::Directional& directional
 
 /// A drawn direction; empty if its density is zero.
 template <class Accepts = AcceptsAll>
-std::optional<SeenLight> SeeEnvironment(const LightSet::Environment& environment,
-                                        const DirectionSample& sample,
-                                        Accepts accepts = {}) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeeEnvironment(
+    const LightSet::Environment& environment, const DirectionSample& sample, Accepts accepts = {}) {
   if (!(sample.pdf > 0.0)) {
     return std::nullopt;
   }
@@ -190,8 +188,10 @@ inline double ShadowDistance(const RayCaster& caster, double distance, const Vec
 
 /// From a surface point to a light that it sees. The ray starts off the surface and must end at the
 /// light's own point all the same: beside it, a light seen edge-on would hide itself.
-inline Segment ShadowRay(const RayCaster& caster, const SurfacePoint& p, const SeenLight& light) {
-  const Vec3 origin = RayStart(caster, p, light.w);
+[[gnu::always_inline]] inline Segment ShadowRay(const RayCaster& caster,
+                                                const SurfacePoint& p,
+                                                const SeenLight& light) {
+  const Vec3 origin = RayStart(p, light.w);
   if (std::isinf(light.distance)) {
     return {{origin, light.w}, light.distance};
   }
