@@ -71,19 +71,23 @@ template <class Accepts = AcceptsAll>
   const TriangleGeometry& triangle = world.caster().Geometry(y.id);
   const Vec3 to_light = triangle.Point(y.b1, y.b2) - x;
   const double distance2 = SquaredNorm(to_light);
-  SeenLight light{y};
+  // Made where it is returned: a copy would wait for the parts it has just been written in.
+  std::optional<SeenLight> result;
+  SeenLight& light = result.emplace();
+  light.end = y;
   light.distance = std::sqrt(distance2);
   light.w = to_light * (1.0 / light.distance);
   const double cos_light = -Dot(triangle.n, light.w);
   const LightSet::AreaLight& area = *lights.AreaLightOf(y.id.mesh);
   if (!(distance2 > 0.0) || cos_light == 0.0 || (cos_light < 0.0 && !area.light->two_sided) ||
       !accepts(light.w)) {
-    return std::nullopt;
+    result.reset();
+    return result;
   }
   light.radiance = AreaRadiance(area, y.id.triangle, y.b1, y.b2, cos_light > 0.0 ? 1.0 : -1.0);
   light.pdf = pdf * distance2 / std::abs(cos_light);
   light.has_extent = true;
-  return light;
+  return result;
 }
 
 /// What a surface point finds of area lights at a chosen point or in a chosen direction.
@@ -148,17 +152,21 @@ template <class Accepts = AcceptsAll>
 template <class Accepts = AcceptsAll>
 [[gnu::always_inline]] inline std::optional<SeenLight> SeeEnvironment(
     const LightSet::Environment& environment, const DirectionSample& sample, Accepts accepts = {}) {
+  std::optional<SeenLight> result;
   if (!(sample.pdf > 0.0)) {
-    return std::nullopt;
+    return result;
   }
-  SeenLight light{&environment, environment.world_from_light * sample.direction};
-  if (!accepts(light.w)) {
-    return std::nullopt;
+  const Vec3 w = environment.world_from_light * sample.direction;
+  if (!accepts(w)) {
+    return result;
   }
+  SeenLight& light = result.emplace();
+  light.end = &environment;
+  light.w = w;
   light.radiance = EnvironmentRadianceAt(*environment.light, sample.uv);
   light.pdf = sample.pdf;
   light.has_extent = true;
-  return light;
+  return result;
 }
 
 /// Directions to an environment where there is no receiver whose hemisphere a constant one could be

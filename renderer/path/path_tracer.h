@@ -106,27 +106,37 @@ inline double ScatterPdf(const SurfacePoint& p,
   return 0.5 * (pdf + UniformHemispherePdf() / spread);
 }
 
-/// The next direction at a vertex; its density is the family's.
+/// The next direction at a vertex; its density is the family's, and 0 if it is absorbed.
 template <PathSampler Sampler>
-[[gnu::always_inline]] inline std::optional<BsdfSample> SampleDirection(
-    const SurfacePoint& p, int bounce, const DirectionFamily& family, Sampler& sampler) {
+[[gnu::always_inline]] inline BsdfSample SampleDirection(const SurfacePoint& p,
+                                                         int bounce,
+                                                         const DirectionFamily& family,
+                                                         Sampler& sampler) {
   const Bsdf& bsdf = p.material->bsdf;
   const double u0 = sampler.NextDirection(bounce, 0);
   const double u1 = sampler.NextDirection(bounce, 1);
   const double u2 = sampler.Next();
-  std::optional<BsdfSample> sample;
+  BsdfSample sample;
   if (family.draw == DirectionDraw::kMixedUniform) {
     Vec3 local =
         IsTransmissive(bsdf) ? SampleUniformSphere(u0, u1) : SampleUniformHemisphere(u0, u1);
     if (family.mirrored) {
       local = {-local.x, -local.y, local.z};
     }
-    sample = BsdfSample{Frame::FromNormal(p.n).ToWorld(local)};
-  } else if (const auto own = SampleBsdf(bsdf, p.inputs, p.n, p.wo, u0, u1, u2, family.mirrored)) {
-    sample = BsdfSample{{own->wi.x, own->wi.y, own->wi.z}, own->pdf, own->delta};
+    sample.wi = Frame::FromNormal(p.n).ToWorld(local);
+  } else {
+    const auto own = SampleBsdf(bsdf, p.inputs, p.n, p.wo, u0, u1, u2, family.mirrored);
+    if (!own) {
+      return sample;
+    }
+    sample.wi.x = own->wi.x;
+    sample.wi.y = own->wi.y;
+    sample.wi.z = own->wi.z;
+    sample.pdf = own->pdf;
+    sample.delta = own->delta;
   }
-  if (sample && (family.paired || family.draw != DirectionDraw::kBsdf) && !sample->delta) {
-    sample->pdf = ScatterPdf(p, p.Cosines(sample->wi), family);
+  if ((family.paired || family.draw != DirectionDraw::kBsdf) && !sample.delta) {
+    sample.pdf = ScatterPdf(p, p.Cosines(sample.wi), family);
   }
   return sample;
 }
@@ -266,22 +276,25 @@ class TracedPath {
     if (!delta_ && IsLast() && !context_.HasExtendedLights()) {
       return false;
     }
-    const auto sample = SampleDirection(p_, bounce_, family_, sampler_);
+    const BsdfSample sample = SampleDirection(p_, bounce_, family_, sampler_);
     // Mirroring a second vertex, too, would pair only two of the four combinations of densities.
     paired_ = paired_ && delta_;
-    if (!sample || !(sample->pdf > 0.0) || !p_.Accepts(sample->wi)) {
+    if (!(sample.pdf > 0.0) || !p_.Accepts(sample.wi)) {
       return false;
     }
-    const BsdfCosines cosines = p_.Cosines(sample->wi);
-    pdf_ = sample->pdf;
+    const BsdfCosines cosines = p_.Cosines(sample.wi);
+    pdf_ = sample.pdf;
     above_ = cosines.cos_i > 0.0;
-    on_ = {sample->wi,
-           delta_ ? 1.0 / pdf_ : std::abs(cosines.cos_i) / pdf_,
-           delta_,
-           cosines.cos_i < 0.0};
+    // Member by member, here and below: what is written in parts must not be read as a whole soon,
+    // which a processor has to wait for.
+    on_.wi = sample.wi;
+    on_.factor = delta_ ? 1.0 / pdf_ : std::abs(cosines.cos_i) / pdf_;
+    on_.delta = delta_;
+    on_.transmit = cosines.cos_i < 0.0;
     bsdf_ = delta_ ? EvalDelta(p_.material->bsdf, p_.inputs, cosines.cos_o, on_.transmit).value
                    : EvalBsdf(p_.material->bsdf, p_.inputs, cosines);
-    ray_ = {RayStart(p_, sample->wi), sample->wi};
+    ray_.origin = RayStart(p_, sample.wi);
+    ray_.direction = sample.wi;
     return true;
   }
 
