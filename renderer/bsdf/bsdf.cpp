@@ -8,7 +8,6 @@
 #include "renderer/bsdf/bsdf_models.h"
 #include "renderer/bsdf/fresnel_kernel.h"
 #include "renderer/math/frame.h"
-#include "renderer/math/warp.h"
 
 namespace pathfit::renderer {
 namespace {

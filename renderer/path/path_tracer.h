@@ -5,8 +5,10 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <new>
 #include <optional>
 #include <span>
+#include <type_traits>
 
 #include "renderer/math/frame.h"
 #include "renderer/path/light_end.h"
