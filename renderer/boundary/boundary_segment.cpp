@@ -124,7 +124,7 @@ std::optional<Connection> Connect(const BoundaryContext& context,
                            std::abs(Dot(p.ng, Cross(projection->du, projection->dv))));
   if (IsBlack(connection.importance) ||
       caster.Occluded(
-          {RayStart(caster, p, p.wo) + step, p.wo},
+          {RayStart(p, p.wo) + step, p.wo},
           ShadowDistance(
               caster, connection.view.distance, detector.x + p.wo * connection.view.distance))) {
     return std::nullopt;
@@ -173,7 +173,7 @@ bool Advance(const BoundaryContext& context,
   if (IsBlack(throughput)) {
     return false;
   }
-  const auto hit = caster.Intersect({RayStart(caster, p, p.wo), p.wo});
+  const auto hit = caster.Intersect({RayStart(p, p.wo), p.wo});
   if (!hit) {
     return false;
   }

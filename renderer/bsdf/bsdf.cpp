@@ -8,7 +8,6 @@
 #include "renderer/bsdf/bsdf_models.h"
 #include "renderer/bsdf/fresnel_kernel.h"
 #include "renderer/math/frame.h"
-#include "renderer/math/warp.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -16,7 +15,7 @@ namespace {
 constexpr double kInvPi = std::numbers::inv_pi;
 
 template <class Model>
-concept Diffuse = std::same_as<Model, LambertBsdf>;
+concept Diffuse = std::same_as<Model, LambertBsdf>;  // its formulas: bsdf.h
 template <class Model>
 concept Delta = std::same_as<Model, MirrorBsdf> || std::same_as<Model, SmoothDielectricBsdf>;
 template <class Model>
@@ -52,21 +51,6 @@ void ChainRaised(const BsdfCosines& c, BsdfPartials& p) {
   p.d_dot_io *= ratio;
 }
 
-double Pdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines, bool mirrored) {
-  return std::visit(
-      [&]<class Model>(const Model& model) {
-        if constexpr (Diffuse<Model>) {
-          return CosineHemispherePdf(cosines.cos_i);
-        } else if constexpr (Delta<Model>) {
-          return 0.0;
-        } else {
-          const BsdfCosines& c = cosines;
-          return ModelPdf(model, inputs, c.cos_o < kMinCosO ? Raised(c) : c, mirrored);
-        }
-      },
-      bsdf);
-}
-
 /// Mirrored or, if `model` refracts and u falls there, refracted wo.
 template <Delta Model>
 std::optional<BsdfSample> SampleDelta(
@@ -87,20 +71,10 @@ std::optional<BsdfSample> SampleDelta(
 
 }  // namespace
 
-bool IsDelta(const Bsdf& bsdf) {
-  return std::visit([]<class Model>(const Model&) { return Delta<Model>; }, bsdf);
-}
-
-bool IsTransmissive(const Bsdf& bsdf) {
-  return std::visit([]<class Model>(const Model&) { return Dielectric<Model>; }, bsdf);
-}
-
-Rgb EvalBsdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines) {
+Rgb bsdf_internal::Eval(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines) {
   return std::visit(
       [&]<class Model>(const Model& model) -> Rgb {
-        if constexpr (Diffuse<Model>) {
-          return cosines.cos_i > 0.0 ? inputs.base_color * kInvPi : Rgb{};
-        } else if constexpr (Delta<Model>) {
+        if constexpr (Diffuse<Model> || Delta<Model>) {
           return {};
         } else {
           const BsdfCosines& c = cosines;
@@ -134,24 +108,20 @@ BsdfPartials EvalBsdfPartials(const Bsdf& bsdf,
       bsdf);
 }
 
-std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf,
-                                     const BsdfInputs& inputs,
-                                     const Vec3& n,
-                                     const Vec3& wo,
-                                     double u0,
-                                     double u1,
-                                     double u2,
-                                     bool mirrored) {
+std::optional<BsdfSample> bsdf_internal::Sample(const Bsdf& bsdf,
+                                                const BsdfInputs& inputs,
+                                                const Vec3& n,
+                                                const Vec3& wo,
+                                                double u0,
+                                                double u1,
+                                                double u2,
+                                                bool mirrored) {
   return std::visit(
       [&]<class Model>(const Model& model) -> std::optional<BsdfSample> {
         if constexpr (Delta<Model>) {
           return SampleDelta(model, inputs, n, wo, u2);
         } else if constexpr (Diffuse<Model>) {
-          const Vec3 local = SampleCosineHemisphere(u0, u1);
-          if (local.z <= 0.0) return std::nullopt;
-          const Vec3 wi =
-              Frame::FromNormal(n).ToWorld(mirrored ? Vec3{-local.x, -local.y, local.z} : local);
-          return BsdfSample{wi, local.z * kInvPi};
+          return std::nullopt;
         } else {
           const Frame frame = Frame::FromNormal(n);
           const Vec3 local = frame.ToLocal(wo);
@@ -164,12 +134,20 @@ std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf,
       bsdf);
 }
 
-double BsdfPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines) {
-  return Pdf(bsdf, inputs, cosines, false);
-}
-
-double MirroredPairPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines) {
-  return 0.5 * (Pdf(bsdf, inputs, cosines, false) + Pdf(bsdf, inputs, cosines, true));
+double bsdf_internal::Pdf(const Bsdf& bsdf,
+                          const BsdfInputs& inputs,
+                          const BsdfCosines& cosines,
+                          bool mirrored) {
+  return std::visit(
+      [&]<class Model>(const Model& model) {
+        if constexpr (Diffuse<Model> || Delta<Model>) {
+          return 0.0;
+        } else {
+          const BsdfCosines& c = cosines;
+          return ModelPdf(model, inputs, c.cos_o < kMinCosO ? Raised(c) : c, mirrored);
+        }
+      },
+      bsdf);
 }
 
 DeltaPartials EvalDelta(

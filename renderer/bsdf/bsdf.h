@@ -1,10 +1,13 @@
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <variant>
 
+#include "renderer/math/frame.h"
 #include "renderer/math/rgb.h"
 #include "renderer/math/vector.h"
+#include "renderer/math/warp.h"
 
 namespace pathfit::renderer {
 
@@ -76,9 +79,15 @@ inline constexpr double kMinRoughness = 0.03;
 
 /// Whether the model scatters into single directions only (mirror, smooth glass): then EvalBsdf and
 /// the densities are zero, and SampleBsdf and EvalDelta tell all.
-bool IsDelta(const Bsdf& bsdf);
+inline bool IsDelta(const Bsdf& bsdf) {
+  return std::holds_alternative<MirrorBsdf>(bsdf) ||
+         std::holds_alternative<SmoothDielectricBsdf>(bsdf);
+}
 /// Whether the model lets light through to the other side of the surface (both dielectrics).
-bool IsTransmissive(const Bsdf& bsdf);
+inline bool IsTransmissive(const Bsdf& bsdf) {
+  return std::holds_alternative<RoughDielectricBsdf>(bsdf) ||
+         std::holds_alternative<SmoothDielectricBsdf>(bsdf);
+}
 
 /// What may vary over the surface (constants, vertex colours or textures), at one point.
 struct BsdfInputs {
@@ -130,9 +139,28 @@ struct BsdfSample {
   bool delta = false;  ///< wi is the mirrored or refracted wo; weigh with EvalDelta / pdf
 };
 
+namespace bsdf_internal {
+// All models but Lambert's, whose few operations are done in line.
+Rgb Eval(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
+std::optional<BsdfSample> Sample(const Bsdf& bsdf,
+                                 const BsdfInputs& inputs,
+                                 const Vec3& n,
+                                 const Vec3& wo,
+                                 double u0,
+                                 double u1,
+                                 double u2,
+                                 bool mirrored);
+double Pdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines, bool mirrored);
+}  // namespace bsdf_internal
+
 /// BSDF value (1/sr, without the cosine), radiance leaving along wo per irradiance along wi. Zero
 /// for delta models, and on the other side unless transmissive.
-Rgb EvalBsdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
+inline Rgb EvalBsdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines) {
+  if (std::holds_alternative<LambertBsdf>(bsdf)) {
+    return cosines.cos_i > 0.0 ? inputs.base_color * std::numbers::inv_pi : Rgb{};
+  }
+  return bsdf_internal::Eval(bsdf, inputs, cosines);
+}
 /// The same value with its partials; all zero where it is zero by the sides of wi and wo.
 BsdfPartials EvalBsdfPartials(const Bsdf& bsdf,
                               const BsdfInputs& inputs,
@@ -144,23 +172,43 @@ BsdfPartials EvalBsdfPartials(const Bsdf& bsdf,
 /// n first and the choice of the lobe kept: the antithetic partner of the same numbers (path_space
 /// 1.10). `pdf` is then the density of the returned direction under SampleBsdf without `mirrored`;
 /// an estimator from pairs divides by MirroredPairPdf instead.
-std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf,
-                                     const BsdfInputs& inputs,
-                                     const Vec3& n,
-                                     const Vec3& wo,
-                                     double u0,
-                                     double u1,
-                                     double u2,
-                                     bool mirrored = false);
+inline std::optional<BsdfSample> SampleBsdf(const Bsdf& bsdf,
+                                            const BsdfInputs& inputs,
+                                            const Vec3& n,
+                                            const Vec3& wo,
+                                            double u0,
+                                            double u1,
+                                            double u2,
+                                            bool mirrored = false) {
+  if (std::holds_alternative<LambertBsdf>(bsdf)) {
+    const Vec3 local = SampleCosineHemisphere(u0, u1);
+    if (local.z <= 0.0) return std::nullopt;
+    const Vec3 wi =
+        Frame::FromNormal(n).ToWorld(mirrored ? Vec3{-local.x, -local.y, local.z} : local);
+    return BsdfSample{wi, local.z * std::numbers::inv_pi};
+  }
+  return bsdf_internal::Sample(bsdf, inputs, n, wo, u0, u1, u2, mirrored);
+}
 /// Solid-angle density of SampleBsdf (not mirrored); zero for delta models.
-double BsdfPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
+inline double BsdfPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines) {
+  return std::holds_alternative<LambertBsdf>(bsdf)
+             ? CosineHemispherePdf(cosines.cos_i)
+             : bsdf_internal::Pdf(bsdf, inputs, cosines, false);
+}
 /// Mean of the densities of SampleBsdf with and without `mirrored`: what one direction of an
 /// antithetic pair is divided by. With wi_0, wi_1 drawn from the same numbers without and with
 /// `mirrored`, half the sum of g(wi_k) / MirroredPairPdf(wi_k), absorbed draws counting zero, has
 /// the expectation of the integral of g over solid angle, and what is odd in the microfacet normal
 /// about n cancels (in its measure both divide by the same number). In MIS it takes the place of
 /// BsdfPdf in every weight. Zero for delta models.
-double MirroredPairPdf(const Bsdf& bsdf, const BsdfInputs& inputs, const BsdfCosines& cosines);
+inline double MirroredPairPdf(const Bsdf& bsdf,
+                              const BsdfInputs& inputs,
+                              const BsdfCosines& cosines) {
+  return std::holds_alternative<LambertBsdf>(bsdf)
+             ? CosineHemispherePdf(cosines.cos_i)
+             : 0.5 * (bsdf_internal::Pdf(bsdf, inputs, cosines, false) +
+                      bsdf_internal::Pdf(bsdf, inputs, cosines, true));
+}
 
 /// What travels along a path against the light: radiance, which refraction scales by the squared
 /// index ratio, or with it importance (sensor responsivity, or photons), which it does not.

@@ -208,7 +208,7 @@ Rgb PathAdjoint::AdjointOfSegment(std::size_t k, const Rgb& beyond) {
     const SurfacePoint& next = path_->vertices[k + 1].p;
     VertexAdjoint& d_next = adjoints_[k + 1];
     const Rgb value = weight * bsdf;
-    const double r = Norm(next.x - RayStart(world_.caster(), v.p, v.on.wi));
+    const double r = Norm(next.x - RayStart(v.p, v.on.wi));
     const Rgb per_cos = value * (1.0 / Dot(next.ng, v.on.wi));
     d_next.d_ng += Outer(v.on.wi, per_cos);
     d_wi += Outer(next.ng, per_cos);
@@ -283,7 +283,7 @@ void PathAdjoint::Scatter(const Rgb& radiance) {
   for (std::size_t k = frozen_; k-- > first_rough_ + 1;) {
     const SurfacePoint& p = path_->vertices[k].p;
     const Vertex& previous = path_->vertices[k - 1];
-    const Vec3 start = RayStart(world_.caster(), previous.p, previous.on.wi);
+    const Vec3 start = RayStart(previous.p, previous.on.wi);
     const ColorGradient d_end = EndPointAdjoint(p.wo, Norm(start - p.x), adjoints_[k].d_wo);
     MoveStart(k - 1, d_end);
     adjoints_[k].d_x -= d_end;
@@ -303,7 +303,7 @@ void PathAdjoint::Scatter(const Rgb& radiance) {
 void PathAdjoint::MoveStart(std::size_t k, const ColorGradient& d) {
   const Vertex& v = path_->vertices[k];
   adjoints_[k].d_x += d;
-  adjoints_[k].d_ng += d * RayLift(world_.caster(), v.p, v.on.wi);
+  adjoints_[k].d_ng += d * RayLift(v.p, v.on.wi);
 }
 
 void PathAdjoint::ScatterMaterialPoint(std::size_t k) {
@@ -371,7 +371,7 @@ void PathAdjoint::ScatterImagePoint(std::size_t k) {
   if (k > 0) {
     const Vertex& previous = path_->vertices[k - 1];
     MoveStart(k - 1, d_origin);
-    adjoints_[k - 1].d_wi += direction(RayStart(world_.caster(), previous.p, previous.on.wi));
+    adjoints_[k - 1].d_wi += direction(RayStart(previous.p, previous.on.wi));
   } else if (active_.camera.Any()) {
     motion_.CameraRay(pixel_->ray, pixel_->u, pixel_->v, d_origin, direction(pixel_->ray.origin));
   }

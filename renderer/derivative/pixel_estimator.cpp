@@ -125,25 +125,23 @@ Rgba EstimatePixel(const PathContext& context,
   NullListener listener;
   const RayCaster& caster = context.world->caster();
   const int pair = context.antithetic ? 2 : 1;
+  // Scratch space of all batches.
+  std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
+  std::array<Ray, kImageBatch> rays;
+  std::array<std::optional<Hit>, kImageBatch> hits;
+  PathBatch<kImageBatch, LatticeSampler, NullListener> batch(context);
   const auto samples = [&](int first, const auto& numbers, std::span<Rgba> values) {
     const std::size_t count = values.size();
-    std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
-    std::array<Ray, kImageBatch> rays;
-    std::array<std::optional<Hit>, kImageBatch> hits;
     for (std::size_t i = 0; i < count; ++i) {
       samplers[i].emplace(numbers(first + static_cast<int>(i)));
       rays[i] = FollowFilter(camera, x, y, *samplers[i]).ray;
     }
     caster.Intersect({rays.data(), count}, true, {hits.data(), count});
-    PathBatch<kImageBatch, LatticeSampler, NullListener> batch(context);
     for (std::size_t i = 0; i < count; ++i) {
       if (hits[i]) {
         const bool mirrored = (first + static_cast<int>(i)) % pair == 1;
-        batch.Start(i,
-                    MakeSurfacePoint(*context.world, *hits[i], rays[i]),
-                    *samplers[i],
-                    listener,
-                    {context.max_bounces, true, mirrored});
+        batch.Start(
+            i, *hits[i], rays[i], *samplers[i], listener, {context.max_bounces, true, mirrored});
       }
     }
     batch.Trace();
@@ -155,7 +153,7 @@ Rgba EstimatePixel(const PathContext& context,
 }
 
 struct PixelDerivative::Recorded {
-  LatticeSampler numbers;  // from the first vertex on
+  ShiftedSampler numbers;  // from the first vertex on
   bool mirrored = false;   // the second path of an antithetic pair
   PixelSample pixel;       // where the path starts
   bool missed = false;
@@ -176,7 +174,8 @@ PixelDerivative::PixelDerivative(const AdjointContext& context,
   const CounterRng none(0);
   const PathRecorder recorder = touches == nullptr ? PathRecorder() : PathRecorder(*touches);
   for (std::size_t i = 0; i <= kImageBatch; ++i) {  // the last: paths that are drawn again
-    samples_.push_back({LatticeSampler(none, none, 0), false, {}, false, false, recorder});
+    samples_.push_back(
+        {ShiftedSampler(LatticeSampler(none, none, 0)), false, {}, false, false, recorder});
   }
 }
 PixelDerivative::~PixelDerivative() = default;
@@ -188,7 +187,7 @@ Rgba PixelDerivative::Estimate(int x, int y, RenderStats& stats) {
       const int s = first + static_cast<int>(i);
       Recorded& sample = samples_[i];
       sample.mirrored = s % pair_ == 1;
-      sample.numbers = numbers_of(s);
+      sample.numbers = ShiftedSampler(numbers_of(s));
       sample.pixel = spread_
                          ? CoverSupport(context_.camera, x, y, s / pair_ % points_, sample.numbers)
                          : FollowFilter(context_.camera, x, y, sample.numbers);
@@ -222,7 +221,8 @@ void PixelDerivative::RecordTogether(std::span<Rgba> values) {
     if (hits[i]) {
       Recorded& sample = samples_[i];
       batch.Start(i,
-                  MakeSurfacePoint(*path.world, *hits[i], rays[i]),
+                  *hits[i],
+                  rays[i],
                   *samplers[i],
                   sample.path,
                   {path.max_bounces, true, sample.mirrored});
@@ -239,7 +239,7 @@ void PixelDerivative::RecordTogether(std::span<Rgba> values) {
 /// Records the path from `first` on with other numbers, as the last of samples_.
 void PixelDerivative::RecordAgain(const SurfacePoint& first,
                                   bool mirrored,
-                                  LatticeSampler numbers) {
+                                  ShiftedSampler numbers) {
   Recorded& again = samples_.back();
   again.numbers = numbers;
   again.mirrored = mirrored;
@@ -274,11 +274,11 @@ void PixelDerivative::AddRecorded(const Recorded& sample,
   }
   const double each = 1.0 / split.count;
   // The sample may be the one that is recorded again.
-  const LatticeSampler numbers = sample.numbers;
+  const ShiftedSampler numbers = sample.numbers;
   const SurfacePoint first_vertex = record.vertices.front().p;
   const bool mirrored = sample.mirrored;
   for (int i = 0; i < split.count; ++i) {
-    LatticeSampler shifted = numbers;
+    ShiftedSampler shifted = numbers;
     // Half of them evenly over all directions: where the surface grazes, the derivative does not
     // vanish with the cosine.
     shifted.ShiftDirection(split.vertex + 1,

@@ -44,7 +44,7 @@ class PixelDerivative {
   struct Recorded;  // a sample's path
 
   void RecordTogether(std::span<Rgba> values);
-  void RecordAgain(const SurfacePoint& first, bool mirrored, LatticeSampler numbers);
+  void RecordAgain(const SurfacePoint& first, bool mirrored, ShiftedSampler numbers);
   void AddRecorded(const Recorded& sample, const PixelSample& part, int first, double share);
 
   const AdjointContext& context_;

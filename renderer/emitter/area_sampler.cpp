@@ -293,15 +293,9 @@ AreaSample AreaSampler::SampleIn(const Node& node, double u0, double u1) const {
   const int index = distribution_.SampleWithin(node.first, node.end, u0, remainder);
   // The square is folded along its diagonal onto the triangle: uniform and continuous, so strata
   // of the square stay compact on the triangle.
-  double b1 = remainder;
-  double b2 = u1;
-  if (b1 > b2) {
-    b2 *= 0.5;
-    b1 -= b2;
-  } else {
-    b1 *= 0.5;
-    b2 -= b1;
-  }
+  const double fold = 0.5 * std::min(remainder, u1);
+  const double b1 = remainder - fold;
+  const double b2 = u1 - fold;
   const Source& source = sources_[static_cast<std::size_t>(index)];
   return {source.id, b1, b2, source.pdf_in_leaf};
 }

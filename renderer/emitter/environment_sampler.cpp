@@ -21,7 +21,7 @@ double CellSolidAngle(int row, int width, int height) {
 }  // namespace
 
 EnvironmentSampler::EnvironmentSampler(const EnvironmentEmitter& environment)
-    : width_(environment.width), height_(environment.height) {
+    : width_(environment.width), height_(environment.height), texels_(environment.texels.data()) {
   if (width_ * height_ == 1) return;
   const auto radiance = [&](int x, int y) {
     const int wx = (x + width_) % width_;
@@ -82,14 +82,22 @@ DirectionSample EnvironmentSampler::Sample(const Vec3& normal, double u0, double
   double fy = 0.0;
   const int y = rows_.Sample(u1, fy);
   const int x = columns_[static_cast<std::size_t>(y)].Sample(u0, fx);
+  const int texel = y * width_ + x;
+  // Maps do not fit into fast memory: what will be looked up is on its way meanwhile.
+  const int left = texel - (fx < 0.5 && x > 0 ? 1 : 0);
+  const int other_row = fy < 0.5 ? std::max(y - 1, 0) - y : std::min(y + 1, height_ - 1) - y;
+  __builtin_prefetch(&density_[static_cast<std::size_t>(texel)]);
+  __builtin_prefetch(texels_ + left);
+  __builtin_prefetch(texels_ + left + other_row * width_);
   const double top = row_cos_[static_cast<std::size_t>(y)];
   const double bottom = row_cos_[static_cast<std::size_t>(y) + 1];
   const double cos_theta = std::clamp(top + fy * (bottom - top), -1.0, 1.0);
   const double sin_theta = std::sqrt(1.0 - cos_theta * cos_theta);
-  const double phi = 2.0 * std::numbers::pi * (x + fx) / width_;
-  return {{sin_theta * std::sin(phi), cos_theta, -sin_theta * std::cos(phi)},
-          density_[static_cast<std::size_t>(y * width_ + x)],
-          {(x + fx) / width_, std::acos(cos_theta) * std::numbers::inv_pi}};
+  const double turn = (x + fx) / width_;
+  const auto [sine, cosine] = SineCosineOfTurn(turn);
+  return {{sin_theta * sine, cos_theta, -sin_theta * cosine},
+          density_[static_cast<std::size_t>(texel)],
+          {turn, std::acos(cos_theta) * std::numbers::inv_pi}};
 }
 
 double EnvironmentSampler::Pdf(const Vec2& uv, bool above) const {

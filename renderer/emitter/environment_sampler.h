@@ -32,6 +32,7 @@ class EnvironmentSampler {
   std::vector<Distribution1D> columns_;  // by row
   std::vector<double> row_cos_;          // cos(theta) of the texel rows' upper borders
   std::vector<double> density_;          // per solid angle, of each texel
+  const Rgb* texels_;  // only prefetched, which is harmless wherever it points: not read
 };
 
 }  // namespace pathfit::renderer

@@ -376,7 +376,7 @@ void RayCaster::IntersectTogether(std::span<const Ray> rays,
                                   std::span<std::optional<Hit>> hits) const {
   const std::size_t count = std::min(kPacket, rays.size());
   EmbreeMask mask;
-  RTCRayHit8 packet{};
+  RTCRayHit8 packet;  // lanes without a ray are not read
   for (std::size_t i = 0; i < count; ++i) {
     mask.lanes[i] = -1;
     FillRay<kPacket>(rays[i],
@@ -406,7 +406,7 @@ void RayCaster::OccludedTogether(std::span<const Segment> segments,
                                  std::span<bool> occluded) const {
   const std::size_t count = std::min(kPacket, segments.size());
   EmbreeMask mask;
-  RTCRay8 packet{};
+  RTCRay8 packet;  // lanes without a ray are not read
   for (std::size_t i = 0; i < count; ++i) {
     mask.lanes[i] = -1;
     FillRay<kPacket>(

@@ -1,8 +1,9 @@
 #include "renderer/math/distribution_1d.h"
 
 #include <algorithm>
-#include <cstddef>
+#include <cmath>
 #include <iterator>
+#include <numeric>
 
 namespace pathfit::renderer {
 
@@ -15,6 +16,15 @@ Distribution1D::Distribution1D(const std::vector<double>& weights) : cumulative_
   if (total_ <= 0.0) return;
   probability_.reserve(weights.size());
   for (const double w : weights) probability_.push_back(w / total_);
+  const double scale = static_cast<double>(weights.size()) / total_;
+  scale_ = std::isfinite(scale) ? scale : 0.0;
+  first_of_bucket_.resize(weights.size() + 2);
+  for (const double c : cumulative_) ++first_of_bucket_[BucketOf(c) + 1];
+  std::partial_sum(first_of_bucket_.begin(), first_of_bucket_.end(), first_of_bucket_.begin());
+}
+
+std::size_t Distribution1D::BucketOf(double cumulative) const {
+  return std::min(static_cast<std::size_t>(cumulative * scale_), probability_.size());
 }
 
 int Distribution1D::Sample(double u, double& remainder) const {
@@ -22,10 +32,13 @@ int Distribution1D::Sample(double u, double& remainder) const {
 }
 
 int Distribution1D::SampleWithin(int first, int end, double u, double& remainder) const {
-  const auto begin = cumulative_.begin() + first;
-  const auto last = cumulative_.begin() + end;
-  const double target = *begin + u * (*last - *begin);
-  const auto above = std::upper_bound(begin, last, target);
+  const double begin = cumulative_[static_cast<std::size_t>(first)];
+  const double last = cumulative_[static_cast<std::size_t>(end)];
+  const double target = begin + u * (last - begin);
+  const std::int32_t* const bucket = &first_of_bucket_[BucketOf(target)];
+  const auto above = std::upper_bound(cumulative_.begin() + std::clamp(bucket[0], first, end),
+                                      cumulative_.begin() + std::clamp(bucket[1], first, end),
+                                      target);
   const auto index = static_cast<std::size_t>(
       std::max<std::ptrdiff_t>(std::distance(cumulative_.begin(), above) - 1, first));
   const double width = cumulative_[index + 1] - cumulative_[index];

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace pathfit::renderer {
@@ -20,9 +22,15 @@ class Distribution1D {
   [[nodiscard]] double Probability(int index) const;
 
  private:
+  /// Which of the equal parts of the total, as many as there are weights and one for the total
+  /// itself, holds a sum: never a later one for a smaller sum.
+  [[nodiscard]] std::size_t BucketOf(double cumulative) const;
+
   std::vector<double> cumulative_;  // cumulative_[i] = sum of weights before i
   std::vector<double> probability_;
   double total_ = 0.0;
+  double scale_ = 0.0;                         // buckets per weight; 0: all are in the first
+  std::vector<std::int32_t> first_of_bucket_;  // index into cumulative_, by bucket; and the end
 };
 
 }  // namespace pathfit::renderer

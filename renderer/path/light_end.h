@@ -62,37 +62,41 @@ struct AcceptsAll {
 /// shows a side that does not shine. Here and below: empty, too, unless accepts(w), which is asked
 /// before anything costly.
 template <class Accepts = AcceptsAll>
-std::optional<SeenLight> SeeAreaPoint(const World& world,
-                                      const LightSet& lights,
-                                      const MaterialPoint& y,
-                                      double pdf,
-                                      const Vec3& x,
-                                      Accepts accepts = {}) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeeAreaPoint(const World& world,
+                                                                    const LightSet& lights,
+                                                                    const MaterialPoint& y,
+                                                                    double pdf,
+                                                                    const Vec3& x,
+                                                                    Accepts accepts = {}) {
   const TriangleGeometry& triangle = world.caster().Geometry(y.id);
   const Vec3 to_light = triangle.Point(y.b1, y.b2) - x;
   const double distance2 = SquaredNorm(to_light);
-  SeenLight light{y};
+  // Made where it is returned: a copy would wait for the parts it has just been written in.
+  std::optional<SeenLight> result;
+  SeenLight& light = result.emplace();
+  light.end = y;
   light.distance = std::sqrt(distance2);
   light.w = to_light * (1.0 / light.distance);
   const double cos_light = -Dot(triangle.n, light.w);
   const LightSet::AreaLight& area = *lights.AreaLightOf(y.id.mesh);
   if (!(distance2 > 0.0) || cos_light == 0.0 || (cos_light < 0.0 && !area.light->two_sided) ||
       !accepts(light.w)) {
-    return std::nullopt;
+    result.reset();
+    return result;
   }
   light.radiance = AreaRadiance(area, y.id.triangle, y.b1, y.b2, cos_light > 0.0 ? 1.0 : -1.0);
   light.pdf = pdf * distance2 / std::abs(cos_light);
   light.has_extent = true;
-  return light;
+  return result;
 }
 
 /// What a surface point finds of area lights at a chosen point or in a chosen direction.
 template <class Accepts>
-std::optional<SeenLight> SeeArea(const World& world,
-                                 const LightSet& lights,
-                                 const AreaChoice& choice,
-                                 const SurfacePoint& p,
-                                 Accepts accepts) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeeArea(const World& world,
+                                                               const LightSet& lights,
+                                                               const AreaChoice& choice,
+                                                               const SurfacePoint& p,
+                                                               Accepts accepts) {
   if (choice.point.pdf > 0.0) {
     const auto& [id, b1, b2, pdf] = choice.point;
     return SeeAreaPoint(world, lights, {id, b1, b2}, pdf, p.x, accepts);
@@ -101,7 +105,7 @@ std::optional<SeenLight> SeeArea(const World& world,
     return std::nullopt;
   }
   const RayCaster& caster = world.caster();
-  const auto hit = caster.Intersect({RayStart(caster, p, choice.direction), choice.direction});
+  const auto hit = caster.Intersect({RayStart(p, choice.direction), choice.direction});
   if (!hit || hit->id.mesh != choice.mesh) {
     return std::nullopt;
   }
@@ -115,9 +119,8 @@ std::optional<SeenLight> SeeArea(const World& world,
 
 /// Empty at the light's own place.
 template <class Accepts = AcceptsAll>
-std::optional<SeenLight> SeePointLight(const LightSet::PointLight& point,
-                                       const Vec3& x,
-                                       Accepts accepts = {}) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeePointLight(
+    const LightSet::PointLight& point, const Vec3& x, Accepts accepts = {}) {
   const Vec3 to_light = point.position - x;
   const double distance2 = SquaredNorm(to_light);
   if (!(distance2 > 0.0)) {
@@ -135,8 +138,8 @@ std::optional<SeenLight> SeePointLight(const LightSet::PointLight& point,
 }
 
 template <class Accepts = AcceptsAll>
-std::optional<SeenLight> SeeDirectional(const LightSet::Directional& directional,
-                                        Accepts accepts = {}) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeeDirectional(
+    const LightSet::Directional& directional, Accepts accepts = {}) {
   if (!accepts(directional.to_light)) {
     return std::nullopt;
   }
@@ -147,20 +150,23 @@ std::optional<SeenLight> SeeDirectional(const LightSet::Directional& directional
 
 /// A drawn direction; empty if its density is zero.
 template <class Accepts = AcceptsAll>
-std::optional<SeenLight> SeeEnvironment(const LightSet::Environment& environment,
-                                        const DirectionSample& sample,
-                                        Accepts accepts = {}) {
+[[gnu::always_inline]] inline std::optional<SeenLight> SeeEnvironment(
+    const LightSet::Environment& environment, const DirectionSample& sample, Accepts accepts = {}) {
+  std::optional<SeenLight> result;
   if (!(sample.pdf > 0.0)) {
-    return std::nullopt;
+    return result;
   }
-  SeenLight light{&environment, environment.world_from_light * sample.direction};
-  if (!accepts(light.w)) {
-    return std::nullopt;
+  const Vec3 w = environment.world_from_light * sample.direction;
+  if (!accepts(w)) {
+    return result;
   }
+  SeenLight& light = result.emplace();
+  light.end = &environment;
+  light.w = w;
   light.radiance = EnvironmentRadianceAt(*environment.light, sample.uv);
   light.pdf = sample.pdf;
   light.has_extent = true;
-  return light;
+  return result;
 }
 
 /// Directions to an environment where there is no receiver whose hemisphere a constant one could be
@@ -190,8 +196,10 @@ inline double ShadowDistance(const RayCaster& caster, double distance, const Vec
 
 /// From a surface point to a light that it sees. The ray starts off the surface and must end at the
 /// light's own point all the same: beside it, a light seen edge-on would hide itself.
-inline Segment ShadowRay(const RayCaster& caster, const SurfacePoint& p, const SeenLight& light) {
-  const Vec3 origin = RayStart(caster, p, light.w);
+[[gnu::always_inline]] inline Segment ShadowRay(const RayCaster& caster,
+                                                const SurfacePoint& p,
+                                                const SeenLight& light) {
+  const Vec3 origin = RayStart(p, light.w);
   if (std::isinf(light.distance)) {
     return {{origin, light.w}, light.distance};
   }

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <new>
 #include <optional>
 #include <span>
+#include <type_traits>
 
 #include "renderer/math/frame.h"
 #include "renderer/path/light_end.h"
@@ -106,29 +108,37 @@ inline double ScatterPdf(const SurfacePoint& p,
   return 0.5 * (pdf + UniformHemispherePdf() / spread);
 }
 
-/// The next direction at a vertex; its density is the family's.
+/// The next direction at a vertex; its density is the family's, and 0 if it is absorbed.
 template <PathSampler Sampler>
-std::optional<BsdfSample> SampleDirection(const SurfacePoint& p,
-                                          int bounce,
-                                          const DirectionFamily& family,
-                                          Sampler& sampler) {
+[[gnu::always_inline]] inline BsdfSample SampleDirection(const SurfacePoint& p,
+                                                         int bounce,
+                                                         const DirectionFamily& family,
+                                                         Sampler& sampler) {
   const Bsdf& bsdf = p.material->bsdf;
   const double u0 = sampler.NextDirection(bounce, 0);
   const double u1 = sampler.NextDirection(bounce, 1);
   const double u2 = sampler.Next();
-  std::optional<BsdfSample> sample;
+  BsdfSample sample;
   if (family.draw == DirectionDraw::kMixedUniform) {
     Vec3 local =
         IsTransmissive(bsdf) ? SampleUniformSphere(u0, u1) : SampleUniformHemisphere(u0, u1);
     if (family.mirrored) {
       local = {-local.x, -local.y, local.z};
     }
-    sample = BsdfSample{Frame::FromNormal(p.n).ToWorld(local)};
+    sample.wi = Frame::FromNormal(p.n).ToWorld(local);
   } else {
-    sample = SampleBsdf(bsdf, p.inputs, p.n, p.wo, u0, u1, u2, family.mirrored);
+    const auto own = SampleBsdf(bsdf, p.inputs, p.n, p.wo, u0, u1, u2, family.mirrored);
+    if (!own) {
+      return sample;
+    }
+    sample.wi.x = own->wi.x;
+    sample.wi.y = own->wi.y;
+    sample.wi.z = own->wi.z;
+    sample.pdf = own->pdf;
+    sample.delta = own->delta;
   }
-  if (sample && (family.paired || family.draw != DirectionDraw::kBsdf) && !sample->delta) {
-    sample->pdf = ScatterPdf(p, p.Cosines(sample->wi), family);
+  if ((family.paired || family.draw != DirectionDraw::kBsdf) && !sample.delta) {
+    sample.pdf = ScatterPdf(p, p.Cosines(sample.wi), family);
   }
   return sample;
 }
@@ -138,6 +148,11 @@ std::optional<BsdfSample> SampleDirection(const SurfacePoint& p,
 /// derivatives are large, and only those samples cancel in antithetic pairs. [Veach1995]
 inline double PowerHeuristic(double own, double other) {
   return own * own / (own * own + other * other);
+}
+
+/// The same over `own`.
+inline double PowerHeuristicOverPdf(double own, double other) {
+  return own / (own * own + other * other);
 }
 
 /// How far a path goes and what it counts.
@@ -175,6 +190,19 @@ class TracedPath {
         p_(first),
         paired_(context.antithetic),
         emission_weight_(range.with_emission ? 1.0 : 0.0) {}
+  TracedPath(const PathContext& context,
+             const Hit& first,
+             const Ray& ray,
+             Sampler& sampler,
+             Listener& listener,
+             const PathRange& range)
+      : context_(context),
+        sampler_(sampler),
+        listener_(listener),
+        range_(range),
+        p_(MakeSurfacePoint(*context.world, first, ray)),
+        paired_(context.antithetic),
+        emission_weight_(range.with_emission ? 1.0 : 0.0) {}
 
   /// Radiance so far.
   [[nodiscard]] const Rgb& radiance() const { return radiance_; }
@@ -209,7 +237,7 @@ class TracedPath {
   /// Light sampling, for one light after another: what see(point, accepts, sampler) finds. If it
   /// counts, calls found(light, factor, value, shadow ray), which calls AddLight if it is visible.
   template <class See, class Found>
-  void Look(const See& see, Found found) {
+  [[gnu::always_inline]] void Look(const See& see, Found found) {
     if (!lit_) {
       return;
     }
@@ -219,11 +247,11 @@ class TracedPath {
       return;
     }
     const BsdfCosines cosines = p_.Cosines(light->w);
-    double factor = std::abs(cosines.cos_i);
-    if (light->has_extent) {
-      factor *= PowerHeuristic(light->pdf, ScatterPdf(p_, cosines, family_));
-    }
-    factor /= light->pdf;
+    const double cosine = std::abs(cosines.cos_i);
+    const double factor =
+        light->has_extent
+            ? cosine * PowerHeuristicOverPdf(light->pdf, ScatterPdf(p_, cosines, family_))
+            : cosine / light->pdf;
     const Rgb reflected = EvalBsdf(p_.material->bsdf, p_.inputs, cosines) * light->radiance;
     if (!Listener::kDifferentiates && IsBlack(reflected)) {
       return;
@@ -234,8 +262,11 @@ class TracedPath {
       found(*light, factor, reflected, ShadowRay(context_.world->caster(), p_, *light));
     }
   }
-  void AddLight(const SeenLight& light, double factor, const Rgb& reflected) {
-    listener_.OnDirect({light, factor});
+  template <class Light>
+  void AddLight(const Light& light, double factor, const Rgb& reflected) {
+    if constexpr (Listener::kDifferentiates) {
+      listener_.OnDirect({light, factor});
+    }
     direct_ += reflected * factor;
   }
 
@@ -247,22 +278,25 @@ class TracedPath {
     if (!delta_ && IsLast() && !context_.HasExtendedLights()) {
       return false;
     }
-    const auto sample = SampleDirection(p_, bounce_, family_, sampler_);
+    const BsdfSample sample = SampleDirection(p_, bounce_, family_, sampler_);
     // Mirroring a second vertex, too, would pair only two of the four combinations of densities.
     paired_ = paired_ && delta_;
-    if (!sample || !(sample->pdf > 0.0) || !p_.Accepts(sample->wi)) {
+    if (!(sample.pdf > 0.0) || !p_.Accepts(sample.wi)) {
       return false;
     }
-    const BsdfCosines cosines = p_.Cosines(sample->wi);
-    pdf_ = sample->pdf;
+    const BsdfCosines cosines = p_.Cosines(sample.wi);
+    pdf_ = sample.pdf;
     above_ = cosines.cos_i > 0.0;
-    on_ = {sample->wi,
-           delta_ ? 1.0 / pdf_ : std::abs(cosines.cos_i) / pdf_,
-           delta_,
-           cosines.cos_i < 0.0};
+    // Member by member, here and below: what is written in parts must not be read as a whole soon,
+    // which a processor has to wait for.
+    on_.wi = sample.wi;
+    on_.factor = delta_ ? 1.0 / pdf_ : std::abs(cosines.cos_i) / pdf_;
+    on_.delta = delta_;
+    on_.transmit = cosines.cos_i < 0.0;
     bsdf_ = delta_ ? EvalDelta(p_.material->bsdf, p_.inputs, cosines.cos_o, on_.transmit).value
                    : EvalBsdf(p_.material->bsdf, p_.inputs, cosines);
-    ray_ = {RayStart(context_.world->caster(), p_, sample->wi), sample->wi};
+    ray_.origin = RayStart(p_, sample.wi);
+    ray_.direction = sample.wi;
     return true;
   }
 
@@ -295,7 +329,8 @@ class TracedPath {
     }
     listener_.OnContinue(next);
     const Vec3 from = p_.x;
-    p_ = MakeSurfacePoint(*context_.world, *hit, ray_);
+    // Made in its place: a copy would wait for the parts it has just been written in.
+    ::new (&p_) SurfacePoint(MakeSurfacePoint(*context_.world, *hit, ray_));
     emission_weight_ = 1.0;
     if (!on_.delta && Shines(p_.id)) {
       const double cos_light = std::abs(Dot(p_.ng, ray_.direction));
@@ -402,11 +437,12 @@ class PathBatch {
 
   /// Path number i < N; in order of their numbers. All must outlive Trace.
   void Start(std::size_t i,
-             const SurfacePoint& first,
+             const Hit& first,
+             const Ray& ray,
              Sampler& sampler,
              Listener& listener,
              const PathRange& range) {
-    paths_[i].emplace(context_, first, sampler, listener, range);
+    paths_[i].emplace(context_, first, ray, sampler, listener, range);
     active_[count_++] = i;
   }
   /// All paths to their ends, once.
@@ -443,15 +479,14 @@ class PathBatch {
       Path& path = *paths_[active_[i]];
       path.Look(see,
                 [&](const auto& light, double factor, const Rgb& value, const Segment& shadow) {
-                  sightings_[count].emplace(Sighting{&path, light, factor, value});
+                  sightings_[count] = Sighting(path, light, factor, value);
                   segments_[count++] = shadow;
                 });
     }
     context_.world->caster().Occluded({segments_.data(), count}, {occluded_.data(), count});
     for (std::size_t i = 0; i < count; ++i) {
       if (!occluded_[i]) {
-        const Sighting& seen = *sightings_[i];
-        seen.path->AddLight(seen.light, seen.factor, seen.value);
+        sightings_[i].Add();
       }
     }
   }
@@ -482,11 +517,24 @@ class PathBatch {
     });
   }
 
-  struct Sighting {
-    Path* path = nullptr;
-    SeenLight light;
-    double factor = 0.0;
-    Rgb value;
+  /// Light whose shadow ray is on its way; which light it is only listeners to derivatives need.
+  class Sighting {
+   public:
+    Sighting() = default;
+    Sighting(Path& path, const SeenLight& light, double factor, const Rgb& value)
+        : path_(&path), factor_(factor), value_(value) {
+      if constexpr (Listener::kDifferentiates) {
+        light_ = light;
+      }
+    }
+    void Add() const { path_->AddLight(light_, factor_, value_); }
+
+   private:
+    struct Nothing {};
+    Path* path_ = nullptr;
+    double factor_ = 0.0;
+    Rgb value_;
+    [[no_unique_address]] std::conditional_t<Listener::kDifferentiates, SeenLight, Nothing> light_;
   };
 
   const PathContext& context_;
@@ -494,7 +542,7 @@ class PathBatch {
   std::array<std::size_t, N> active_;  // the first count_: numbers of the paths that go on
   std::size_t count_ = 0;
   // Scratch space of a stage.
-  std::array<std::optional<Sighting>, N> sightings_;
+  std::array<Sighting, N> sightings_;
   std::array<Ray, N> rays_;
   std::array<std::optional<Hit>, N> hits_;
   std::array<Segment, N> segments_;

@@ -13,11 +13,12 @@ struct SurfacePoint {
   TriangleId id;
   double b1 = 0.0, b2 = 0.0;
   Vec3 x;
-  Vec3 ng;            ///< unit geometric normal, turned to the side of wo
-  Vec3 n;             ///< unit shading normal, turned with ng; equal to ng on flat meshes; of
-                      ///< mirrors and smooth glass the MirrorNormal
-  double side = 1.0;  ///< +1 seen from the front (normal of the winding), -1 from behind
-  Vec3 wo;            ///< unit, towards where it is seen from
+  Vec3 ng;              ///< unit geometric normal, turned to the side of wo
+  Vec3 n;               ///< unit shading normal, turned with ng; equal to ng on flat meshes; of
+                        ///< mirrors and smooth glass the MirrorNormal
+  double side = 1.0;    ///< +1 seen from the front (normal of the winding), -1 from behind
+  Vec3 wo;              ///< unit, towards where it is seen from
+  double offset = 0.0;  ///< RayCaster::Offset(x)
   BsdfInputs inputs;
   const Material* material = nullptr;
 
@@ -36,12 +37,10 @@ struct SurfacePoint {
 };
 
 /// How far along p.ng a ray in direction wi starts: beside the surface, on the side of wi.
-inline double RayLift(const RayCaster& caster, const SurfacePoint& p, const Vec3& wi) {
-  return std::copysign(caster.Offset(p.x), Dot(p.ng, wi));
+inline double RayLift(const SurfacePoint& p, const Vec3& wi) {
+  return std::copysign(p.offset, Dot(p.ng, wi));
 }
-inline Vec3 RayStart(const RayCaster& caster, const SurfacePoint& p, const Vec3& wi) {
-  return p.x + p.ng * RayLift(caster, p, wi);
-}
+inline Vec3 RayStart(const SurfacePoint& p, const Vec3& wi) { return p.x + p.ng * RayLift(p, wi); }
 
 inline const Triangle& CornersOf(const SharedVector<Triangle>& triangles, TriangleId id) {
   return triangles[static_cast<std::size_t>(id.triangle)];
@@ -109,6 +108,7 @@ inline SurfacePoint MakeSurfacePoint(
   p.b2 = b2;
   p.x = x;
   p.wo = wo;
+  p.offset = world.caster().Offset(x);
   p.side = Dot(triangle.n, wo) >= 0.0 ? 1.0 : -1.0;
   p.ng = triangle.n * p.side;
   p.n = p.ng;

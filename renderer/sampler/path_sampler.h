@@ -48,20 +48,7 @@ class LatticeSampler {
   LatticeSampler(CounterRng shift, CounterRng independent, std::uint64_t sample)
       : shift_(shift), independent_(independent), sample_(static_cast<double>(sample)) {}
 
-  static constexpr std::size_t kMaxShifts = 4;
-  /// Moves the two numbers that choose the direction at the vertex of this bounce (from 1) around
-  /// the unit square, and says how they choose it; for up to kMaxShifts different bounces.
-  void ShiftDirection(int bounce, double shift0, double shift1, DirectionDraw draw) {
-    shifts_[num_shifts_++] = {bounce, {shift0, shift1}, draw};
-  }
-  /// How the direction at the vertex of this bounce is drawn.
-  [[nodiscard]] DirectionDraw DrawAt(int bounce) const {
-    for (std::size_t i = 0; i < num_shifts_; ++i) {
-      if (shifts_[i].bounce == bounce) return shifts_[i].draw;
-    }
-    return DirectionDraw::kBsdf;
-  }
-  [[nodiscard]] bool CanShift() const { return num_shifts_ < kMaxShifts; }
+  static DirectionDraw DrawAt(int /*bounce*/) { return DirectionDraw::kBsdf; }
   /// Moves all numbers that choose points on lights: the second path of a pair, which shares the
   /// other numbers, should not sample the same lights again.
   void ShiftLights(double shift) { light_shift_ = shift; }
@@ -70,17 +57,7 @@ class LatticeSampler {
     const double moved = Next() + light_shift_;
     return moved - std::floor(moved);
   }
-  /// The next number, as component 0 or 1 of the direction choice at a bounce.
-  double NextDirection(int bounce, int component) {
-    double x = Next();
-    for (std::size_t i = 0; i < num_shifts_; ++i) {
-      if (shifts_[i].bounce == bounce) {
-        x += shifts_[i].by[static_cast<std::size_t>(component)];
-        x -= std::floor(x);
-      }
-    }
-    return x;
-  }
+  double NextDirection(int /*bounce*/, int /*component*/) { return Next(); }
 
   double Next() {
     if (dimension_ >= kDimensions) return independent_.Next();
@@ -104,6 +81,40 @@ class LatticeSampler {
   double sample_;
   int dimension_ = 0;
   double light_shift_ = 0.0;
+};
+
+/// The same whose directions at some vertices are moved, or drawn in another way.
+class ShiftedSampler : public LatticeSampler {
+ public:
+  explicit ShiftedSampler(const LatticeSampler& numbers) : LatticeSampler(numbers) {}
+
+  static constexpr std::size_t kMaxShifts = 4;
+  /// Moves the two numbers that choose the direction at the vertex of this bounce (from 1) around
+  /// the unit square, and says how they choose it; for up to kMaxShifts different bounces.
+  void ShiftDirection(int bounce, double shift0, double shift1, DirectionDraw draw) {
+    shifts_[num_shifts_++] = {bounce, {shift0, shift1}, draw};
+  }
+  /// How the direction at the vertex of this bounce is drawn.
+  [[nodiscard]] DirectionDraw DrawAt(int bounce) const {
+    for (std::size_t i = 0; i < num_shifts_; ++i) {
+      if (shifts_[i].bounce == bounce) return shifts_[i].draw;
+    }
+    return DirectionDraw::kBsdf;
+  }
+  [[nodiscard]] bool CanShift() const { return num_shifts_ < kMaxShifts; }
+  /// The next number, as component 0 or 1 of the direction choice at a bounce.
+  double NextDirection(int bounce, int component) {
+    double x = Next();
+    for (std::size_t i = 0; i < num_shifts_; ++i) {
+      if (shifts_[i].bounce == bounce) {
+        x += shifts_[i].by[static_cast<std::size_t>(component)];
+        x -= std::floor(x);
+      }
+    }
+    return x;
+  }
+
+ private:
   struct Shift {
     int bounce = 0;
     std::array<double, 2> by{};

@@ -145,7 +145,8 @@ Vec2 CameraModel::Undistort(const Vec2& distorted) const {
 Ray CameraModel::RayThrough(double u, double v) const {
   const Vec2 x = Undistort({(u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy});
   if (IsOrthographic()) return {pose_.Point({x.x, -x.y, 0.0}), -pose_.linear.z};
-  return {Origin(), Normalized(pose_.Direction({x.x, -x.y, -1.0}))};
+  const Vec3 direction = pose_.Direction({x.x, -x.y, -1.0});
+  return {Origin(), direction * (1.0 / Norm(direction))};
 }
 
 Ray CameraModel::RayTo(const Vec3& x_in_world, double& distance) const {

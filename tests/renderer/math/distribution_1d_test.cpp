@@ -53,5 +53,32 @@ TEST(Distribution1D, IsEmptyWithoutWeight) {
   EXPECT_EQ(Distribution1D({1.0, 2.0}).Total(), 3.0);
 }
 
+/// Buckets only shorten the search: the index is that of the definition, whatever the weights.
+TEST(Distribution1D, FindsTheIndexOfTheDefinition) {
+  CounterRng rng(9);
+  for (const double spread : {0.0, 1.0, 40.0, 600.0}) {
+    std::vector<double> weights(200);
+    std::vector<double> sums = {0.0};
+    for (double& w : weights) {
+      w = rng.Next() < 0.2 ? 0.0 : std::exp(spread * (rng.Next() - 0.5));
+      sums.push_back(sums.back() + w);
+    }
+    const Distribution1D distribution(weights);
+    for (int i = 0; i < 20000; ++i) {
+      const int first = static_cast<int>(rng.Next() * 100.0);
+      const int end = first + 1 + static_cast<int>(rng.Next() * 100.0);
+      const double u = i % 7 == 0 ? 0.0 : rng.Next();
+      const double low = sums[static_cast<std::size_t>(first)];
+      const double target = low + u * (sums[static_cast<std::size_t>(end)] - low);
+      int expected = first;
+      for (int k = first + 1; k < end; ++k) {
+        expected = sums[static_cast<std::size_t>(k)] <= target ? k : expected;
+      }
+      double remainder = 0.0;
+      ASSERT_EQ(distribution.SampleWithin(first, end, u, remainder), expected) << spread;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pathfit::renderer

@@ -1,5 +1,6 @@
 #include "renderer/math/warp.h"
 
+#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -52,6 +53,19 @@ TEST(Warp, CosineHemisphereFollowsItsDensity) {
 TEST(Warp, UniformHemisphereFollowsItsDensity) {
   CheckAgainstCells(SampleUniformHemisphere, [](int) { return 1.0 / kRows; });
   EXPECT_DOUBLE_EQ(UniformHemispherePdf() * 2.0 * std::numbers::pi, 1.0);
+}
+
+TEST(Warp, SineAndCosineOfATurn) {
+  CounterRng rng(5);
+  for (int i = 0; i < 20000; ++i) {
+    // Eighths, where the quarter that is taken off changes, and their neighbours, too.
+    const double eighth = 0.125 * (i % 9);
+    const double u = i < 9 ? eighth : i < 18 ? std::nextafter(eighth, 0.5) : rng.Next();
+    const auto [sine, cosine] = SineCosineOfTurn(u);
+    const long double angle = 2.0L * std::numbers::pi_v<long double> * u;
+    ASSERT_NEAR(sine, static_cast<double>(std::sin(angle)), 2.5e-16) << u;
+    ASSERT_NEAR(cosine, static_cast<double>(std::cos(angle)), 2.5e-16) << u;
+  }
 }
 
 }  // namespace
