@@ -1,6 +1,7 @@
 // What is computed and how: render, unknowns, loss, stages, solver, output, gradcheck.
 #include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
+#include "optim/prior/default_weights.h"
 #include "optim/prior/prior_terms.h"
 
 namespace pathfit::app {
@@ -265,9 +266,11 @@ SchemaNode UnknownsSchema() {
                        ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
                            DefaultIs(fmt::format(
                                "`laplacian` of weight {} for vertices, `total_variation` "
-                               "of weight {} for what is `as: texture`, else none",
+                               "of weight {} for what is `as: texture` ({} for roughness), else "
+                               "none",
                                optim::kDefaultLaplacian,
-                               optim::kDefaultTexelVariation))}),
+                               optim::kDefaultTexelVariation,
+                               optim::kDefaultRoughnessVariation))}),
                   &ExperimentConfig::fit,
                   &FitSpec::unknowns) |
          Doc("What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "

@@ -12,6 +12,7 @@
 #include "app/experiment/experiment.h"
 #include "app/experiment/parameter_names.h"
 #include "app/experiment/promotions.h"
+#include "optim/prior/default_weights.h"
 #include "renderer/core/check.h"
 #include "renderer/scene/texture_surface.h"
 
@@ -234,6 +235,12 @@ std::vector<std::string> PriorsOf(const PromotedUnknown& promoted, const rendere
   return names;
 }
 
+double DefaultVariation(const PromotedUnknown& promoted) {
+  return promoted.promotion.property == ParameterKind::kRoughness
+             ? optim::kDefaultRoughnessVariation
+             : optim::kDefaultTexelVariation;
+}
+
 /// The unknowns of the program that one of the config is in each of its forms: indices into
 /// `unknowns`, to which they are added; the first takes the place that it has there.
 std::vector<std::vector<int>> AddForms(const PromotedUnknown& promoted,
@@ -253,7 +260,7 @@ std::vector<std::vector<int>> AddForms(const PromotedUnknown& promoted,
     unknown.name = name + "." + renderer::TraitsOf(kind).property;
     if (form != SurfaceForm::kConstant) unknown.promotion = promoted.promotion;
     if (form == SurfaceForm::kTexture && !has_priors) {
-      unknown.total_variation_weight = optim::kDefaultTexelVariation;
+      unknown.total_variation_weight = DefaultVariation(promoted);
     }
     of_form[form].push_back(static_cast<int>(index));
   };
@@ -381,7 +388,7 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
     if (promoted != promotions.end() &&
         std::ranges::find(promoted->forms, SurfaceForm::kTexture) != promoted->forms.end()) {
       fill("priors",
-           fmt::format("[{{total_variation: {{weight: {}}}}}]", optim::kDefaultTexelVariation));
+           fmt::format("[{{total_variation: {{weight: {}}}}}]", DefaultVariation(*promoted)));
     }
     fill("priors", "[]");
   }

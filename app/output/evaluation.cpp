@@ -21,6 +21,7 @@
 #include "renderer/image/similarity.h"
 #include "renderer/io/image_file.h"
 #include "renderer/math/box.h"
+#include "renderer/math/median.h"
 #include "renderer/path/surface_point.h"
 #include "renderer/renderer.h"
 
@@ -44,7 +45,8 @@ constexpr std::size_t kMostPictures = 12;
 constexpr std::size_t kMostRelit = 8;
 constexpr int kSkyRows = 64;  // of directions at which environments are compared
 
-double Percent(double part, double whole) { return 100.0 * part / whole; }
+/// Of nothing it is unknown: a metallic of 0 everywhere has errors, but no share.
+double Percent(double part, double whole) { return whole > 0.0 ? 100.0 * part / whole : kUnknown; }
 
 double AngleDeg(const Vec3& a, const Vec3& b) {
   return kDegrees * std::atan2(Norm(Cross(a, b)), Dot(a, b));
@@ -362,10 +364,13 @@ void CompareMaterials(const std::string& name,
     int count = 0;
     Gauge gauge;
     Rgb squares, truth, truth_squares;
+    std::vector<double> errors;  // of each point, rms of its channels
     void Add(const Rgb& a, const Rgb& b) {
       ++count;
       gauge.Add(a, b, 1.0);
-      squares += (a - b) * (a - b);
+      const Rgb square = (a - b) * (a - b);
+      squares += square;
+      errors.push_back(std::sqrt((square.r + square.g + square.b) / 3.0));
       truth += b;
       truth_squares += b * b;
     }
@@ -389,12 +394,13 @@ void CompareMaterials(const std::string& name,
       sums["metallic"].Add(Rgb::Constant(a.metallic), Rgb::Constant(b.metallic));
     }
   }
-  for (const auto& [property, sum] : sums) {
+  for (auto& [property, sum] : sums) {
     const double count = 3.0 * sum.count;
     const auto total = [](const Rgb& c) { return c.r + c.g + c.b; };
     EvaluatedAppearance row{.property = property, .surface = name, .points = sum.count};
     row.mean_truth = total(sum.truth) / count;
     row.rms = std::sqrt(total(sum.squares) / count);
+    row.median = renderer::Median(sum.errors);
     row.rms_percent = Percent(row.rms, std::sqrt(total(sum.truth_squares) / count));
     // |f a - b|^2 with the best f.
     double left = 0.0;
@@ -756,12 +762,14 @@ Json EvaluationPage(const Evaluation& evaluation, const Json& figures) {
            "that it tells what is missing. Seen: points that a fitted photo sees.",
            evaluation.surfaces,
            tables);
-  AddTable("appearance",
-           "Materials",
-           "At points of the truth and the points of the result next to them; in percent of the "
-           "root mean square of the truth. Scaled: after one factor per channel.",
-           evaluation.appearance,
-           tables);
+  AddTable(
+      "appearance",
+      "Materials",
+      "At points of the truth and the points of the result next to them; in percent of the "
+      "root mean square of the truth. Median: half of the points are better; far below the rms "
+      "where errors sit along edges. Scaled: after one factor per channel.",
+      evaluation.appearance,
+      tables);
   AddTable("parameters", "Unknowns", "Result minus truth.", evaluation.parameters, tables);
   AddTable("lights",
            "Lights",
@@ -808,12 +816,12 @@ std::string EvaluationText(const Evaluation& evaluation) {
         std::max(row.to_truth_most, row.from_truth_most));
   }
   for (const EvaluatedAppearance& row : evaluation.appearance) {
-    text += fmt::format(
-        "{} ({}): rms {:.3g}, {:.3g} %", row.property, row.surface, row.rms, row.rms_percent);
+    text += fmt::format("{} ({}): rms {:.3g}", row.property, row.surface, row.rms);
+    if (std::isfinite(row.rms_percent)) text += fmt::format(", {:.3g} %", row.rms_percent);
     if (std::isfinite(row.scaled_percent)) {
       text += fmt::format(", {:.3g} % after a factor per channel", row.scaled_percent);
     }
-    text += "\n";
+    text += fmt::format(", half of the points within {:.3g}\n", row.median);
   }
   for (const EvaluatedParameter& row : evaluation.parameters) {
     text += fmt::format(

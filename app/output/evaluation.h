@@ -37,6 +37,7 @@ struct EvaluatedAppearance {
   std::string property, surface;  ///< "base_color", "roughness", "metallic"; "all" or "seen"
   int points = 0;
   double mean_truth = 0.0, rms = 0.0, rms_percent = 0.0;
+  double median = 0.0;          ///< of the points' errors, which those along edges do not move
   double scaled_percent = 0.0;  ///< after one factor per channel, which light and colours share
 };
 

@@ -53,6 +53,7 @@ struct Fields<EvaluatedAppearance> {
     visit(Figure{.key = "mean_truth", .label = "Mean of the truth"}, r.mean_truth);
     visit(Figure{.key = "rms", .label = "rms error"}, r.rms);
     visit(Figure{.key = "rms_percent", .unit = "%", .label = "rms error"}, r.rms_percent);
+    visit(Figure{.key = "median", .label = "Median error"}, r.median);
     visit(Figure{.key = "scaled_percent", .unit = "%", .label = "scaled"}, r.scaled_percent);
   }
 };

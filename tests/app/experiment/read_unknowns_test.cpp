@@ -4,9 +4,11 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "app/experiment/experiment.h"
+#include "optim/prior/default_weights.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
@@ -224,6 +226,22 @@ TEST(ReadUnknowns, WhatChangesItsFormIsOneUnknownForEach) {
   EXPECT_EQ(textures[6].name, "glaze_roughness");
   EXPECT_TRUE(textures[6].scalar);
   EXPECT_EQ(unknowns[2].object, 6);
+}
+
+TEST(ReadUnknowns, TexelsOfRoughnessAreBelievedToBeSmoother) {
+  const ExperimentConfig config =
+      LoadText(With("glaze.base_color: {as: texture}\n  glaze.roughness: {as: texture}"));
+  const Experiment built = BuildExperiment(config);
+  ASSERT_EQ(built.fit.unknowns.size(), 2U);
+  EXPECT_EQ(built.fit.unknowns[0].total_variation_weight, optim::kDefaultTexelVariation);
+  EXPECT_EQ(built.fit.unknowns[1].total_variation_weight, optim::kDefaultRoughnessVariation);
+  EXPECT_GT(optim::kDefaultRoughnessVariation, optim::kDefaultTexelVariation);
+  const std::string shown = ResolvedYaml(config, built.scene);
+  EXPECT_NE(shown.find(fmt::format("weight: {}", optim::kDefaultTexelVariation)), std::string::npos)
+      << shown;
+  EXPECT_NE(shown.find(fmt::format("weight: {}", optim::kDefaultRoughnessVariation)),
+            std::string::npos)
+      << shown;
 }
 
 TEST(ReadUnknowns, MistakesOfFormsAreSaidAtTheirPlace) {

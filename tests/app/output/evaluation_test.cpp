@@ -140,6 +140,31 @@ TEST(Evaluation, ColoursAndLightsShareAFactor) {
   }
 }
 
+TEST(Evaluation, ErrorsInAFewPlacesAreToldFromErrorsEverywhere) {
+  Scene truth = Truth();
+  renderer::Material& paint = truth.materials[0];
+  paint.bsdf = renderer::MetallicRoughnessBsdf{};
+  paint.vertex_colors = true;
+  truth.meshes[0].mesh.colors.assign(truth.meshes[0].mesh.positions.size(), {0.6, 0.3, 0.2});
+  Scene found = truth;
+  for (std::size_t i = 0; i < 20; ++i) found.meshes[0].mesh.colors[i] = {0.1, 0.1, 0.1};
+  const Evaluation few = Evaluate(RunOf(truth, found), &truth, Quick());
+  const EvaluatedAppearance& spots = Named(few.appearance, &EvaluatedAppearance::surface, "all");
+  EXPECT_GT(spots.rms, 0.01);
+  EXPECT_NEAR(spots.median, 0.0, 1e-9);
+
+  for (renderer::Rgb& color : found.meshes[0].mesh.colors) color = {0.5, 0.2, 0.1};
+  const Evaluation all = Evaluate(RunOf(truth, found), &truth, Quick());
+  const EvaluatedAppearance& cast = Named(all.appearance, &EvaluatedAppearance::surface, "all");
+  EXPECT_NEAR(cast.median, 0.1, 1e-6);
+
+  const EvaluatedAppearance& metal =
+      Named(all.appearance, &EvaluatedAppearance::property, "metallic");
+  EXPECT_EQ(metal.rms, 0.0);
+  EXPECT_TRUE(std::isnan(metal.rms_percent));  // there is no metal to have a share of
+  EXPECT_EQ(EvaluationText(all).find("nan"), std::string::npos);
+}
+
 TEST(Evaluation, WhatDoesNotCompareIsSaid) {
   const Scene truth = Truth();
   Scene other = truth;
