@@ -101,6 +101,29 @@ constexpr ResultKey kResult[] = {{"from", "text", "Format that was read"},
                                  {"cameras", "whole", "Number of posed photos"},
                                  {"files", "list", "Paths that were written"}};
 
+using TextFile = std::pair<fs::path, std::string>;
+
+/// `file`: what they are called if the format has one, empty for the usual name in the folder.
+std::vector<TextFile> FilesOf(const Cameras& cameras,
+                              const std::string& format,
+                              const fs::path& file,
+                              const fs::path& folder,
+                              double metres_per_unit) {
+  const auto or_usual = [&](const char* name) { return file.empty() ? folder / name : file; };
+  if (format == "transforms") {
+    return {{or_usual("transforms.json"),
+             TransformsJson(cameras.cameras, cameras.paths, metres_per_unit)}};
+  }
+  if (format == "list") {
+    return {{or_usual("cameras.yaml"),
+             CameraListYaml(cameras.cameras, cameras.paths, metres_per_unit)}};
+  }
+  const ColmapText text = ColmapModel(cameras.cameras, cameras.names);
+  return {{folder / "cameras.txt", text.cameras},
+          {folder / "images.txt", text.images},
+          {folder / "points3D.txt", text.points}};
+}
+
 ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const fs::path out = fs::absolute(line.targets[2]).lexically_normal();
@@ -123,23 +146,12 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   if (std::ranges::any_of(imported.cameras, [](const auto& c) { return !c.mask.empty(); })) {
     context.log.Warn("the masks that the file names are not written; copy them beside the photos");
   }
-  std::vector<std::pair<fs::path, std::string>> files;
-  if (to == "transforms") {
-    files.emplace_back(is_file ? out : out / "transforms.json",
-                       TransformsJson(cameras.cameras, cameras.paths, imported.metres_per_unit));
-  } else if (to == "list") {
-    files.emplace_back(is_file ? out : out / "cameras.yaml",
-                       CameraListYaml(cameras.cameras, cameras.paths, imported.metres_per_unit));
-  } else {
-    if (imported.metres_per_unit > 0.0) {
-      context.log.Warn(fmt::format("COLMAP models have no unit; that 1 unit is {} m is not written",
-                                   imported.metres_per_unit));
-    }
-    const ColmapText text = ColmapModel(cameras.cameras, cameras.names);
-    files = {{out / "cameras.txt", text.cameras},
-             {out / "images.txt", text.images},
-             {out / "points3D.txt", text.points}};
+  if (to == "colmap" && imported.metres_per_unit > 0.0) {
+    context.log.Warn(fmt::format("COLMAP models have no unit; that 1 unit is {} m is not written",
+                                 imported.metres_per_unit));
   }
+  const std::vector<TextFile> files =
+      FilesOf(cameras, to, is_file ? out : fs::path(), folder, imported.metres_per_unit);
   for (const auto& [path, text] : files) {
     if (fs::exists(path) && !own.force) {
       throw UsageError("convert", path.string() + " exists; --force overwrites it");

@@ -12,7 +12,6 @@
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
-#include "renderer/io/gltf_reader.h"
 #include "renderer/io/mesh_file.h"
 
 namespace pathfit::app {
@@ -111,11 +110,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const renderer::ThreadLimit limit(NumThreads(line, 0));
   if (!own.mesh.empty()) {  // refuses what is none
-    if (renderer::IsGltfPath(own.mesh)) {
-      static_cast<void>(renderer::ReadGltf(own.mesh));
-    } else {
-      static_cast<void>(renderer::ReadMesh(own.mesh));
-    }
+    static_cast<void>(renderer::ReadMesh(own.mesh));
   }
   const fs::path first = line.targets.empty() ? fs::path(".") : line.targets[0];
   // A camera file alone says where its photos are.

@@ -7,7 +7,7 @@
 #include "app/config/read_config.h"
 #include "app/config/schema.h"
 #include "app/config/yaml_document.h"
-#include "renderer/io/gltf_reader.h"
+#include "renderer/io/mesh_file.h"
 
 namespace pathfit::app {
 namespace {
@@ -74,7 +74,7 @@ std::string GroupMeshName(const std::string& geometry, const std::string& usemtl
 
 bool IsGltf(const GeometryConfig& geometry) {
   const auto* file = std::get_if<FileGeometry>(&geometry.geometry);
-  return file != nullptr && renderer::IsGltfPath(file->path);
+  return file != nullptr && renderer::HoldsScene(file->path);
 }
 
 double FocalLength(double fov, FovAxis axis, double width, double height) {

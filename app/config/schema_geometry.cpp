@@ -137,7 +137,7 @@ SchemaNode GeometrySchema() {
   using Normals = GeometryConfig::Normals;
   const std::string file =
       renderer::MeshFormatNames() +
-      ", or glTF (.glb, .gltf), which has materials and textures, too: they keep their names, so "
+      "; a glTF file has materials and textures, too: they keep their names, so "
       "that `MATERIAL.roughness` or `TEXTURE.texels` can be unknown. Several nodes or materials "
       "become meshes called `MESH-NODE` or `MESH-NODE-MATERIAL`.";
   SchemaNode group =

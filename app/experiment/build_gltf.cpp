@@ -8,7 +8,7 @@
 
 #include "app/experiment/build_parts.h"
 #include "renderer/core/error.h"
-#include "renderer/io/gltf_reader.h"
+#include "renderer/io/mesh_file.h"
 
 namespace pathfit::app {
 namespace {
@@ -160,7 +160,7 @@ std::vector<MeshPart> ReadGltfParts(const GeometryConfig& geometry,
                                     const renderer::Transform& world_from_file,
                                     Scene& scene) {
   const auto& path = std::get<FileGeometry>(geometry.geometry).path;
-  renderer::GltfFile file = renderer::ReadGltf(path);
+  renderer::SceneFile file = renderer::ReadSceneFile(path);
   context.files.insert(context.files.end(), file.files.begin(), file.files.end());
   for (const std::string& warning : file.warnings) context.warnings.push_back(warning);
   if (file.scene.meshes.empty()) {

@@ -685,6 +685,44 @@ std::string Figured(double value, const char* format) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
 }
 
+/// One row for each kind of picture that there is.
+std::vector<EvaluatedView> MeansOf(const Evaluation& evaluation) {
+  std::vector<EvaluatedView> means;
+  const auto add_mean = [&](const char* name,
+                            const std::vector<EvaluatedView>& rows,
+                            std::optional<bool> validation) {
+    const Json json = MeansJson(rows, validation);
+    if (json["views"] == 0) return;
+    EvaluatedView& mean = means.emplace_back();
+    mean.view = fmt::format("{}, {} views", name, json["views"].get<int>());
+    mean.validation = validation.value_or(false);
+    for (double EvaluatedView::*figure : {&EvaluatedView::psnr_srgb,
+                                          &EvaluatedView::psnr_linear,
+                                          &EvaluatedView::psnr_scaled,
+                                          &EvaluatedView::ssim,
+                                          &EvaluatedView::iou}) {
+      mean.*figure = MeanOf(rows, figure, validation);
+    }
+  };
+  add_mean("held out", evaluation.views, true);
+  add_mean("fitted", evaluation.views, false);
+  add_mean("relit", evaluation.relit, std::nullopt);
+  return means;
+}
+
+std::string TextOf(const EvaluatedLight& row) {
+  std::string text = fmt::format("Light {}:", row.light);
+  if (std::isfinite(row.position_m)) text += fmt::format(" {:.3g} m off,", row.position_m);
+  if (std::isfinite(row.direction_deg))
+    text += fmt::format(" {:.3g} degrees off,", row.direction_deg);
+  if (std::isfinite(row.radiance_percent)) {
+    text += fmt::format(" radiance rms {:.3g} %, {:.3g} % after a factor,",
+                        row.radiance_percent,
+                        row.scaled_percent);
+  }
+  return text + fmt::format(" ratio {:.4g} {:.4g} {:.4g}\n", row.ratio_r, row.ratio_g, row.ratio_b);
+}
+
 }  // namespace
 
 Evaluation Evaluate(const Experiment& run, const Scene* truth, const EvaluationOptions& options) {
@@ -725,27 +763,7 @@ Json EvaluationJson(const Evaluation& evaluation) {
 Json EvaluationPage(const Evaluation& evaluation, const Json& figures) {
   Json page = {{"evaluation", figures}, {"tables", Json::array()}, {"pictures", Json::array()}};
   Json& tables = page["tables"];
-  std::vector<EvaluatedView> means;
-  const auto add_mean = [&](const char* name,
-                            const std::vector<EvaluatedView>& rows,
-                            std::optional<bool> validation) {
-    const Json json = MeansJson(rows, validation);
-    if (json["views"] == 0) return;
-    EvaluatedView& mean = means.emplace_back();
-    mean.view = fmt::format("{}, {} views", name, json["views"].get<int>());
-    mean.validation = validation.value_or(false);
-    for (double EvaluatedView::*figure : {&EvaluatedView::psnr_srgb,
-                                          &EvaluatedView::psnr_linear,
-                                          &EvaluatedView::psnr_scaled,
-                                          &EvaluatedView::ssim,
-                                          &EvaluatedView::iou}) {
-      mean.*figure = MeanOf(rows, figure, validation);
-    }
-  };
-  add_mean("held out", evaluation.views, true);
-  add_mean("fitted", evaluation.views, false);
-  add_mean("relit", evaluation.relit, std::nullopt);
-  AddTable("means", "Means", "", means, tables);
+  AddTable("means", "Means", "", MeansOf(evaluation), tables);
   AddTable("views",
            "Photos",
            "PSNR and SSIM where colours are compared: inside the masks.",
@@ -827,19 +845,7 @@ std::string EvaluationText(const Evaluation& evaluation) {
     text += fmt::format(
         "{}: rms error {:.3g} (truth {:.3g})\n", row.name, row.rms_error, row.rms_truth);
   }
-  for (const EvaluatedLight& row : evaluation.lights) {
-    text += fmt::format("Light {}:", row.light);
-    if (std::isfinite(row.position_m)) text += fmt::format(" {:.3g} m off,", row.position_m);
-    if (std::isfinite(row.direction_deg)) {
-      text += fmt::format(" {:.3g} degrees off,", row.direction_deg);
-    }
-    if (std::isfinite(row.radiance_percent)) {
-      text += fmt::format(" radiance rms {:.3g} %, {:.3g} % after a factor,",
-                          row.radiance_percent,
-                          row.scaled_percent);
-    }
-    text += fmt::format(" ratio {:.4g} {:.4g} {:.4g}\n", row.ratio_r, row.ratio_g, row.ratio_b);
-  }
+  for (const EvaluatedLight& row : evaluation.lights) text += TextOf(row);
   if (!evaluation.cameras.empty()) {
     const auto mean = [&](double EvaluatedCamera::*member) {
       return MeanOf(evaluation.cameras, member, std::nullopt);

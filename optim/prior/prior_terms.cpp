@@ -38,11 +38,12 @@ const renderer::Mesh& MeshOf(const Context& context, const ParameterGroup& group
 void AddLaplacian(const Context& context, const ParameterGroup& group, double weight) {
   const renderer::Mesh& mesh = MeshOf(context, group);
   const auto topology = renderer::MeshTopology::Build(mesh);
+  const auto rings = topology.Neighbors(mesh);
   const double edge = topology.MeanEdgeLength(mesh);
   const double scale =
       std::sqrt(context.num_channels * weight / static_cast<double>(group.num_blocks)) / edge;
   for (std::int32_t v = 0; v < group.num_blocks; ++v) {
-    const auto& neighbors = topology.neighbors[static_cast<std::size_t>(v)];
+    const auto& neighbors = rings[static_cast<std::size_t>(v)];
     if (neighbors.empty()) continue;
     PriorTerm term;
     term.blocks.push_back(group.first_block + v);
@@ -494,10 +495,10 @@ std::vector<PriorTerm> BuildProximalTerms(const renderer::Scene& scene,
     const double lambda =
         unknowns[static_cast<std::size_t>(set.UnknownOfGroup(g))].large_steps_lambda;
     if (group.kind != ParameterKind::kVertexPositions || lambda <= 0.0) continue;
-    const auto topology =
-        renderer::MeshTopology::Build(scene.meshes[static_cast<std::size_t>(group.object)].mesh);
+    const renderer::Mesh& mesh = scene.meshes[static_cast<std::size_t>(group.object)].mesh;
+    const auto rings = renderer::MeshTopology::Build(mesh).Neighbors(mesh);
     for (std::int32_t v = 0; v < group.num_blocks; ++v) {
-      const auto& neighbors = topology.neighbors[static_cast<std::size_t>(v)];
+      const auto& neighbors = rings[static_cast<std::size_t>(v)];
       PriorTerm term;
       term.blocks.push_back(group.first_block + v);
       term.weights.push_back(std::sqrt(mu) *

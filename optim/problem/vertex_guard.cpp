@@ -41,16 +41,6 @@ std::vector<Vec3> AreaVectors(const Mesh& mesh) {
   return vectors;
 }
 
-void AddRing(const renderer::MeshTopology& topology, std::vector<char>& marks) {
-  const std::vector<char> before = marks;
-  for (std::size_t v = 0; v < before.size(); ++v) {
-    if (before[v] == 0) continue;
-    for (const std::int32_t neighbor : topology.neighbors[v]) {
-      marks[Index(neighbor)] = 1;
-    }
-  }
-}
-
 }  // namespace
 
 VertexGuard::VertexGuard(const renderer::Scene& scene,
@@ -147,7 +137,7 @@ bool VertexGuard::Restrain(const Surface& surface, std::vector<double>& values) 
       return false;
     }
     for (int ring = 0; ring < pass / kPassesPerRing; ++ring) {
-      AddRing(surface.topology, marks);
+      surface.topology.MarkRing(marks);
     }
     const bool stops = pass >= kMaxPasses - kStoppingPasses;
     for (std::size_t v = 0; v < share.size(); ++v) {

@@ -398,6 +398,31 @@ void CountSigns(const StageContext& context,
   state.flat = is_flat ? state.flat + 1 : 0;
 }
 
+/// What the round tells the next ones of samples and of the model.
+void Learn(const StageContext& context,
+           const ImageProblem& problem,
+           const std::vector<double>& theta,
+           const SolveOutcome& outcome,
+           const RoundReport& report,
+           FitState& state) {
+  AdaptStepControl(outcome, problem.UsesGram(), state);
+  state.model = problem.model();
+  // Many unknowns are limited by damping, not by the noise of J: time buys nothing there.
+  state.split =
+      problem.split_meter().Improve(SplitOfRound(report.samples, state.split),
+                                    problem.UsesGram() ? std::nullopt : std::optional(kStartSplit));
+  if (problem.UsesGram()) {
+    Judge(context, theta, outcome, problem.model(), report.motion, state);
+    std::vector<double> step = outcome.theta;
+    for (std::size_t i = 0; i < step.size(); ++i) {
+      step[i] -= theta[i];
+    }
+    Forget(step, state.model);
+  } else {
+    RecordUnseen(context.set, problem.sums().diagonal, state.standard_errors);
+  }
+}
+
 }  // namespace
 
 RoundReport RunRound(const StageContext& context, ImageSource& source, FitState& state) {
@@ -436,22 +461,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   }
   context.set.layout().Gather(state.scene, values);
   source.SetValues(values);
-  AdaptStepControl(outcome, problem.UsesGram(), state);
-  state.model = problem.model();
-  // Many unknowns are limited by damping, not by the noise of J: time buys nothing there.
-  state.split =
-      problem.split_meter().Improve(SplitOfRound(report.samples, state.split),
-                                    problem.UsesGram() ? std::nullopt : std::optional(kStartSplit));
-  if (problem.UsesGram()) {
-    Judge(context, theta, outcome, problem.model(), report.motion, state);
-    std::vector<double> step = outcome.theta;
-    for (std::size_t i = 0; i < step.size(); ++i) {
-      step[i] -= theta[i];
-    }
-    Forget(step, state.model);
-  } else {
-    RecordUnseen(context.set, problem.sums().diagonal, state.standard_errors);
-  }
+  Learn(context, problem, theta, outcome, report, state);
   CountSigns(context, problem, before, moves, report, state);
   if (held_out.Total() > kSurelyMore * std::sqrt(held_out.variance)) {
     state.held_out_costs.push_back(held_out.Total());

@@ -50,8 +50,6 @@ class SharedVector {
     }
     return *items_;
   }
-  /// Whether the elements are the same in memory as those of `other`.
-  [[nodiscard]] bool SharesWith(const SharedVector& other) const { return items_ == other.items_; }
 
   [[nodiscard]] std::size_t size() const { return items_ == nullptr ? 0 : items_->size(); }
   [[nodiscard]] bool empty() const { return size() == 0; }

@@ -115,6 +115,7 @@ MeshFolds Unfold(Mesh& mesh) {
   for (const MeshEdge& edge : topology.edges) {
     if (edge.faces[1] < 0) fixed[Index(edge.vertices[0])] = fixed[Index(edge.vertices[1])] = 1;
   }
+  const std::vector<std::vector<std::int32_t>> rings = topology.Neighbors(mesh);
   const std::vector<Triangle> triangles = mesh.triangles;
   std::optional<MeshFolds> fewest;
   std::vector<Vec3> best;
@@ -136,20 +137,14 @@ MeshFolds Unfold(Mesh& mesh) {
       mark(edge.faces[1]);
     }
     std::for_each(crossing.begin(), crossing.end(), mark);
-    for (int ring = 0; ring < pass / kPassesPerRing; ++ring) {
-      const std::vector<char> before = moves;
-      for (std::size_t v = 0; v < before.size(); ++v) {
-        if (before[v] == 0) continue;
-        for (const std::int32_t neighbor : topology.neighbors[v]) moves[Index(neighbor)] = 1;
-      }
-    }
+    for (int ring = 0; ring < pass / kPassesPerRing; ++ring) topology.MarkRing(moves);
     const std::vector<Vec3> old = mesh.positions;
     std::vector<Vec3>& positions = mesh.positions.Edit();
     for (std::size_t v = 0; v < old.size(); ++v) {
       if (moves[v] == 0 || fixed[v] != 0) continue;
       Vec3 sum{0.0, 0.0, 0.0};
-      for (const std::int32_t neighbor : topology.neighbors[v]) sum += old[Index(neighbor)];
-      const Vec3 middle = sum / static_cast<double>(topology.neighbors[v].size());
+      for (const std::int32_t neighbor : rings[v]) sum += old[Index(neighbor)];
+      const Vec3 middle = sum / static_cast<double>(rings[v].size());
       // Half of the way: whole steps may swing to and fro.
       positions[v] = (old[v] + middle) * 0.5;
     }

@@ -139,7 +139,8 @@ class ContactSearch {
       }
     }
     ForEachNearPair(items, [&](std::size_t i, std::size_t k) {
-      LookAt(std::min(ids[i], ids[k]), std::max(ids[i], ids[k]));
+      const auto [first, second] = std::minmax(i, k);  // in the order of the meshes
+      LookAt(ids[first], *items[first].triangle, ids[second], *items[second].triangle);
     });
     std::vector<MeshContact> contacts;
     for (const auto& [pair, contact] : contacts_) {
@@ -159,34 +160,61 @@ class ContactSearch {
     return Of(id).PartOf(static_cast<std::size_t>(id.triangle));
   }
 
-  void LookAt(TriangleId a, TriangleId b) {
-    const std::array<TriangleId, 2> ids = {a, b};
-    const std::array<const TriangleGeometry*, 2> triangles = {&Geometry(a), &Geometry(b)};
+  /// Most pairs are neighbours, and need no more than this.
+  void LookAt(TriangleId a,
+              const TriangleGeometry& of_a,
+              TriangleId b,
+              const TriangleGeometry& of_b) {
     const double slack = kTouchDepth * std::max(Of(a).extent, Of(b).extent);
     const double depth = kTouchDepth * std::min(Of(a).extent, Of(b).extent);
-    const auto beside = [slack](double h0, double h1) {
-      return std::min(h0, h1) > slack || std::max(h0, h1) < -slack;
-    };
-    const std::array<unsigned, 2> joints = CommonSides(a, b);
-    bool in_plane = true;
-    std::array<Vec3, 2> heights;
-    for (std::size_t k = 0; k < 2; ++k) {
-      const Vec3 h = HeightsOver(*triangles[1 - k], *triangles[k]);
-      in_plane = in_plane && std::max({std::abs(h.x), std::abs(h.y), std::abs(h.z)}) < depth;
-      if (beside(std::min({h.x, h.y, h.z}), std::max({h.x, h.y, h.z})) ||
-          (!in_plane && joints[0] == 0b111U)) {
-        return;
-      }
-      heights[k] = h;
+    const auto [open_a, in_plane_of_b] = OpenSides(HeightsOver(of_b, of_a), slack, depth);
+    if (open_a == 0) {
+      return;
     }
+    const auto [open_b, in_plane_of_a] = OpenSides(HeightsOver(of_a, of_b), slack, depth);
+    if (open_b == 0) {
+      return;
+    }
+    const bool in_plane = in_plane_of_a && in_plane_of_b;
+    const std::array<unsigned, 2> joints = CommonSides(a, b);
+    const std::array<unsigned, 2> open = {open_a & ~joints[0], open_b & ~joints[1]};
+    if (in_plane || (open[0] | open[1]) != 0) {
+      LookCloser({a, b}, open, in_plane, slack, depth);
+    }
+  }
+
+  /// The sides of a triangle, as bits, that come near a plane over which its corners have these
+  /// heights, and whether all of it lies in that plane.
+  static std::pair<unsigned, bool> OpenSides(const Vec3& heights, double slack, double depth) {
+    const auto bits = [](bool x, bool y, bool z) {
+      return static_cast<unsigned>(x) | static_cast<unsigned>(y) << 1U |
+             static_cast<unsigned>(z) << 2U;
+    };
+    const auto ends = [](unsigned corners) {  // of sides that both end at such corners
+      return corners & (corners >> 1U | corners << 2U);
+    };
+    const Vec3& h = heights;
+    const unsigned above = bits(h.x > slack, h.y > slack, h.z > slack);
+    const unsigned below = bits(h.x < -slack, h.y < -slack, h.z < -slack);
+    const double farthest = std::max({std::abs(h.x), std::abs(h.y), std::abs(h.z)});
+    return {0b111U & ~(ends(above) | ends(below)), farthest < depth};
+  }
+
+  /// At the open sides of either of two triangles.
+  void LookCloser(const std::array<TriangleId, 2>& ids,
+                  const std::array<unsigned, 2>& open,
+                  bool in_plane,
+                  double slack,
+                  double depth) {
+    const auto [a, b] = ids;
+    const std::array<const TriangleGeometry*, 2> triangles = {&Geometry(a), &Geometry(b)};
     MeshContact found{a.mesh, b.mesh};
     bool touch = false;
     for (std::size_t k = 0; k < 2; ++k) {
       const TriangleGeometry& other = *triangles[1 - k];
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t next = (i + 1) % 3;
-        if ((joints[k] >> i & 1U) != 0 ||
-            beside(heights[k][static_cast<int>(i)], heights[k][static_cast<int>(next)])) {
+        if ((open[k] >> i & 1U) == 0) {
           continue;
         }
         const std::array<Vec3, 3> corners = triangles[k]->Corners();

@@ -221,13 +221,6 @@ MeshTopology MeshTopology::Build(const Mesh& mesh) {
     topology.edges.push_back(edge);
   }
   topology.parts = PartsOf(topology.edges, mesh.triangles.size());
-  topology.neighbors.resize(mesh.positions.size());
-  for (std::vector<std::int32_t>& ring : topology.neighbors) ring.reserve(6);  // most have so many
-  for (const MeshEdge& edge : topology.edges) {
-    topology.neighbors[Index(edge.vertices[0])].push_back(edge.vertices[1]);
-    topology.neighbors[Index(edge.vertices[1])].push_back(edge.vertices[0]);
-  }
-  for (std::vector<std::int32_t>& ring : topology.neighbors) std::sort(ring.begin(), ring.end());
   topology.closed = std::all_of(topology.edges.begin(),
                                 topology.edges.end(),
                                 [](const MeshEdge& edge) { return edge.faces[1] >= 0; });
@@ -243,6 +236,26 @@ double MeshTopology::MeanEdgeLength(const Mesh& mesh) const {
     sum += Norm(mesh.positions[Index(edge.vertices[0])] - mesh.positions[Index(edge.vertices[1])]);
   }
   return sum / static_cast<double>(edges.size());
+}
+
+std::vector<std::vector<std::int32_t>> MeshTopology::Neighbors(const Mesh& mesh) const {
+  std::vector<std::vector<std::int32_t>> neighbors(mesh.positions.size());
+  for (std::vector<std::int32_t>& ring : neighbors) ring.reserve(6);  // most have so many
+  for (const MeshEdge& edge : edges) {
+    neighbors[Index(edge.vertices[0])].push_back(edge.vertices[1]);
+    neighbors[Index(edge.vertices[1])].push_back(edge.vertices[0]);
+  }
+  for (std::vector<std::int32_t>& ring : neighbors) std::sort(ring.begin(), ring.end());
+  return neighbors;
+}
+
+void MeshTopology::MarkRing(std::vector<char>& marks) const {
+  const std::vector<char> before = marks;
+  for (const MeshEdge& edge : edges) {
+    const auto [a, b] = edge.vertices;
+    if (before[Index(a)] != 0) marks[Index(b)] = 1;
+    if (before[Index(b)] != 0) marks[Index(a)] = 1;
+  }
 }
 
 std::vector<std::array<std::int32_t, 3>> MeshTopology::EdgesOfTriangles() const {

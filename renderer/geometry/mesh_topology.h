@@ -20,10 +20,9 @@ struct MeshEdge {
   std::array<std::int32_t, 2> apex;
 };
 
-/// Edges, vertex neighbours and closedness of a mesh whose positions are welded.
+/// Edges, parts and closedness of a mesh whose positions are welded.
 struct MeshTopology {
   std::vector<MeshEdge> edges;
-  std::vector<std::vector<std::int32_t>> neighbors;  ///< one ring of each vertex, ascending
   std::vector<std::int32_t> parts;  ///< by triangle: number of its part, joined by edges
   bool closed = false;              ///< every edge has two faces
   bool solid = false;               ///< closed, and every connected piece wound outwards
@@ -33,6 +32,10 @@ struct MeshTopology {
   /// For new positions: only `solid` depends on them.
   void UpdateSolid(const Mesh& mesh);
   [[nodiscard]] double MeanEdgeLength(const Mesh& mesh) const;
+  /// One ring of each vertex, ascending.
+  [[nodiscard]] std::vector<std::vector<std::int32_t>> Neighbors(const Mesh& mesh) const;
+  /// Also marks the neighbours of the vertices that are marked.
+  void MarkRing(std::vector<char>& marks) const;
   /// The three edges of each triangle.
   [[nodiscard]] std::vector<std::array<std::int32_t, 3>> EdgesOfTriangles() const;
 };

@@ -20,7 +20,6 @@
 #include <tiny_gltf.h>
 
 #include "renderer/core/error.h"
-#include "renderer/core/lower_case.h"
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/ray.h"
 #include "renderer/image/color.h"
@@ -167,7 +166,7 @@ class GltfReader {
   explicit GltfReader(const fs::path& path)
       : path_(path), access_{fs::absolute(path).lexically_normal().parent_path(), {}, {}} {}
 
-  GltfFile Read() {
+  SceneFile Read() {
     const std::string bytes = ReadWholeFile(path_);
     file_.files.push_back(path_);
     Parse(bytes);
@@ -1305,7 +1304,7 @@ class GltfReader {
   const fs::path& path_;
   FileAccess access_;
   tinygltf::Model model_;
-  GltfFile file_;
+  SceneFile file_;
   std::set<std::string> warned_;
   Names mesh_names_, material_names_, texture_names_, light_names_, camera_names_;
   std::map<int, MaterialPlan> plans_;  ///< by index in the file, -1: the default
@@ -1317,11 +1316,6 @@ class GltfReader {
 
 }  // namespace
 
-bool IsGltfPath(const fs::path& path) {
-  const std::string extension = LowerCase(path.extension().string());
-  return extension == ".gltf" || extension == ".glb";
-}
-
-GltfFile ReadGltf(const fs::path& path) { return GltfReader(path).Read(); }
+SceneFile ReadGltf(const fs::path& path) { return GltfReader(path).Read(); }
 
 }  // namespace pathfit::renderer

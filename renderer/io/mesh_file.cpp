@@ -6,6 +6,8 @@
 
 #include "renderer/core/error.h"
 #include "renderer/core/lower_case.h"
+#include "renderer/io/gltf_reader.h"
+#include "renderer/io/mesh_assembly.h"
 #include "renderer/io/obj_reader.h"
 #include "renderer/io/ply_file.h"
 
@@ -14,30 +16,53 @@ namespace {
 
 /// A kind of mesh file. A new one is a reader, its row here and its source in CMake.
 struct MeshFormat {
-  std::string_view name;       ///< such as "OBJ"
-  std::string_view extension;  ///< with its dot, in small letters
+  std::string_view name;                       ///< such as "OBJ"
+  std::array<std::string_view, 2> extensions;  ///< with dots, in small letters; may be the same
   Mesh (*read)(const std::filesystem::path&);
   /// Null when files of this kind hold no groups. In the order of their first triangles.
   std::vector<MeshGroup> (*read_groups)(const std::filesystem::path&);
+  /// Null when files of this kind hold nothing but meshes.
+  SceneFile (*read_scene)(const std::filesystem::path&);
 };
 
-constexpr std::array<MeshFormat, 2> kFormats = {
-    {{"OBJ", ".obj", ReadObj, ReadObjGroups}, {"PLY", ".ply", ReadPly, nullptr}}};
+Mesh ReadGltfMesh(const std::filesystem::path& path) {
+  const std::vector<SceneMesh> meshes = ReadGltf(path).scene.meshes;
+  if (meshes.empty()) throw IoError(path.string() + ": no triangles");
+  Mesh mesh = meshes.front().mesh;
+  std::for_each(
+      meshes.begin() + 1, meshes.end(), [&](const SceneMesh& m) { AppendMesh(m.mesh, mesh); });
+  FinishMesh(mesh);
+  return mesh;
+}
+
+constexpr std::array<MeshFormat, 3> kFormats = {
+    {{"OBJ", {".obj", ".obj"}, ReadObj, ReadObjGroups, nullptr},
+     {"PLY", {".ply", ".ply"}, ReadPly, nullptr, nullptr},
+     {"glTF", {".gltf", ".glb"}, ReadGltfMesh, nullptr, ReadGltf}}};
 
 std::string Extensions(bool with_groups) {
   std::string text;
   for (const MeshFormat& format : kFormats) {
     if (with_groups && format.read_groups == nullptr) continue;
-    text += (text.empty() ? "" : ", ") + std::string(format.extension);
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (i == 1 && format.extensions[1] == format.extensions[0]) continue;
+      text += (text.empty() ? "" : ", ") + std::string(format.extensions[i]);
+    }
   }
   return text;
 }
 
-const MeshFormat& FormatOf(const std::filesystem::path& path) {
+const MeshFormat* FindFormat(const std::filesystem::path& path) {
   const std::string extension = LowerCase(path.extension().string());
-  const auto format =
-      std::ranges::find_if(kFormats, [&](const MeshFormat& f) { return f.extension == extension; });
-  if (format == kFormats.end()) {
+  const auto* format = std::ranges::find_if(kFormats, [&](const MeshFormat& f) {
+    return std::ranges::find(f.extensions, extension) != f.extensions.end();
+  });
+  return format == kFormats.end() ? nullptr : format;
+}
+
+const MeshFormat& FormatOf(const std::filesystem::path& path) {
+  const MeshFormat* format = FindFormat(path);
+  if (format == nullptr) {
     throw IoError(path.string() + ": unknown kind of mesh file; allowed are " + Extensions(false));
   }
   return *format;
@@ -63,6 +88,15 @@ std::vector<MeshGroup> ReadMeshGroups(const std::filesystem::path& path) {
                   " files have no groups; files with groups are " + Extensions(true));
   }
   return format.read_groups(path);
+}
+
+bool HoldsScene(const std::filesystem::path& path) {
+  const MeshFormat* format = FindFormat(path);
+  return format != nullptr && format->read_scene != nullptr;
+}
+
+SceneFile ReadSceneFile(const std::filesystem::path& path) {
+  return FormatOf(path).read_scene(path);
 }
 
 }  // namespace pathfit::renderer

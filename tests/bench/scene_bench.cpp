@@ -1,6 +1,7 @@
 // Times what a fit does with a scene between renderings, on one thread, and prints JSON:
 // milliseconds of the core (median of the repeats) for a scene with one texture of 2048 x 2048
-// texels. scene_bench [--repeats N]
+// texels; and what looks for contacts before a fit takes for 100 000 triangles of balls.
+// scene_bench [--repeats N]
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -12,6 +13,8 @@
 #include <time.h>
 
 #include "renderer/core/parallel.h"
+#include "renderer/derivative/derivative_limits.h"
+#include "renderer/geometry/mesh_normals.h"
 #include "renderer/renderer.h"
 #include "tests/support/test_scenes.h"
 
@@ -85,6 +88,23 @@ nlohmann::json MeasureLayout(const Scene& scene, ParameterKind kind, int repeats
   return json;
 }
 
+/// Per 100 000 triangles of two balls, the first of which is free and flat or smooth.
+double MeasureLimits(bool smooth, double distance, int repeats) {
+  Scene scene = tests::BallAndWall();
+  for (std::size_t m = 0; m < 2; ++m) {
+    renderer::Mesh ball = renderer::MakeIcosphere(6, 0.5);
+    for (renderer::Vec3& p : ball.positions) p.x += static_cast<double>(m) * distance;
+    if (smooth) renderer::ComputeVertexNormals(ball);
+    scene.meshes[m].mesh = ball;
+    scene.meshes[m].pose = {};
+  }
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kVertexPositions, 0);
+  const double triangles = 2.0 * static_cast<double>(scene.meshes[0].mesh.triangles.size());
+  return MedianMs(repeats, [&] { static_cast<void>(DerivativeLimits(scene, layout)); }) * 1e5 /
+         triangles;
+}
+
 int Main(int argc, char** argv) {
   int repeats = 9;
   for (int i = 1; i + 1 < argc; i += 2) {
@@ -100,6 +120,9 @@ int Main(int argc, char** argv) {
   json["vertices"] = MeasureLayout(scene, ParameterKind::kVertexPositions, repeats);
   json["translation"] = MeasureLayout(scene, ParameterKind::kObjectTranslation, repeats);
   json["texels"] = MeasureLayout(scene, ParameterKind::kTextureTexels, repeats);
+  json["derivative_limits_ms"] = {{"flat_apart", MeasureLimits(false, 3.0, repeats)},
+                                  {"smooth_apart", MeasureLimits(true, 3.0, repeats)},
+                                  {"flat_cut", MeasureLimits(false, 0.7, repeats)}};
   std::printf("%s\n", json.dump(2).c_str());
   return copy.textures.size() == 1 ? 0 : 1;
 }

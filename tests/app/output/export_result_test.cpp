@@ -342,7 +342,7 @@ TEST(ExportResult, ATexturedGlbIsRenderedAsTheFitWas) {
     renderer::Scene scene = TexturedBall(matt);
     const std::vector<fs::path> files = WriteMeshes(folder.path(), scene, MeshFormat::kGlb);
     ASSERT_EQ(files.size(), 1U);
-    renderer::GltfFile read = renderer::ReadGltf(files[0]);
+    renderer::SceneFile read = renderer::ReadGltf(files[0]);
     EXPECT_TRUE(read.warnings.empty());
     ASSERT_EQ(read.scene.textures.size(), scene.textures.size());
     for (std::size_t t = 0; t < scene.textures.size(); ++t) {

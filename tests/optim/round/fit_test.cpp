@@ -92,6 +92,37 @@ class FitTest : public testing::Test {
     return values;
   }
 
+  FitResult Fit(optim::FitObserver& observer, const FitControls& controls = {}) const {
+    return optim::RunFit(start_, observations_, spec_, observer, controls);
+  }
+  [[nodiscard]] std::optional<optim::FitState> Newest(const fs::path& folder) const {
+    return optim::ReadNewestCheckpoint(folder, {start_, spec_.unknowns}).state;
+  }
+
+  /// Stopped after each round and resumed, the fit ends as it does in one go.
+  void ExpectSameBitsFromEveryRound(const FitResult& straight) const {
+    for (int round = 1; round <= straight.rounds; ++round) {
+      FitControls controls;
+      controls.checkpoint_folder = folder_ / std::to_string(round);
+      RecordingObserver first;
+      first.cancel_after = round;
+      controls.cancel = &first.cancel;
+      const FitResult stopped = Fit(first, controls);
+      EXPECT_EQ(stopped.status, FitStatus::kCancelled);
+      EXPECT_EQ(stopped.rounds, round);
+      controls.cancel = nullptr;
+      controls.resume = Newest(controls.checkpoint_folder);
+      ASSERT_TRUE(controls.resume.has_value());
+      const renderer::ThreadLimit limit(1 + round % 2);
+      RecordingObserver second;
+      const FitResult resumed = Fit(second, controls);
+      EXPECT_EQ(resumed.status, FitStatus::kFinished);
+      EXPECT_EQ(resumed.scene.meshes[0].mesh.triangles, straight.scene.meshes[0].mesh.triangles);
+      EXPECT_EQ(Bits(resumed.scene), Bits(straight.scene)) << "after round " << round;
+      EXPECT_GT(resumed.wall_s, controls.resume->wall_s);
+    }
+  }
+
   renderer::Scene start_ = tests::BallScene(1, 4, 24);
   optim::ObservationSet observations_;
   FitSpec spec_ = SmallSpec();
@@ -99,31 +130,12 @@ class FitTest : public testing::Test {
 };
 
 TEST_F(FitTest, ContinuesToTheSameBitsFromEveryRound) {
-  RecordingObserver straight_observer;
-  const FitResult straight = optim::RunFit(start_, observations_, spec_, straight_observer, {});
+  RecordingObserver observer;
+  const FitResult straight = Fit(observer);
   ASSERT_EQ(straight.rounds, 6);
   ASSERT_EQ(straight.status, FitStatus::kFinished);
   EXPECT_NE(Bits(straight.scene), Bits(start_));
-  for (int round = 1; round <= 6; ++round) {
-    const fs::path folder = folder_ / std::to_string(round);
-    RecordingObserver first;
-    first.cancel_after = round;
-    FitControls controls;
-    controls.cancel = &first.cancel;
-    controls.checkpoint_folder = folder;
-    const FitResult stopped = optim::RunFit(start_, observations_, spec_, first, controls);
-    EXPECT_EQ(stopped.status, FitStatus::kCancelled);
-    EXPECT_EQ(stopped.rounds, round);
-    RecordingObserver second;
-    controls.cancel = nullptr;
-    controls.resume = optim::ReadNewestCheckpoint(folder, {start_, spec_.unknowns}).state;
-    ASSERT_TRUE(controls.resume.has_value());
-    const renderer::ThreadLimit limit(1 + round % 2);
-    const FitResult resumed = optim::RunFit(start_, observations_, spec_, second, controls);
-    EXPECT_EQ(resumed.status, FitStatus::kFinished);
-    EXPECT_EQ(Bits(resumed.scene), Bits(straight.scene)) << "after round " << round;
-    EXPECT_GT(resumed.wall_s, controls.resume->wall_s);
-  }
+  ExpectSameBitsFromEveryRound(straight);
 }
 
 TEST_F(FitTest, ContinuesToTheSameBitsAcrossLevelsOfTheMesh) {
@@ -132,26 +144,12 @@ TEST_F(FitTest, ContinuesToTheSameBitsAcrossLevelsOfTheMesh) {
   spec_.stages[0].max_rounds = spec_.stages[1].max_rounds = 2;
   spec_.stages[0].samples.spp = spec_.stages[1].samples.spp = 12;  // the second round decides
   spec_.stages[0].max_spp = spec_.stages[1].max_spp = 12;
-  RecordingObserver straight_observer;
-  const FitResult straight = optim::RunFit(start_, observations_, spec_, straight_observer, {});
+  RecordingObserver observer;
+  const FitResult straight = Fit(observer);
   EXPECT_GT(straight.scene.meshes[0].mesh.positions.size(),
             2 * start_.meshes[0].mesh.positions.size());
   EXPECT_LT(tests::BumpError(straight.scene), tests::BumpError(start_));
-  for (int round = 1; round <= 4; ++round) {
-    const fs::path folder = folder_ / std::to_string(round);
-    RecordingObserver first;
-    first.cancel_after = round;
-    FitControls controls;
-    controls.cancel = &first.cancel;
-    controls.checkpoint_folder = folder;
-    optim::RunFit(start_, observations_, spec_, first, controls);
-    controls.cancel = nullptr;
-    controls.resume = optim::ReadNewestCheckpoint(folder, {start_, spec_.unknowns}).state;
-    RecordingObserver second;
-    const FitResult resumed = optim::RunFit(start_, observations_, spec_, second, controls);
-    EXPECT_EQ(resumed.scene.meshes[0].mesh.triangles, straight.scene.meshes[0].mesh.triangles);
-    EXPECT_EQ(Bits(resumed.scene), Bits(straight.scene)) << "after round " << round;
-  }
+  ExpectSameBitsFromEveryRound(straight);
 }
 
 TEST_F(FitTest, EndsWhereTheCostNoLongerFallsThoughEachPixelIsNoise) {
@@ -172,7 +170,7 @@ TEST_F(FitTest, EndsWhereTheCostNoLongerFallsThoughEachPixelIsNoise) {
   spec_.stages[0].max_rounds = 40;
   spec_.stages[0].samples.spp = spec_.stages[0].max_spp = 2;
   RecordingObserver observer;
-  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  const FitResult result = Fit(observer);
   EXPECT_GT(observer.rounds.back().noise_relative, 0.5);
   EXPECT_LT(result.rounds, 30);
   EXPECT_EQ(observer.stages.back().stop_reason, "cost no longer falls");
@@ -187,35 +185,21 @@ TEST_F(FitTest, ContinuesToTheSameBitsAcrossMendedMeshes) {
                .scene;
   renderer::Vec3& pulled = start_.meshes[0].mesh.positions.Edit()[7];
   pulled = pulled * 2.0;
-  RecordingObserver straight_observer;
-  const FitResult straight = optim::RunFit(start_, observations_, spec_, straight_observer, {});
+  RecordingObserver observer;
+  const FitResult straight = Fit(observer);
   EXPECT_NE(straight.scene.meshes[0].mesh.triangles, start_.meshes[0].mesh.triangles);
   // Not the mean over vertices, of which the spike has more now.
   EXPECT_LT(straight.stages.back().cost_after, 0.7 * straight.stages.back().cost_before);
-  for (int round = 1; round <= straight.rounds; ++round) {
-    const fs::path folder = folder_ / std::to_string(round);
-    RecordingObserver first;
-    first.cancel_after = round;
-    FitControls controls;
-    controls.cancel = &first.cancel;
-    controls.checkpoint_folder = folder;
-    optim::RunFit(start_, observations_, spec_, first, controls);
-    controls.cancel = nullptr;
-    controls.resume = optim::ReadNewestCheckpoint(folder, {start_, spec_.unknowns}).state;
-    RecordingObserver second;
-    const FitResult resumed = optim::RunFit(start_, observations_, spec_, second, controls);
-    EXPECT_EQ(resumed.scene.meshes[0].mesh.triangles, straight.scene.meshes[0].mesh.triangles);
-    EXPECT_EQ(Bits(resumed.scene), Bits(straight.scene)) << "after round " << round;
-  }
+  ExpectSameBitsFromEveryRound(straight);
 }
 
 TEST_F(FitTest, ResumingAFinishedFitReturnsItsScene) {
   RecordingObserver observer;
   FitControls controls;
   controls.checkpoint_folder = folder_;
-  const FitResult done = optim::RunFit(start_, observations_, spec_, observer, controls);
-  controls.resume = optim::ReadNewestCheckpoint(folder_, {start_, spec_.unknowns}).state;
-  const FitResult again = optim::RunFit(start_, observations_, spec_, observer, controls);
+  const FitResult done = Fit(observer, controls);
+  controls.resume = Newest(folder_);
+  const FitResult again = Fit(observer, controls);
   EXPECT_EQ(again.rounds, 6);
   EXPECT_EQ(Bits(again.scene), Bits(done.scene));
 }
@@ -224,24 +208,22 @@ TEST_F(FitTest, RefusesACheckpointOfAnotherExperiment) {
   RecordingObserver observer;
   FitControls controls;
   controls.checkpoint_folder = folder_;
-  optim::RunFit(start_, observations_, spec_, observer, controls);
-  controls.resume = optim::ReadNewestCheckpoint(folder_, {start_, spec_.unknowns}).state;
+  Fit(observer, controls);
+  controls.resume = Newest(folder_);
   spec_.seed = 12;
-  EXPECT_THROW(optim::RunFit(start_, observations_, spec_, observer, controls), renderer::IoError);
+  EXPECT_THROW(Fit(observer, controls), renderer::IoError);
 }
 
 TEST_F(FitTest, RefusesStatesThatNoFitCanHaveWritten) {
   RecordingObserver observer;
   FitControls controls;
   controls.checkpoint_folder = folder_;
-  optim::RunFit(start_, observations_, spec_, observer, controls);
-  const optim::FitState finished =
-      optim::ReadNewestCheckpoint(folder_, {start_, spec_.unknowns}).state.value();
+  Fit(observer, controls);
+  const optim::FitState finished = Newest(folder_).value();
   const auto refuses = [&](const auto& change) {
     controls.resume = finished;
     change(*controls.resume);
-    EXPECT_THROW(optim::RunFit(start_, observations_, spec_, observer, controls),
-                 renderer::IoError);
+    EXPECT_THROW(Fit(observer, controls), renderer::IoError);
   };
   refuses([](optim::FitState& state) { state.stage = -1; });
   refuses([](optim::FitState& state) { state.stage = 3; });
@@ -265,7 +247,7 @@ TEST_F(FitTest, ContinuesWithAMeshOfAnotherConnectivity) {
   FitControls controls;
   controls.cancel = &first.cancel;
   controls.checkpoint_folder = folder_;
-  optim::RunFit(start_, observations_, spec_, first, controls);
+  Fit(first, controls);
   const optim::FitOrigin origin{start_, spec_.unknowns};
   optim::FitState state = optim::ReadNewestCheckpoint(folder_, origin).state.value();
   renderer::Mesh finer = renderer::MakeIcosphere(2, 1.01);
@@ -279,7 +261,7 @@ TEST_F(FitTest, ContinuesWithAMeshOfAnotherConnectivity) {
   EXPECT_EQ(Bits(controls.resume->scene), Bits(state.scene));
   EXPECT_EQ(Bits(controls.resume->stage_start), Bits(state.stage_start));
   RecordingObserver second;
-  const FitResult result = optim::RunFit(start_, observations_, spec_, second, controls);
+  const FitResult result = Fit(second, controls);
   EXPECT_EQ(result.status, FitStatus::kFinished);
   EXPECT_EQ(result.rounds, 6);
   EXPECT_LE(second.stages.back().cost_after, second.stages.back().cost_before);
@@ -312,7 +294,7 @@ TEST_F(FitTest, NeverEndsWorseThanItStarted) {
 
 TEST_F(FitTest, ReportsEveryRoundAndStage) {
   RecordingObserver observer;
-  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  const FitResult result = Fit(observer);
   ASSERT_EQ(observer.rounds.size(), 6U);
   ASSERT_EQ(observer.stages.size(), 3U);
   EXPECT_EQ(observer.stages[0].stage, "start");
@@ -348,7 +330,7 @@ TEST_F(FitTest, GoesFromSmallPhotosToLargeOnesAndReportsErrors) {
   observations_ = tests::Photograph(start_, 256);
   start_.meshes[0].pose.translation = {0.1, -0.05, 0.0};
   RecordingObserver observer;
-  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  const FitResult result = Fit(observer);
   for (std::size_t i = 1; i < observer.rounds.size(); ++i) {
     EXPECT_GE(observer.rounds[i].image_scale, observer.rounds[i - 1].image_scale);
   }
@@ -368,7 +350,7 @@ TEST_F(FitTest, FiguresOfHeldOutViewsAreNotNumbersWithoutThem) {
   for (optim::View& view : observations_.views) view.validation = false;
   spec_.stages.resize(1);
   RecordingObserver observer;
-  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  const FitResult result = Fit(observer);
   EXPECT_TRUE(std::isnan(observer.rounds.back().psnr_linear_val));
   EXPECT_TRUE(std::isnan(observer.rounds.back().iou_val));
   EXPECT_TRUE(std::isnan(result.stages.back().psnr_srgb_val));
@@ -378,7 +360,7 @@ TEST_F(FitTest, FiguresOfHeldOutViewsAreNotNumbersWithoutThem) {
 TEST_F(FitTest, StopsInTimeWithAUsableScene) {
   spec_.time_limit_s = 1e-6;
   RecordingObserver observer;
-  const FitResult result = optim::RunFit(start_, observations_, spec_, observer, {});
+  const FitResult result = Fit(observer);
   EXPECT_EQ(result.status, FitStatus::kTimeLimit);
   EXPECT_EQ(result.stages.back().stop_reason, "time limit");
   EXPECT_EQ(result.scene.meshes[0].mesh.positions, start_.meshes[0].mesh.positions);
@@ -395,11 +377,11 @@ TEST_F(FitTest, RefusesWhatCannotBeFitted) {
   fewer.sensors.pop_back();
   EXPECT_THROW(optim::RunFit(fewer, observations_, spec_, observer, {}), renderer::SceneError);
   spec_.max_memory_bytes = 1000.0;
-  EXPECT_THROW(optim::RunFit(start_, observations_, spec_, observer, {}), optim::MemoryError);
+  EXPECT_THROW(Fit(observer), optim::MemoryError);
   EXPECT_THROW(optim::ForecastStages(start_, observations_, spec_), optim::MemoryError);
   spec_.linear_solver = optim::LinearSolverChoice::kSparseGram;
   RecordingObserver again;
-  EXPECT_THROW(optim::RunFit(start_, observations_, spec_, again, {}), optim::MemoryError);
+  EXPECT_THROW(Fit(again), optim::MemoryError);
   EXPECT_THROW(optim::ForecastStages(start_, observations_, spec_), optim::MemoryError);
 }
 
@@ -408,7 +390,7 @@ TEST_F(FitTest, ForecastsSparseNormalEquations) {
   const std::vector<optim::StageMemory> stages =
       optim::ForecastStages(start_, observations_, spec_);
   RecordingObserver observer;
-  optim::RunFit(start_, observations_, spec_, observer, {});
+  Fit(observer);
   EXPECT_EQ(observer.rounds.back().linear_solver, "sparse_gram");
   const double kept = stages.back().jacobian_bytes / 1e6;
   EXPECT_NEAR(kept, observer.rounds.back().jacobian_mb, 0.2 * kept);
@@ -420,7 +402,7 @@ TEST_F(FitTest, ForecastsTheRootsOfAllViewsFromAFew) {
       optim::ForecastStages(start_, observations_, spec_);
   ASSERT_EQ(stages.size(), spec_.stages.size());
   RecordingObserver observer;
-  optim::RunFit(start_, observations_, spec_, observer, {});
+  Fit(observer);
   for (const optim::StageMemory& stage : stages) {
     EXPECT_EQ(stage.solver, optim::LinearSolverKind::kCgnr);
     EXPECT_GT(optim::TotalBytes(stage.items), stage.items.front().bytes);

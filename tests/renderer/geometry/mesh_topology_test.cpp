@@ -65,8 +65,11 @@ TEST(MeshTopology, CountsOfAnOpenQuad) {
                           [](const MeshEdge& e) { return e.faces[1] == -1; }),
             4);
   ExpectConsistent(mesh, topology);
-  EXPECT_EQ(topology.neighbors[0], (std::vector<std::int32_t>{1, 2, 3}));
-  EXPECT_EQ(topology.neighbors[1], (std::vector<std::int32_t>{0, 2}));
+  EXPECT_EQ(topology.Neighbors(mesh)[0], (std::vector<std::int32_t>{1, 2, 3}));
+  EXPECT_EQ(topology.Neighbors(mesh)[1], (std::vector<std::int32_t>{0, 2}));
+  std::vector<char> marks = {0, 1, 0, 0};
+  topology.MarkRing(marks);
+  EXPECT_EQ(marks, (std::vector<char>{1, 1, 1, 0}));
 }
 
 TEST(MeshTopology, EdgesStandInOrderOfFirstMention) {
@@ -90,7 +93,7 @@ TEST(MeshTopology, ClosedMeshesFollowEuler) {
     EXPECT_EQ(mesh.positions.size() + mesh.triangles.size(), topology.edges.size() + 2);
     ExpectConsistent(mesh, topology);
     std::size_t num_neighbors = 0;
-    for (const auto& ring : topology.neighbors) {
+    for (const auto& ring : topology.Neighbors(mesh)) {
       EXPECT_TRUE(std::is_sorted(ring.begin(), ring.end()));
       EXPECT_EQ(std::adjacent_find(ring.begin(), ring.end()), ring.end());
       num_neighbors += ring.size();

@@ -129,7 +129,7 @@ class GltfMaker {
     return Container(json.dump(), binary);
   }
 
-  GltfFile Read() {
+  SceneFile Read() {
     const TemporaryFolder folder;
     return ReadGltf(folder.Write("a.glb", Glb()));
   }
@@ -193,7 +193,7 @@ TEST(GltfReader, ReadsBackWhatIsWritten) {
   material.emission_texture = MakeTexture("glow", false, 2, 2);
   const TemporaryFolder folder;
   WriteGlb(folder.Path() / "bowl.glb", mesh, material);
-  const GltfFile file = ReadGltf(folder.Path() / "bowl.glb");
+  const SceneFile file = ReadGltf(folder.Path() / "bowl.glb");
   EXPECT_TRUE(file.warnings.empty()) << file.warnings.front();
   EXPECT_EQ(file.files.size(), 1U);
 
@@ -247,7 +247,7 @@ TEST(GltfReader, ReadsBackVertexColoursAndConstants) {
   SetUniformVertexColors({0.25, 0.5, 0.75}, mesh);
   const TemporaryFolder folder;
   WriteGlb(folder.Path() / "a.glb", mesh, {"glaze", {0.5, 1.0, 1.0}, {0.25, 0.75}});
-  const GltfFile file = ReadGltf(folder.Path() / "a.glb");
+  const SceneFile file = ReadGltf(folder.Path() / "a.glb");
   const Material& material = file.scene.materials.at(0);
   EXPECT_TRUE(material.vertex_colors);
   EXPECT_FALSE(material.two_sided);
@@ -264,7 +264,7 @@ TEST(GltfReader, NodesTurnScaleAndMoveWhatIsBelow) {
       {"children": [2], "matrix": [2,0,0,0, 0,2,0,0, 0,0,2,0, 0,5,0,1]},
       {"mesh": 0, "name": "plate", "scale": [3, 1, 1]}])");
   maker.json["nodes"][2]["rotation"] = {0.0, 0.0, half, half};  // x to y
-  const GltfFile file = maker.Read();
+  const SceneFile file = maker.Read();
   const Mesh& mesh = file.scene.meshes.at(0).mesh;
   EXPECT_EQ(file.scene.meshes[0].name, "plate");
   ExpectNear(Corners(mesh)[0], {10, 5, 0});
@@ -277,7 +277,7 @@ TEST(GltfReader, AMirroredNodeKeepsItsOutside) {
   maker.Primitive()["attributes"]["NORMAL"] =
       maker.Add<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
   maker.json["nodes"][0]["scale"] = {1, -1, 1};
-  const GltfFile file = maker.Read();
+  const SceneFile file = maker.Read();
   const Mesh& mesh = file.scene.meshes.at(0).mesh;
   const std::vector<Vec3> corners = Corners(mesh);
   EXPECT_GT(Cross(corners[1] - corners[0], corners[2] - corners[0]).z, 0.0);
@@ -343,7 +343,7 @@ TEST(GltfReader, NumbersMayBeNormalisedInterleavedAndSparse) {
       {0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0}, "VEC4", true);
   maker.json["accessors"].back()["type"] = "VEC3";
   maker.json["bufferViews"].back()["byteStride"] = 4;
-  const GltfFile file = maker.Read();
+  const SceneFile file = maker.Read();
   const Mesh& mesh = file.scene.meshes.at(0).mesh;
   EXPECT_EQ(Corners(mesh), Corners(GltfMaker().Read().scene.meshes.at(0).mesh));
   for (std::size_t i = 0; i < 4; ++i) {
@@ -362,7 +362,7 @@ TEST(GltfReader, FactorsAreMultipliedIntoTextures) {
                                               {"roughnessFactor", 0.5},
                                               {"metallicFactor", 0.5},
                                               {"metallicRoughnessTexture", {{"index", numbers}}}};
-  const GltfFile file = maker.Read();
+  const SceneFile file = maker.Read();
   const Material& material = file.scene.materials.at(0);
   const auto texel = [&](int texture, std::size_t i) {
     return file.scene.textures.at(static_cast<std::size_t>(texture)).texels[i];
@@ -389,7 +389,7 @@ TEST(GltfReader, FactorsAreMultipliedIntoTextures) {
 TEST(GltfReader, AConstantRoughnessBelowTheLeastIsNamed) {
   GltfMaker maker;
   maker.Material()["pbrMetallicRoughness"] = {{"roughnessFactor", 0.02}};
-  const GltfFile file = maker.Read();
+  const SceneFile file = maker.Read();
   EXPECT_EQ(std::get<MetallicRoughnessBsdf>(file.scene.materials.at(0).bsdf).roughness,
             kMinRoughness);
   EXPECT_TRUE(Mentions(file.warnings, "material 0 'skin': its roughness 0.02"));
@@ -404,7 +404,7 @@ TEST(GltfReader, TexturesAreShiftedScaledAndTurned) {
   maker.Material()["pbrMetallicRoughness"]["baseColorTexture"] = {
       {"index", texture}, {"extensions", {{"KHR_texture_transform", transform}}}};
   maker.json["extensionsRequired"] = {"KHR_texture_transform"};
-  const GltfFile file = maker.Read();
+  const SceneFile file = maker.Read();
   EXPECT_TRUE(file.warnings.empty());
   const Mesh& mesh = file.scene.meshes.at(0).mesh;
   // Counter-clockwise as seen in the picture, whose v runs down: (u, v) to (v, -u).
@@ -421,7 +421,7 @@ TEST(GltfReader, SamplersSayWhatIsBesideThePicture) {
     maker.Primitive()["attributes"]["TEXCOORD_0"] = maker.Add<float>(uvs, "VEC2");
     const int texture = maker.AddTexture({{1, 2, 3}, {4, 5, 6}}, std::move(sampler));
     maker.Material()["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", texture}};
-    const GltfFile file = maker.Read();
+    const SceneFile file = maker.Read();
     if (warning != nullptr) *warning = file.warnings.empty() ? "" : file.warnings.front();
     return file.scene.textures.at(0).wrap;
   };
@@ -453,13 +453,13 @@ TEST(GltfReader, PartsOfOneMaterialAreOneMesh) {
   second["indices"] = maker.Add<std::uint8_t>({0, 2, 3}, "SCALAR");
   primitives[0]["indices"] = maker.Add<std::uint8_t>({0, 1, 2}, "SCALAR");
   primitives.push_back(second);
-  const GltfFile joined = maker.Read();
+  const SceneFile joined = maker.Read();
   ASSERT_EQ(joined.scene.meshes.size(), 1U);
   EXPECT_EQ(joined.scene.meshes[0].mesh.positions.size(), 4U);
   EXPECT_EQ(joined.scene.meshes[0].mesh.triangles.size(), 2U);
   EXPECT_EQ(joined.scene.materials.size(), 1U);  // blue is not used
   primitives[1]["material"] = 1;
-  const GltfFile apart = maker.Read();
+  const SceneFile apart = maker.Read();
   ASSERT_EQ(apart.scene.meshes.size(), 2U);
   EXPECT_EQ(apart.scene.meshes[0].name, "plate-red");
   EXPECT_EQ(apart.scene.meshes[1].name, "plate-blue");
@@ -467,6 +467,32 @@ TEST(GltfReader, PartsOfOneMaterialAreOneMesh) {
   EXPECT_EQ(apart.scene.meshes[1].mesh.positions.size(), 3U);
   EXPECT_EQ(apart.scene.materials[static_cast<std::size_t>(apart.scene.meshes[1].material)].name,
             "blue");
+}
+
+TEST(GltfReader, IsAMeshFileLikeOthers) {
+  GltfMaker maker;
+  maker.json["materials"] = {{{"name", "red"}}, {{"name", "blue"}}};
+  Json& primitives = maker.json["meshes"][0]["primitives"];
+  primitives[0]["material"] = 0;
+  Json second = primitives[0];
+  second["material"] = 1;
+  second["indices"] = maker.Add<std::uint8_t>({0, 2, 3}, "SCALAR");
+  primitives[0]["indices"] = maker.Add<std::uint8_t>({0, 1, 2}, "SCALAR");
+  primitives.push_back(second);
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.Write("A.GLB", maker.Glb());
+  ASSERT_TRUE(HoldsScene(path));
+  EXPECT_FALSE(HoldsScene("a.obj"));
+  EXPECT_FALSE(HoldsScene("a.stl"));
+  EXPECT_EQ(ReadSceneFile(path).scene.meshes.size(), 2U);
+  const Mesh mesh = ReadMesh(path);
+  EXPECT_EQ(mesh.positions.size(), 4U) << "welded where materials meet";
+  EXPECT_EQ(mesh.triangles.size(), 2U);
+  EXPECT_NE(IoErrorOf([&] { ReadMeshGroups(path); }).find("glTF files have no groups"),
+            std::string::npos);
+  maker.json["nodes"] = Json::array({Json::object()});
+  EXPECT_NE(IoErrorOf([&] { ReadMesh(folder.Write("b.glb", maker.Glb())); }).find("no triangles"),
+            std::string::npos);
 }
 
 TEST(GltfReader, LightsAndCamerasStandWhereTheirNodesAre) {
@@ -492,7 +518,7 @@ TEST(GltfReader, LightsAndCamerasStandWhereTheirNodesAre) {
     if (light < 2) maker.json["nodes"].back()["camera"] = light;
   }
   maker.json["scenes"][0]["nodes"] = {0, 1, 2, 3};
-  const GltfFile file = maker.Read();
+  const SceneFile file = maker.Read();
   const auto& emitters = file.scene.emitters;
   ASSERT_EQ(emitters.size(), 3U);
   EXPECT_EQ(emitters[0].name, "bulb");
@@ -547,7 +573,7 @@ TEST(GltfReader, WhatIsNotSupportedIsNamed) {
   lines["mode"] = 1;
   maker.json["meshes"][0]["primitives"].push_back(lines);
   maker.json["scenes"].push_back({{"nodes", Json::array()}});
-  const GltfFile file = maker.Read();
+  const SceneFile file = maker.Read();
   for (const char* text : {"normalTexture",
                            "occlusionTexture",
                            "alphaMode BLEND",
@@ -585,7 +611,7 @@ TEST(GltfReader, JsonFilesHaveTheirBytesBesideThemOrInside) {
   folder.Write("pictures/colour map.png", png);
   folder.Write("a.bin", maker.binary);
   const std::filesystem::path path = folder.Write("a.gltf", maker.json.dump());
-  const GltfFile file = ReadGltf(path);
+  const SceneFile file = ReadGltf(path);
   EXPECT_EQ(file.scene.meshes.at(0).mesh.triangles.size(), 2U);
   EXPECT_EQ(file.scene.textures.at(0).name, "colour%20map");
   EXPECT_EQ(file.files.size(), 3U);
@@ -787,7 +813,7 @@ TEST(GltfReader, CutFilesAreRefused) {
 TEST(GltfReader, DamagedFilesAreReadOrRefused) {
   const TemporaryFolder folder;
   const auto read = [](const std::filesystem::path& path) {
-    const GltfFile file = ReadGltf(path);
+    const SceneFile file = ReadGltf(path);
     try {
       ValidateScene(file.scene);
     } catch (const SceneError&) {
