@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -9,6 +10,7 @@
 #include "app/command/run_scene.h"
 #include "app/config/near_path.h"
 #include "app/config/nearest_name.h"
+#include "app/output/coarse_asset.h"
 #include "app/output/export_blender.h"
 #include "app/output/export_cameras.h"
 #include "app/output/fields.h"
@@ -20,6 +22,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using Files = std::vector<fs::path>;
+
+/// A run's state, and what its meshes have as pictures for other programs.
+struct Exported : RunScene {
+  std::vector<std::optional<renderer::Texture>> normals = {};  ///< of WriteMeshes
+};
 
 /// Names of the photos, and where they are, seen from a folder.
 struct PhotoNames {
@@ -35,12 +42,15 @@ PhotoNames PhotosOf(const RunScene& loaded, const fs::path& folder) {
 }
 
 template <MeshFormat kFormat>
-Files WriteMeshesAs(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
-  return WriteMeshes(
-      folder, loaded.experiment.scene, kFormat, loaded.experiment.observations.metres_per_unit);
+Files WriteMeshesAs(const fs::path& folder, const Exported& loaded, Log& /*log*/) {
+  return WriteMeshes(folder,
+                     loaded.experiment.scene,
+                     kFormat,
+                     loaded.experiment.observations.metres_per_unit,
+                     loaded.normals);
 }
 
-Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+Files WriteColmap(const fs::path& folder, const Exported& loaded, Log& /*log*/) {
   const ColmapText text =
       ColmapModel(loaded.experiment.scene.sensors, PhotosOf(loaded, folder).names);
   const std::array<std::pair<const char*, const std::string*>, 3> files = {
@@ -55,7 +65,7 @@ Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) 
   return written;
 }
 
-Files WriteTransforms(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+Files WriteTransforms(const fs::path& folder, const Exported& loaded, Log& /*log*/) {
   const fs::path path = folder / "transforms.json";
   renderer::WriteFileAtomically(path,
                                 TransformsJson(loaded.experiment.scene.sensors,
@@ -64,9 +74,9 @@ Files WriteTransforms(const fs::path& folder, const RunScene& loaded, Log& /*log
   return {path};
 }
 
-Files WriteBlender(const fs::path& folder, const RunScene& loaded, Log& log) {
+Files WriteBlender(const fs::path& folder, const Exported& loaded, Log& log) {
   const renderer::Scene& scene = loaded.experiment.scene;
-  Files written = WriteMeshes(folder, scene, MeshFormat::kGlb);
+  Files written = WriteMeshes(folder, scene, MeshFormat::kGlb, 0.0, loaded.normals);
   std::vector<std::string> names;
   for (const fs::path& mesh : written) names.push_back(mesh.filename().string());
   const fs::path script = folder / "blender_setup.py";
@@ -81,18 +91,19 @@ Files WriteBlender(const fs::path& folder, const RunScene& loaded, Log& log) {
 
 struct ExportFormat {
   const char* word;
-  Files (*write)(const fs::path& folder, const RunScene& loaded, Log& log);
+  bool has_meshes;
+  Files (*write)(const fs::path& folder, const Exported& loaded, Log& log);
 };
 template <std::size_t kIndex>
-constexpr ExportFormat kMeshRow = {kMeshFormats[kIndex].first,
-                                   WriteMeshesAs<kMeshFormats[kIndex].second>};
+constexpr ExportFormat kMeshRow = {
+    kMeshFormats[kIndex].first, true, WriteMeshesAs<kMeshFormats[kIndex].second>};
 static_assert(kMeshFormats.size() == 3);
 constexpr std::array<ExportFormat, 6> kFormats = {{kMeshRow<0>,
                                                    kMeshRow<1>,
                                                    kMeshRow<2>,
-                                                   {"colmap", WriteColmap},
-                                                   {"transforms", WriteTransforms},
-                                                   {"blender", WriteBlender}}};
+                                                   {"colmap", false, WriteColmap},
+                                                   {"transforms", false, WriteTransforms},
+                                                   {"blender", true, WriteBlender}}};
 
 /// "glb,obj" and so on: what --to may hold.
 std::string FormatWords() { return TypeOfWords(kFormats, ',', &ExportFormat::word); }
@@ -101,7 +112,12 @@ struct Options {
   std::vector<std::string> formats;
   std::string stage;
   fs::path output;
+  int triangles = 0;  ///< 0: all
 };
+
+bool Wants(const Options& own, const ExportFormat& format) {
+  return std::ranges::find(own.formats, format.word) != own.formats.end();
+}
 
 void Declare(OptionList& options, Options& own) {
   options.Threads();
@@ -110,7 +126,19 @@ void Declare(OptionList& options, Options& own) {
       "--stage", "STAGE", "State at the end of a stage, or start; else the newest", own.stage);
   options.Path(
       "-o,--output", "DIR", "Folder for the files; else export/FORMAT in the run", own.output);
+  options.Whole("--triangles",
+                "Of each mesh at most; what it loses becomes textures, its shape a normal texture",
+                4,
+                100000000,
+                own.triangles);
   options.Check([&options, &own] {
+    const bool has_meshes = std::ranges::any_of(kFormats, [&](const ExportFormat& format) {
+      return format.has_meshes && Wants(own, format);
+    });
+    if (own.triangles > 0 && !own.formats.empty() && !has_meshes) {
+      options.Fail("--triangles has no use with " + JoinNames(own.formats) +
+                   ", which has no meshes");
+    }
     if (own.formats.empty()) {
       options.Fail("--to is missing; give one of: " + JoinNames(WordsOfType(FormatWords())));
     }
@@ -121,10 +149,16 @@ constexpr ResultKey kResult[] = {{"files", "map", "Paths that were written, by f
 
 ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
-  const RunScene loaded = LoadRunScene(context, line.target, own.stage);
+  Exported loaded{LoadRunScene(context, line.target, own.stage)};
+  if (own.triangles > 0) {
+    CoarseAsset asset = MakeCoarseAsset(loaded.experiment.scene, own.triangles);
+    for (const std::string& text : asset.messages) context.log.Info(text);
+    loaded.experiment.scene = std::move(asset.scene);
+    loaded.normals = std::move(asset.normals);
+  }
   Json json = Json::object();
   for (const ExportFormat& format : kFormats) {
-    if (std::ranges::find(own.formats, format.word) == own.formats.end()) continue;
+    if (!Wants(own, format)) continue;
     const fs::path folder =
         fs::absolute(own.output.empty() ? loaded.run.root() / "export" / format.word : own.output)
             .lexically_normal();

@@ -151,6 +151,10 @@ ExitStatus RunInDirectory(CommandContext& context,
                  experiment.observations.metres_per_unit);
     WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
     record.SetTimes(result.wall_s, 0.0);
+    if (result.gauge) {
+      record.SetGauge(MakeGaugeRecord(*result.gauge));
+      context.log.Info(record.record().gauge->sentence);
+    }
     const Ending ending = EndingOf(result.status, signals, observer.reached(), run);
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
     context.log.Info(

@@ -31,6 +31,7 @@ SchemaNode RootSchema() {
               RenderSchema(),
               UnknownsSchema(),
               LossSchema(),
+              GaugeSchema(),
               StagesSchema(),
               SolverSchema(),
               OutputSchema(),

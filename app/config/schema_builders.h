@@ -457,6 +457,7 @@ SchemaNode TexturesSchema();
 SchemaNode LightsSchema();
 SchemaNode SensorsSchema();
 SchemaNode UnknownsSchema();
+SchemaNode GaugeSchema();
 SchemaNode StagesSchema();
 SchemaNode RenderSchema();
 SchemaNode LossSchema();

@@ -42,8 +42,7 @@ SchemaNode PriorSchema() {
                  Doc("How far from it the value is believed to be.") | Above(0.0) | Required()},
             &UnknownSpec::gaussian) |
       Doc("Near a known value.") | OneOf("prior"));
-  return Map("", std::move(priors)) |
-         Refuse({{"normal_consistency", "; write laplacian"}, {"binary", ""}});
+  return Map("", std::move(priors)) | Refuse({{"normal_consistency", "; write laplacian"}});
 }
 
 void CheckStage(StageSpec& stage, const CheckedMap& map) {
@@ -144,6 +143,36 @@ SchemaNode LossSchema() {
                &ExperimentConfig::fit,
                &FitSpec::loss) |
          Doc("What is made small.") | Always() | Refuse({{"robust", ""}});
+}
+
+SchemaNode GaugeSchema() {
+  using optim::ColorGauge;
+  const SchemaNode number = binding::Described<double>::Node() | Above(0.0);
+  return MapOf("gauge",
+               {Choice("rule",
+                       {{"auto", ColorGauge::Rule::kAuto},
+                        {"photos", ColorGauge::Rule::kPhotos},
+                        {"mean_color", ColorGauge::Rule::kMeanColor}},
+                       &ColorGauge::rule) |
+                    Doc("`photos`: what they say, by highlights, light between surfaces or lights "
+                        "that are seen. `mean_color`: the mean base colour is that of `mean`, "
+                        "whatever photos say. `auto`: `mean_color` where photos say nothing at "
+                        "all, else `photos`."),
+                Bound(Either("mean",
+                             {SchemaNode(number) | Words({"start"}),
+                              ListNode("", number) | Items(3, 3)}) |
+                          Doc("Mean base colour, one number or one per channel, as that of a grey "
+                              "card; `start`: that which the fit begins with."),
+                      &ColorGauge::mean) |
+                    Default("start"),
+                Key("material", &ColorGauge::material) | Doc("Whose mean colour it is.") |
+                    DefaultIs("all surfaces")},
+               &ExperimentConfig::fit,
+               &FitSpec::gauge) |
+         Doc("What tells the scale that base colours and lights share where all of both are "
+             "unknown; a light or a colour that is known does. What it came to stands in the log, "
+             "run.json and the report.") |
+         Always();
 }
 
 SchemaNode SolverSchema() {

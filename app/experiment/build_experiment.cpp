@@ -248,6 +248,18 @@ std::vector<std::string> FindAttributions(const std::vector<std::filesystem::pat
   return credits;
 }
 
+/// Only the scene knows all materials.
+void CheckGauge(const ExperimentConfig& config, const renderer::Scene& scene) {
+  const std::string& name = config.fit.gauge.material;
+  const std::vector<std::string> names =
+      renderer::ObjectNames(scene, renderer::ObjectList::kMaterials);
+  if (name.empty() || Contains(names, name)) return;
+  const Place place = config.resolved.Find("gauge")->Find("material")->place;
+  throw ConfigError(
+      config.source,
+      {{place, "gauge.material", "there is no material '" + name + "'" + NameHint(name, names)}});
+}
+
 }  // namespace
 
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
@@ -265,6 +277,7 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
     }
     stage.free = std::move(free);
   }
+  CheckGauge(config, scene);
   if (config.input) fit.exposure = config.input->exposure;
   fit.seed = config.render.seed;
   fit.estimators = config.render;

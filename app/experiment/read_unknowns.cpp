@@ -226,7 +226,7 @@ const ParameterTraits& TraitsOf(const PromotedUnknown& promoted,
 }
 
 std::vector<std::string> PriorsOf(const PromotedUnknown& promoted, const renderer::Scene& scene) {
-  std::vector<std::string> names;
+  std::vector<std::string> names = PriorsOf(renderer::TraitsOf(promoted.promotion.property));
   for (const SurfaceForm form : promoted.forms) {
     for (const std::string& name : PriorsOf(TraitsOf(promoted, form, scene))) {
       if (!Contains(names, name)) names.push_back(name);

@@ -121,6 +121,7 @@ struct PlacedMesh {
   renderer::MetallicRoughnessBsdf bsdf{.roughness = 1.0};
   const renderer::Texture* texture = nullptr;
   const renderer::AreaEmitter* emission = nullptr;  ///< the light that it is
+  std::optional<renderer::Texture> normals = {};
   [[nodiscard]] bool IsUniform() const { return !material.vertex_colors && texture == nullptr; }
 };
 
@@ -166,6 +167,7 @@ std::vector<fs::path> WritePlacedGlb(const fs::path& stem,
     glb.roughness_texture = TextureAt(placed.material.roughness_texture, scene);
     glb.metallic_texture = TextureAt(placed.material.metallic_texture, scene);
   }
+  glb.normal_texture = placed.normals;
   if (placed.emission != nullptr) {
     glb.emission = placed.emission->intensity;
     glb.emission_texture = TextureAt(placed.emission->texture, scene);
@@ -217,12 +219,14 @@ std::vector<std::string> MeshFileNames(const Scene& scene) {
 std::vector<fs::path> WriteMeshes(const fs::path& folder,
                                   const Scene& scene,
                                   MeshFormat format,
-                                  double metres_per_unit) {
+                                  double metres_per_unit,
+                                  const std::vector<std::optional<renderer::Texture>>& normals) {
   renderer::CreateFolders(folder);
   std::vector<fs::path> written;
   const std::vector<std::string> names = MeshFileNames(scene);
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const PlacedMesh placed = Place(i, scene);
+    PlacedMesh placed = Place(i, scene);
+    if (i < normals.size()) placed.normals = normals[i];
     const fs::path stem = folder / names[i];
     const std::vector<fs::path> files = format == MeshFormat::kGlb
                                             ? WritePlacedGlb(stem, placed, scene, metres_per_unit)

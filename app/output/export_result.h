@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,11 +30,14 @@ inline constexpr std::array<std::pair<const char*, MeshFormat>, 3> kMeshFormats 
 
 /// A file for each mesh of the scene, where their poses place them, and what it refers to. Returns
 /// the files: of each mesh in the scene's order, its own first. GLB files are in metres where
-/// `metres_per_unit` is known, not 0 (WriteGlb). Throws as ExportResult.
-std::vector<std::filesystem::path> WriteMeshes(const std::filesystem::path& folder,
-                                               const renderer::Scene& scene,
-                                               MeshFormat format,
-                                               double metres_per_unit = 0.0);
+/// `metres_per_unit` is known, not 0 (WriteGlb), and have the normal textures that there are
+/// (GlbMaterial; empty, or one for each mesh). Throws as ExportResult.
+std::vector<std::filesystem::path> WriteMeshes(
+    const std::filesystem::path& folder,
+    const renderer::Scene& scene,
+    MeshFormat format,
+    double metres_per_unit = 0.0,
+    const std::vector<std::optional<renderer::Texture>>& normals = {});
 
 /// environment.exr and .hdr, as ExportResult writes them; returns no files without an environment.
 std::vector<std::filesystem::path> WriteEnvironment(const std::filesystem::path& folder,

@@ -41,6 +41,14 @@ struct RunHost {
   int logical_cpus = 0;
 };
 
+/// optim::GaugeReport, for files.
+struct GaugeRecord {
+  std::string rule;  ///< "known_light", "known_color", "photos", "mean_color"
+  std::string sentence;
+  std::vector<double> mean_color, wanted_color, start_color;
+  std::vector<double> lights;  ///< strength over that at the start
+};
+
 /// Content of run.json.
 struct RunRecord {
   std::string name;
@@ -54,6 +62,7 @@ struct RunRecord {
   std::vector<InputFile> inputs;
   std::vector<std::string> assumptions;
   std::vector<std::string> warnings;
+  std::optional<GaugeRecord> gauge;       ///< of the scale that colours and lights share
   std::vector<std::string> attributions;  ///< credits of the photos and meshes that were used
   RunStatus status = RunStatus::kRunning;
   std::string reason;            ///< why it ended, for people
@@ -97,6 +106,18 @@ struct Fields<RunSession> {
 };
 
 template <>
+struct Fields<GaugeRecord> {
+  static void Visit(auto& gauge, const auto& visit) {
+    visit("rule", gauge.rule);
+    visit("sentence", gauge.sentence);
+    visit("mean_color", gauge.mean_color);
+    visit("wanted_color", gauge.wanted_color);
+    visit("start_color", gauge.start_color);
+    visit("lights", gauge.lights);
+  }
+};
+
+template <>
 struct Fields<RunRecord> {
   static void Visit(auto& record, const auto& visit) {
     visit("name", record.name);
@@ -116,6 +137,7 @@ struct Fields<RunRecord> {
     visit("config_path", record.config_path);
     visit("sessions", record.sessions);
     visit("stages", record.stages);
+    visit(Figure{.key = "gauge"}, record.gauge);
     visit("assumptions", record.assumptions);
     visit("warnings", record.warnings);
     visit("attributions", record.attributions);
@@ -125,6 +147,9 @@ struct Fields<RunRecord> {
 
 /// The record's status name, or "killed" when it says running but its process is gone.
 std::string EffectiveStatus(const RunRecord& record);
+
+/// With a sentence that says rule and outcome.
+GaugeRecord MakeGaugeRecord(const optim::GaugeReport& report);
 
 /// A record with host, CPU, pid and times filled in, and one session with these arguments.
 RunRecord MakeRunRecord(const std::vector<std::string>& argv);
@@ -151,6 +176,7 @@ class RunRecordFile {
   [[nodiscard]] const RunRecord& record() const { return record_; }
   void SetStages(std::vector<optim::StageReport> stages);
   void SetWarnings(std::vector<std::string> warnings);
+  void SetGauge(std::optional<GaugeRecord> gauge);
   void SetTimes(double wall_s, double peak_rss_mb);
   void Finish(RunStatus status, const std::string& reason, int exit_code);
 

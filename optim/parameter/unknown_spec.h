@@ -69,6 +69,7 @@ struct UnknownSpec {
   double smooth_weight = 0.0;           ///< texels, vertex colours: differences of neighbours
   double total_variation_weight = 0.0;  ///< texels: size of the slope, which spares edges
   double neutral_weight = 0.0;  ///< environment texels: distance of each texel from its own grey
+  double binary_weight = 0.0;   ///< metallic: distance from 0 or 1
   std::optional<GaussianPriorSpec> gaussian;
 };
 

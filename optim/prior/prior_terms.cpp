@@ -351,6 +351,16 @@ void AddNeutral(const Context& context, const ParameterGroup& group, double weig
   }
 }
 
+void AddBinary(const Context& context, const ParameterGroup& group, double weight) {
+  const double scale =
+      std::sqrt(context.num_channels * weight / static_cast<double>(group.num_blocks));
+  for (std::int32_t i = 0; i < group.num_blocks; ++i) {
+    PriorTerm term{{group.first_block + i}, {scale}};
+    term.binary = true;
+    context.terms.push_back(std::move(term));
+  }
+}
+
 void AddGaussian(const Context& context,
                  const ParameterGroup& group,
                  const GaussianPriorSpec& gaussian) {
@@ -409,11 +419,16 @@ constexpr PriorRow kPriors[] = {
       "Texels: neighbours alike except at edges, which stay sharp.",
       &UnknownSpec::total_variation_weight},
      AddTotalVariation},
-    {{"neutral", "Texels: light near grey.", &UnknownSpec::neutral_weight}, AddNeutral}};
+    {{"neutral", "Texels: light near grey.", &UnknownSpec::neutral_weight}, AddNeutral},
+    {{"binary",
+      "Metallic: near 0 or 1. 0.1 decides what photos leave open.",
+      &UnknownSpec::binary_weight},
+     AddBinary}};
 
 /// Only priors that suit the kind count.
 void AddWeighted(const Context& context, const ParameterGroup& group, const UnknownSpec& unknown) {
-  for (const std::string_view name : renderer::TraitsOf(group.kind).priors) {
+  for (const std::string_view name :
+       renderer::TraitsOf(group.kind, context.scene, group.object).priors) {
     const auto* prior = std::ranges::find(kPriors, name, &WeightedPrior::name);
     if (prior == std::end(kPriors) || !(unknown.*prior->weight > 0.0)) continue;
     prior->add(context, group, unknown.*prior->weight);
@@ -541,6 +556,10 @@ void EvalPrior(const PriorTerm& term,
         slope[c] = y[c];
       }
       mean += y[c] / static_cast<double>(size);
+      if (term.binary) {
+        slope[c] *= 1.0 - 2.0 * y[c];
+        y[c] *= 1.0 - y[c];
+      }
     }
     double* jacobian = jacobians == nullptr ? nullptr : jacobians[k];
     for (std::size_t row = 0; row < num_groups * size; ++row) {

@@ -22,14 +22,16 @@ namespace pathfit::optim {
 /// components. With K = blocks.size(), row c of group g is
 ///   r_gc = sum_k weights[g K + k] y_k,c - offset_c,   y = x (units of the scene), or theta if
 /// `in_theta`; with `neutral`, y_k,c is replaced by its distance from the mean of the block's
-/// components. The cost is rho(|r|^2) / 2 with rho(s) = s, or, if `edge` e is not zero,
-/// rho(s) = 2 e (sqrt(s + e^2) - e): s where |r| is well below e, 2 e |r| far above.
+/// components; with `binary`, by y (1 - y). The cost is rho(|r|^2) / 2 with rho(s) = s, or, if
+/// `edge` e is not zero, rho(s) = 2 e (sqrt(s + e^2) - e): s where |r| is well below e, 2 e |r| far
+/// above.
 struct PriorTerm {
   std::vector<std::int32_t> blocks;
   std::vector<double> weights;
   std::array<double, 3> offset{};
   bool in_theta = false;
   bool neutral = false;
+  bool binary = false;
   double edge = 0.0;
   bool is_belief = false;  ///< its residual is believed to be normal, of kGaussianResidual
 
@@ -62,6 +64,7 @@ std::vector<WeightedPrior> WeightedPriors();
 ///               whose pairs are two for a texel); jumps across seams count as slopes over that
 ///               side, texels that no lookup uses do not;
 ///   neutral:    w/2 * mean over texels of |texel - its grey|^2;
+///   binary:     w/2 * mean over numbers of (x (1 - x))^2, the squared distance near 0 and near 1;
 ///   Gaussian:   (x - mean)/sigma = 1 costs as much as one pixel-channel with residual
 ///               kGaussianResidual, so that it decides only what the photos leave open. The gains'
 ///               prior is of this kind, on log2 gain.

@@ -5,12 +5,9 @@
 #include <cstddef>
 
 namespace pathfit::optim {
-namespace {
-
 using renderer::ParameterKind;
 
-// The free group that scales emitter `object`, -1 if it is fixed.
-int ScalingGroup(const ParameterSet& set, int object) {
+int GroupOfStrength(const ParameterSet& set, int object) {
   const auto& groups = set.layout().groups();
   int found = -1;
   for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -27,8 +24,6 @@ int ScalingGroup(const ParameterSet& set, int object) {
   return found;
 }
 
-// Moves `values` into the bounds; false if that would visibly change a group (a nearly black texel
-// may be lifted).
 bool ClampToBounds(const ParameterSet& set, std::vector<double>& values) {
   constexpr double kInvisible = 1e-5;  // of the group's largest value
   const std::vector<double> clamped = set.ValuesFromTheta(set.ThetaFromValues(values));
@@ -47,8 +42,6 @@ bool ClampToBounds(const ParameterSet& set, std::vector<double>& values) {
   values = clamped;
   return true;
 }
-
-}  // namespace
 
 ExposureModel MakeExposureModel(const renderer::Scene& scene, const ExposurePrior& prior) {
   ExposureModel exposure{{}, prior};
@@ -74,7 +67,7 @@ void FixExposureGauge(const ParameterSet& set,
   std::vector<double> values = set.layout().Gather(scene);
   const double factor = std::exp(mean);
   for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
-    const int g = ScalingGroup(set, static_cast<int>(e));
+    const int g = GroupOfStrength(set, static_cast<int>(e));
     if (g < 0) {
       return;
     }

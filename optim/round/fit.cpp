@@ -13,6 +13,7 @@
 #include "optim/problem/image_problem.h"
 #include "optim/ranks/division.h"
 #include "optim/ranks/ranks.h"
+#include "optim/round/color_gauge.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/mesh_levels.h"
@@ -145,6 +146,7 @@ class FitDriver {
       result_.status = FitStatus::kCancelled;
     }
     result_.scene = std::move(state_.scene);
+    result_.gauge = ReportGauge(spec_, exposure_, start_, result_.scene);
     result_.rounds = state_.step;
     result_.wall_s = WallSeconds();
     result_.standard_errors = std::move(state_.standard_errors);
@@ -317,6 +319,7 @@ class FitDriver {
            views,
            model.set,
            exposure_,
+           start_,
            model.priors,
            fits_exposure_,
            scale,
@@ -452,9 +455,11 @@ class FitDriver {
     }
     model.set.layout().Scatter(model.set.ValuesFromTheta(theta), state_.scene);
     FixExposureGauge(model.set, views.fitted, exposure_, state_.scene);
+    FixColorGauge(model.set, spec_, start_, state_.scene);
   }
 
-  [[nodiscard]] std::vector<Candidate> StageCandidates(const ParameterSet& set) const {
+  [[nodiscard]] std::vector<Candidate> StageCandidates(const StageSpec& stage,
+                                                       const ParameterSet& set) const {
     std::vector<Candidate> candidates;
     // What rounds add up in a model needs no average of their steps.
     if (state_.model.Empty() && state_.RoundsOfLevel() > 1 &&
@@ -469,6 +474,9 @@ class FitDriver {
     if (state_.stage > 0 && state_.stage + 1 == static_cast<int>(spec_.stages.size())) {
       candidates.push_back({"start of the run", start_, true});
     }
+    for (Candidate& candidate : candidates) {
+      FixColorGauge(FreeSet(candidate.scene, stage), spec_, start_, candidate.scene);
+    }
     return candidates;
   }
 
@@ -476,7 +484,7 @@ class FitDriver {
   /// many those that the stage may have started better with: which of several good ends is kept
   /// matters little.
   void KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
-    std::vector<Candidate> open = StageCandidates(MakeModel(state_.scene, stage, views).set);
+    std::vector<Candidate> open = StageCandidates(stage, MakeModel(state_.scene, stage, views).set);
     for (const int spp : {FitEvaluation::kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
       std::vector<ComparedScene> scenes;
       for (const Candidate& candidate : open) {

@@ -39,6 +39,8 @@ struct FitResult {
   /// and photos alike, from stages of few unknowns (ImageProblem::kMaxGramScalars), else NaN;
   /// infinite where no photo tells it.
   std::map<std::string, std::vector<double>> standard_errors;
+  /// What fixed the scale that colours and lights share; nothing if no stage frees both.
+  std::optional<GaugeReport> gauge;
   int rounds = 0;       ///< of all sessions
   double wall_s = 0.0;  ///< of all sessions
 };

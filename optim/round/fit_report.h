@@ -6,6 +6,7 @@
 
 #include "optim/observation/observation.h"
 #include "renderer/image/image.h"
+#include "renderer/math/rgb.h"
 #include "renderer/render_options.h"
 #include "renderer/scene/scene.h"
 
@@ -69,6 +70,25 @@ struct StageReport {
   double iou_fit = 0.0, iou_val = 0.0;
   int folded_edges = 0, crossing_triangles = 0;  ///< of the meshes whose vertices moved
   std::string stop_reason;
+};
+
+/// What tells the scale that base colours and lights share.
+enum class GaugeSource {
+  kKnownLight,  ///< a light that is not free
+  kKnownColor,  ///< the base colour of a surface that is not free
+  kPhotos,      ///< what of the photos is not proportional to both: highlights, light between
+                ///< surfaces, lights that are seen
+  kMeanColor,   ///< the rule: the mean base colour
+};
+
+/// The rule that was in force and what came of it; colours are means over surfaces.
+struct GaugeReport {
+  GaugeSource source = GaugeSource::kPhotos;
+  std::string known;     ///< name of the light or material
+  renderer::Rgb wanted;  ///< of kMeanColor
+  renderer::Rgb mean;    ///< of the result: of ColorGauge::material, or all
+  renderer::Rgb start;   ///< the same of what the run began with
+  renderer::Rgb lights;  ///< strength over that at the start, geometric mean of all free lights
 };
 
 /// Listens to a fit; called from the thread that runs it, between rounds.

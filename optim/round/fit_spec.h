@@ -37,6 +37,18 @@ struct StageSpec {
   double stop_relative_cost = 0.01;
 };
 
+/// Colours and lights share a factor that photos tell badly or not at all.
+struct ColorGauge {
+  enum class Rule {
+    kAuto,      ///< kMeanColor where photos say nothing of the factor, else kPhotos
+    kPhotos,    ///< what they say
+    kMeanColor  ///< the mean base colour is known, or believed to stay
+  };
+  Rule rule = Rule::kPhotos;
+  std::vector<double> mean;  ///< for all channels or one each; empty: that of the run's start
+  std::string material;      ///< name of that whose mean colour it is; empty: of all surfaces
+};
+
 struct FitSpec {
   std::vector<UnknownSpec> unknowns;
   std::vector<StageSpec> stages;
@@ -46,6 +58,7 @@ struct FitSpec {
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;  ///< 0 = no limit
   ExposurePrior exposure;
+  ColorGauge gauge;
   double time_limit_s = 0.0;  ///< 0 = none
 };
 

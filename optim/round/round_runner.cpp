@@ -15,6 +15,7 @@
 #include "optim/problem/image_problem.h"
 #include "optim/problem/motion_guard.h"
 #include "optim/problem/vertex_guard.h"
+#include "optim/round/color_gauge.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
@@ -361,6 +362,7 @@ void TakeStep(const StageContext& context,
   renderer::Scene moved = state.scene;
   context.set.layout().Scatter(values, moved);
   FixExposureGauge(context.set, context.views.fitted, context.exposure, moved);
+  FixColorGauge(context.set, context.spec, context.start, moved);
   state.scene = std::move(moved);
 }
 

@@ -17,6 +17,7 @@ struct StageContext {
   const FitViews& views;
   const ParameterSet& set;
   const ExposureModel& exposure;
+  const renderer::Scene& start;  ///< of the run
   const std::vector<PriorTerm>& priors;
   bool estimate_validation_gains = false;
   double image_scale = 1.0;    ///< of the level

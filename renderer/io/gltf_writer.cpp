@@ -19,6 +19,7 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_normals.h"
+#include "renderer/geometry/tangents.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
@@ -33,11 +34,13 @@ class BufferBuilder {
  public:
   explicit BufferBuilder(tinygltf::Model& model) : model_(model) { model_.buffers.resize(1); }
 
-  /// Index of a new accessor over `values`, `components` (2 or 3) to an element.
+  /// Index of a new accessor over `values`, `components` (2 to 4) to an element.
   int AddVectors(const std::vector<float>& values, std::size_t components) {
     tinygltf::Accessor accessor;
     accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
-    accessor.type = components == 3 ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_VEC2;
+    accessor.type = components == 4   ? TINYGLTF_TYPE_VEC4
+                    : components == 3 ? TINYGLTF_TYPE_VEC3
+                                      : TINYGLTF_TYPE_VEC2;
     accessor.count = values.size() / components;
     return Add(Words(values), TINYGLTF_TARGET_ARRAY_BUFFER, std::move(accessor));
   }
@@ -246,7 +249,8 @@ void AddTextures(const GlbMaterial& material,
   tinygltf::Material& result = model.materials[0];
   tinygltf::PbrMetallicRoughness& pbr = result.pbrMetallicRoughness;
   const bool has_numbers = material.roughness_texture || material.metallic_texture;
-  if ((has_numbers || material.base_color_texture || material.emission_texture) &&
+  if ((has_numbers || material.base_color_texture || material.emission_texture ||
+       material.normal_texture) &&
       mesh.uv_triangles.empty()) {
     throw SceneError(path.string() + ": a mesh to be written with a texture has no UVs");
   }
@@ -263,13 +267,39 @@ void AddTextures(const GlbMaterial& material,
     pbr.metallicRoughnessTexture.index =
         AddTexture(joined, EncodedNumbers(joined, path), buffer, model);
   }
+  if (material.normal_texture) {
+    CheckTexels(*material.normal_texture, path);
+    result.normalTexture.index = AddTexture(
+        *material.normal_texture, EncodedNumbers(*material.normal_texture, path), buffer, model);
+  }
   if (material.emission_texture) {
     result.emissiveTexture.index = AddTexture(
         *material.emission_texture, EncodedColors(*material.emission_texture, path), buffer, model);
   }
 }
 
+/// By split vertex: direction of u, and the side that v is on.
+std::vector<float> SplitTangents(const Mesh& mesh,
+                                 const SplitMesh& split,
+                                 const std::filesystem::path& path) {
+  if (mesh.normal_triangles.empty() || mesh.uv_triangles.empty()) {
+    throw SceneError(path.string() +
+                     ": a mesh to be written with a normal texture has no normals or no UVs");
+  }
+  const std::vector<std::array<Tangent, 3>> tangents = MakeTangents(mesh);
+  std::vector<float> values(4 * split.vertices.size());
+  for (std::size_t f = 0; f < tangents.size(); ++f) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      float* const first = values.data() + 4 * Index(split.triangles[f][k]);
+      for (int c = 0; c < 3; ++c) first[c] = StoredFloat(tangents[f][k].along_u[c], path);
+      first[3] = static_cast<float>(tangents[f][k].sign);
+    }
+  }
+  return values;
+}
+
 tinygltf::Primitive AddPrimitive(const Mesh& mesh,
+                                 bool with_tangents,
                                  const std::filesystem::path& path,
                                  BufferBuilder& buffer) {
   const SplitMesh split = SplitVertices(mesh);
@@ -300,6 +330,9 @@ tinygltf::Primitive AddPrimitive(const Mesh& mesh,
   // Without normals the format demands flat shading, which is what the mesh has.
   if (!normals.empty()) primitive.attributes["NORMAL"] = buffer.AddVectors(normals, 3);
   if (!uvs.empty()) primitive.attributes["TEXCOORD_0"] = buffer.AddVectors(uvs, 2);
+  if (with_tangents) {
+    primitive.attributes["TANGENT"] = buffer.AddVectors(SplitTangents(mesh, split, path), 4);
+  }
   if (!colors.empty()) primitive.attributes["COLOR_0"] = buffer.AddVectors(colors, 3);
   primitive.indices = buffer.AddIndices(split.triangles);
   return primitive;
@@ -343,7 +376,8 @@ void WriteGlb(const std::filesystem::path& path,
   BufferBuilder buffer(model);
   tinygltf::Mesh gltf_mesh;
   gltf_mesh.name = path.stem().string();
-  gltf_mesh.primitives.push_back(AddPrimitive(WithUnitNormals(mesh), path, buffer));
+  gltf_mesh.primitives.push_back(
+      AddPrimitive(WithUnitNormals(mesh), material.normal_texture.has_value(), path, buffer));
   AddTextures(material, mesh, path, buffer, model);
   model.meshes.push_back(std::move(gltf_mesh));
   tinygltf::Node node;

@@ -24,6 +24,8 @@ struct GlbMaterial {
   std::optional<Texture> base_color_texture = std::nullopt;  ///< as sRGB; multiplies the factor
   std::optional<Texture> roughness_texture = std::nullopt;   ///< replaces that of `bsdf`
   std::optional<Texture> metallic_texture = std::nullopt;    ///< likewise, in the same picture
+  /// Directions in the mesh's tangent frame (MakeTangents) as (1 + n) / 2; needs normals, too.
+  std::optional<Texture> normal_texture = std::nullopt;
   Rgb emission = {0.0, 0.0, 0.0};  ///< radiance; above 1 by KHR_materials_emissive_strength
   /// As sRGB; multiplies `emission`, which takes over what is above 1.
   std::optional<Texture> emission_texture = std::nullopt;
@@ -33,7 +35,8 @@ struct GlbMaterial {
 /// coordinates, unless it is 0 (unknown, taken for 1), is the scale of its node, which says so in
 /// its extras: ReadGltf leaves such a scale out, and gives the coordinates back. Called as the
 /// file: float POSITION, unit NORMAL when the mesh has normals (else viewers shade it flat),
-/// TEXCOORD_0 (v down, as the format demands) when the mesh has UVs, linear float COLOR_0 (clamped
+/// TEXCOORD_0 (v down, as the format demands) when the mesh has UVs, TANGENT with a normal texture,
+/// linear float COLOR_0 (clamped
 /// to 0..1) when it has colours, uint32 indices. A position with several normals, UVs or colours is
 /// repeated. Written through a temporary file. Fails: IoError (not writable, a number beyond
 /// float), SceneError (wrong indices, no triangle, a texture without UVs or whose texels do not

@@ -87,6 +87,8 @@ constexpr const char* kLaplacian[] = {"laplacian"};
 constexpr const char* kSmooth[] = {"smooth"};
 constexpr const char* kGaussian[] = {"gaussian"};
 constexpr const char* kTexelPriors[] = {"smooth", "total_variation", "gaussian"};
+constexpr const char* kMetallicPriors[] = {"gaussian", "binary"};
+constexpr const char* kMetallicTexelPriors[] = {"smooth", "total_variation", "gaussian", "binary"};
 constexpr const char* kEnvironmentPriors[] = {"smooth", "total_variation", "neutral"};
 
 /// A row, filled by steps. `Get` maps an object, constant or not, to its blocks, none if it lacks
@@ -337,7 +339,8 @@ std::vector<ParameterTraits> MakeRows() {
           .Lacking([](const Scene& scene, int i) {
             return LackOfConstant(scene, MaterialAt(scene, i).metallic_texture);
           })
-          .Bounded(0.0, 1.0, 0.0, 1.0),
+          .Bounded(0.0, 1.0, 0.0, 1.0)
+          .Priors(kMetallicPriors),
       Row::Materials(Kind::kSpecular,
                      "specular",
                      "",
@@ -421,7 +424,7 @@ std::vector<ParameterTraits> MakeRows() {
           .Of("of metallic",
               [](const Scene& scene, int i) { return IsScalar(scene, i) && IsMetallic(scene, i); })
           .Bounded(0.0, 1.0, 0.0, 1.0)
-          .Priors(kTexelPriors),
+          .Priors(kMetallicTexelPriors),
       Row::Emitters(Kind::kLightIntensity, "intensity", "rgb", intensity)
           .Measured("W/sr")
           .Of("point, spot",

@@ -567,7 +567,8 @@ function parametersSection(data) {
     ["RMS change", (p) => number(num(p.rms_change))], ["Bounds", bounds], ["", state]];
   return section("parameters", "Parameters", h("div", { class: "card scroll" }, table(columns, parameters),
     note("Groups of many scalars show their mean, range and root mean square change. No photo tells what is " +
-      "not determined: it may lie anywhere between its bounds.")));
+      "not determined: it may lie anywhere between its bounds."),
+    data.run.gauge ? note(data.run.gauge.sentence) : null));
 }
 
 function exposureSection(data) {
@@ -676,7 +677,7 @@ const SECTIONS = [
   [modelSection, (data) => [data.model, data.environment.final, data.views]],
   [viewsSection, (data) => [data.views, data.views_note, startStage(data), lastStage(data)]],
   [curvesSection, (data) => data.history.rounds],
-  [parametersSection, (data) => data.history.parameters],
+  [parametersSection, (data) => [data.history.parameters, data.run.gauge]],
   [exposureSection, (data) => [data.history.gain_errors, lastStage(data)]],
   [environmentSection, (data) => [data.environment, data.history.environment_exposure]],
   [timingSection, (data) => data.history.rounds],

@@ -145,6 +145,33 @@ TEST_F(PriorTermsTest, NeutralIsZeroForGreyAndOneHalfOfTheMeanSquareOtherwise) {
   EXPECT_NEAR(Cost(set), 0.5 * 0.5 * 2.0, 1e-12);
 }
 
+TEST_F(PriorTermsTest, BinaryIsZeroAtZeroAndOneAndTheSquaredDistanceNearThem) {
+  Add(ParameterKind::kMetallic, 1).binary_weight = 0.5;
+  const ParameterSet set = Set();
+  const auto cost_at = [&](double metallic) {
+    std::get<renderer::MetallicRoughnessBsdf>(scene_.materials[1].bsdf).metallic = metallic;
+    return Cost(set);
+  };
+  EXPECT_NEAR(cost_at(0.0), 0.0, 1e-15);
+  EXPECT_NEAR(cost_at(1.0), 0.0, 1e-15);
+  EXPECT_NEAR(cost_at(0.5), 0.5 * 0.5 / 16.0, 1e-12);
+  EXPECT_NEAR(cost_at(0.01), 0.25 * 1e-4, 1e-6);
+  EXPECT_NEAR(cost_at(0.3), cost_at(0.7), 1e-12);
+  CheckJacobians(Terms(set), set, {0.3});
+}
+
+TEST_F(PriorTermsTest, BinaryOfTexelsIsTheirMean) {
+  renderer::Texture texture{"metal", 3, 2, std::vector<renderer::Rgb>(6, {0.5, 0.5, 0.5})};
+  texture.scalar = true;
+  texture.texels[0] = {1.0, 1.0, 1.0};
+  scene_.textures = run_start_.textures = {texture};
+  scene_.materials[1].metallic_texture = run_start_.materials[1].metallic_texture = 0;
+  Add(ParameterKind::kTextureTexels, 0).binary_weight = 2.0;
+  const ParameterSet set = Set();
+  EXPECT_NEAR(Cost(set), 5.0 / 6.0 / 16.0, 1e-12);
+  CheckJacobians(Terms(set), set, {0.1, 0.2, 0.4, 0.5, 0.7, 1.0});
+}
+
 TEST_F(PriorTermsTest, TexelSmoothnessWrapsAroundAndIgnoresConstants) {
   Add(ParameterKind::kEnvironmentTexels, 0).smooth_weight = 1.0;
   auto& sky = std::get<renderer::EnvironmentEmitter>(scene_.emitters[0].light);

@@ -1,3 +1,5 @@
+pathfit_test(optim/round/color_gauge_test LABEL unit LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/round/decimate_test LABEL unit LINK pathfit_optim)
 pathfit_test(optim/round/exposure_gauge_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/round/fit_places_test LABEL e2e LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/round/fit_recovers_test LABEL e2e LINK pathfit_optim pathfit_test_support)

@@ -13,3 +13,4 @@ pathfit_test(renderer/geometry/edge_tree_test LABEL statistical LINK pathfit_ren
 pathfit_test(renderer/geometry/tangent_wedge_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/uv_atlas_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/geometry/surface_distance_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/geometry/tangents_test LABEL unit LINK pathfit_renderer)

@@ -1,0 +1,265 @@
+#include "optim/round/color_gauge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <numeric>
+#include <variant>
+
+#include "optim/round/exposure_gauge.h"
+#include "renderer/core/error.h"
+#include "renderer/geometry/mesh_checks.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::Emitter;
+using renderer::Material;
+using renderer::ParameterKind;
+using renderer::Rgb;
+using renderer::Scene;
+using renderer::SceneMesh;
+
+constexpr double kPoints = 20000.0;  // of all surfaces, at which the mean colour is taken
+constexpr std::size_t kMostRows = 200;
+
+bool Shines(const Scene& scene, std::size_t mesh) {
+  return std::ranges::any_of(scene.emitters, [&](const Emitter& emitter) {
+    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
+    return area != nullptr && area->mesh == static_cast<int>(mesh);
+  });
+}
+
+const Material& MaterialOf(const Scene& scene, const SceneMesh& item) {
+  return scene.materials[static_cast<std::size_t>(item.material)];
+}
+
+/// Base colour at a point of a triangle by the weights of its corners.
+Rgb ColorAt(const Scene& scene, const SceneMesh& item, std::size_t t, const double* weights) {
+  const Material& material = MaterialOf(scene, item);
+  if (material.base_color_texture >= 0) {
+    renderer::Vec2 uv;
+    for (std::size_t k = 0; k < 3; ++k) {
+      uv = uv + item.mesh.uvs[static_cast<std::size_t>(item.mesh.uv_triangles[t][k])] * weights[k];
+    }
+    return TextureValue(scene.textures[static_cast<std::size_t>(material.base_color_texture)], uv);
+  }
+  if (!material.vertex_colors) return material.base_color;
+  Rgb color;
+  for (std::size_t k = 0; k < 3; ++k) {
+    color +=
+        item.mesh.colors[static_cast<std::size_t>(item.mesh.color_triangles[t][k])] * weights[k];
+  }
+  return color;
+}
+
+struct ColorGroup {
+  ParameterKind kind;
+  int object;
+};
+ColorGroup ColorsOf(const Scene& scene, std::size_t mesh) {
+  const Material& material = MaterialOf(scene, scene.meshes[mesh]);
+  if (material.base_color_texture >= 0) {
+    return {ParameterKind::kTextureTexels, material.base_color_texture};
+  }
+  if (material.vertex_colors) return {ParameterKind::kVertexColors, static_cast<int>(mesh)};
+  return {ParameterKind::kBaseColor, scene.meshes[mesh].material};
+}
+
+bool IsFree(const ParameterSet& set, const ColorGroup& colors) {
+  return set.layout().FirstBlock(colors.kind, colors.object) >= 0;
+}
+
+bool IsBlackSurface(const Scene& scene, std::size_t mesh) {
+  const Material& material = MaterialOf(scene, scene.meshes[mesh]);
+  return material.base_color_texture < 0 && !material.vertex_colors &&
+         renderer::IsBlack(material.base_color);
+}
+
+/// Photos that are proportional to lights times base colours say nothing of either alone.
+bool IsProportional(const Scene& scene, const FitSpec& spec) {
+  const bool one_bounce = spec.estimators.max_bounces <= 1;
+  const bool sees_lights =
+      ShowsEnvironment(scene) || std::ranges::any_of(scene.emitters, [](const Emitter& emitter) {
+        return std::holds_alternative<renderer::AreaEmitter>(emitter.light);
+      });
+  const bool has_highlights = std::ranges::any_of(scene.meshes, [&](const SceneMesh& item) {
+    return std::holds_alternative<renderer::MetallicRoughnessBsdf>(MaterialOf(scene, item).bsdf);
+  });
+  return one_bounce && !sees_lights && !has_highlights;
+}
+
+/// Mean over all directions, or the intensity.
+Rgb StrengthOf(const Emitter& emitter) {
+  Rgb strength = LightIntensity(emitter);
+  if (const auto* sky = std::get_if<renderer::EnvironmentEmitter>(&emitter.light)) {
+    Rgb sum;
+    double total = 0.0;
+    for (std::size_t i = 0; i < sky->texels.size(); ++i) {
+      const double row = static_cast<double>(i / static_cast<std::size_t>(sky->width)) + 0.5;
+      const double weight = std::sin(std::numbers::pi * row / sky->height);
+      sum += sky->texels[i] * weight;
+      total += weight;
+    }
+    strength *= sum / std::max(total, 1e-300);
+  }
+  return strength;
+}
+
+int MaterialOf(const ColorGauge& gauge, const Scene& scene) {
+  if (gauge.material.empty()) return -1;
+  const auto found = std::ranges::find(scene.materials, gauge.material, &Material::name);
+  if (found == scene.materials.end()) {
+    throw renderer::SceneError("the gauge's material '" + gauge.material + "' does not exist");
+  }
+  return static_cast<int>(found - scene.materials.begin());
+}
+
+Rgb WantedMean(const ColorGauge& gauge, const Scene& start) {
+  if (gauge.mean.empty()) return MeanBaseColor(start, MaterialOf(gauge, start));
+  Rgb mean;
+  for (std::size_t c = 0; c < 3; ++c) {
+    mean[static_cast<int>(c)] = gauge.mean[gauge.mean.size() == 1 ? 0 : c];
+  }
+  return mean;
+}
+
+}  // namespace
+
+Rgb MeanBaseColor(const Scene& scene, int material) {
+  double area = 0.0;
+  const auto counts = [&](std::size_t m) {
+    return (material < 0 || scene.meshes[m].material == material) && !Shines(scene, m);
+  };
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const double scale = scene.meshes[m].pose.scale;
+    if (counts(m)) area += scale * scale * renderer::SurfaceArea(scene.meshes[m].mesh);
+  }
+  Rgb sum;
+  for (std::size_t m = 0; m < scene.meshes.size() && area > 0.0; ++m) {
+    if (!counts(m)) continue;
+    const SceneMesh& item = scene.meshes[m];
+    for (std::size_t t = 0; t < item.mesh.triangles.size(); ++t) {
+      const double share = 0.5 * Norm(renderer::TwiceArea(item.mesh, item.mesh.triangles[t])) *
+                           item.pose.scale * item.pose.scale / area;
+      const auto rows = std::clamp(static_cast<std::size_t>(std::ceil(std::sqrt(share * kPoints))),
+                                   std::size_t{1},
+                                   kMostRows);
+      const double step = 1.0 / static_cast<double>(rows);
+      // The middles of rows * rows congruent parts.
+      Rgb mean;
+      const auto add = [&](double u, double v) {
+        const double weights[3] = {1.0 - u - v, u, v};
+        mean += ColorAt(scene, item, t, weights);
+      };
+      for (std::size_t i = 0; i < rows; ++i) {
+        for (std::size_t j = 0; i + j < rows; ++j) {
+          const double u = static_cast<double>(i), v = static_cast<double>(j);
+          add((u + 1.0 / 3.0) * step, (v + 1.0 / 3.0) * step);
+          if (i + j + 1 < rows) add((u + 2.0 / 3.0) * step, (v + 2.0 / 3.0) * step);
+        }
+      }
+      sum += mean * (share * step * step);
+    }
+  }
+  return sum;
+}
+
+std::optional<GaugeReport> SourceOfGauge(const ParameterSet& set,
+                                         const FitSpec& spec,
+                                         const Scene& scene) {
+  GaugeReport report;
+  bool any_color = false, any_light = false;
+  std::string known_color, known_light;
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    if (Shines(scene, m) || IsBlackSurface(scene, m)) continue;
+    const bool is_free = IsFree(set, ColorsOf(scene, m));
+    any_color = any_color || is_free;
+    if (!is_free) known_color = MaterialOf(scene, scene.meshes[m]).name;
+  }
+  for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
+    const bool is_free = GroupOfStrength(set, static_cast<int>(e)) >= 0;
+    any_light = any_light || is_free;
+    if (!is_free) known_light = scene.emitters[e].name;
+  }
+  if (!any_color || !any_light) return std::nullopt;
+  if (!known_light.empty()) {
+    report.source = GaugeSource::kKnownLight;
+    report.known = known_light;
+  } else if (!known_color.empty()) {
+    report.source = GaugeSource::kKnownColor;
+    report.known = known_color;
+  } else {
+    const bool by_rule =
+        spec.gauge.rule == ColorGauge::Rule::kMeanColor ||
+        (spec.gauge.rule == ColorGauge::Rule::kAuto && IsProportional(scene, spec));
+    report.source = by_rule ? GaugeSource::kMeanColor : GaugeSource::kPhotos;
+  }
+  return report;
+}
+
+void FixColorGauge(const ParameterSet& set, const FitSpec& spec, const Scene& start, Scene& scene) {
+  const std::optional<GaugeReport> gauge = SourceOfGauge(set, spec, scene);
+  if (!gauge || gauge->source != GaugeSource::kMeanColor) return;
+  const Rgb wanted = WantedMean(spec.gauge, start);
+  const Rgb mean = MeanBaseColor(scene, MaterialOf(spec.gauge, scene));
+  Rgb factor;
+  for (int c = 0; c < 3; ++c) {
+    if (!(mean[c] > 0.0) || !(wanted[c] > 0.0)) return;
+    factor[c] = mean[c] / wanted[c];
+  }
+  std::vector<double> values = set.layout().Gather(scene);
+  const auto scale = [&](const renderer::ParameterGroup& group, const Rgb& by) {
+    const auto first = static_cast<std::size_t>(group.first_scalar);
+    const auto count = static_cast<std::size_t>(group.num_blocks * group.block_size);
+    for (std::size_t i = 0; i < count; ++i) values[first + i] *= by[static_cast<int>(i % 3)];
+  };
+  for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
+    const int group = GroupOfStrength(set, static_cast<int>(e));
+    scale(set.layout().groups()[static_cast<std::size_t>(group)], factor);
+  }
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    bool is_color = false;
+    for (std::size_t m = 0; m < scene.meshes.size() && !is_color; ++m) {
+      const ColorGroup colors = ColorsOf(scene, m);
+      is_color = !Shines(scene, m) && colors.kind == group.kind && colors.object == group.object;
+    }
+    if (is_color) scale(group, {1.0 / factor.r, 1.0 / factor.g, 1.0 / factor.b});
+  }
+  if (ClampToBounds(set, values)) set.layout().Scatter(values, scene);
+}
+
+std::optional<GaugeReport> ReportGauge(const FitSpec& spec,
+                                       const ExposureModel& exposure,
+                                       const Scene& start,
+                                       const Scene& result) {
+  std::vector<int> sensors(result.sensors.size());
+  std::iota(sensors.begin(), sensors.end(), 0);
+  std::optional<GaugeReport> report;
+  for (const StageSpec& stage : spec.stages) {
+    const ParameterSet set(result, spec.unknowns, stage.free, sensors, exposure);
+    std::optional<GaugeReport> now = SourceOfGauge(set, spec, result);
+    if (!now) continue;
+    report = std::move(now);
+    report->lights = {1.0, 1.0, 1.0};
+    Rgb log_sum;
+    double count = 0.0;
+    for (std::size_t e = 0; e < result.emitters.size(); ++e) {
+      if (GroupOfStrength(set, static_cast<int>(e)) < 0) continue;
+      const Rgb after = StrengthOf(result.emitters[e]), before = StrengthOf(start.emitters[e]);
+      if (!(std::min({after.r, after.g, after.b, before.r, before.g, before.b}) > 0.0)) continue;
+      for (int c = 0; c < 3; ++c) log_sum[c] += std::log(after[c] / before[c]);
+      count += 1.0;
+    }
+    for (int c = 0; c < 3 && count > 0.0; ++c) report->lights[c] = std::exp(log_sum[c] / count);
+  }
+  if (report) {
+    report->mean = MeanBaseColor(result, MaterialOf(spec.gauge, result));
+    report->start = MeanBaseColor(start, MaterialOf(spec.gauge, start));
+    report->wanted = WantedMean(spec.gauge, start);
+  }
+  return report;
+}
+
+}  // namespace pathfit::optim

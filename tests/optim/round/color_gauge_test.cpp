@@ -1,0 +1,154 @@
+#include "optim/round/color_gauge.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "optim/round/fit.h"
+#include "renderer/renderer.h"
+#include "tests/optim/round/free_fit.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+namespace pathfit {
+namespace {
+
+using optim::ColorGauge;
+using optim::GaugeSource;
+using renderer::ParameterKind;
+using renderer::Rgb;
+
+void ExpectNear(const Rgb& a, const Rgb& b, double tolerance) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance) << "channel " << c;
+}
+
+class ColorGaugeTest : public tests::FreeFit {
+ protected:
+  ColorGaugeTest() {
+    spec_.estimators.max_bounces = 1;
+    spec_.gauge.rule = ColorGauge::Rule::kAuto;
+    optim::UnknownSpec& colors = Free(ParameterKind::kVertexColors, 0);
+    colors.lower = 0.01;
+    colors.upper = 0.99;
+    Free(ParameterKind::kEnvironmentTexels, 0).parameterization = optim::Parameterization::kLog;
+    for (Rgb& color : moved_.meshes[0].mesh.colors) color = {0.2, 0.3, 0.4};
+  }
+
+  [[nodiscard]] optim::ParameterSet Set() const {
+    std::vector<int> free(spec_.unknowns.size());
+    for (std::size_t i = 0; i < free.size(); ++i) free[i] = static_cast<int>(i);
+    return {start_, spec_.unknowns, free, {0}, exposure_};
+  }
+
+  renderer::Scene start_ = tests::BallScene(1, 2, 24);
+  renderer::Scene moved_ = start_;
+  optim::ExposureModel exposure_{{1.0, 1.0}, {}};
+};
+
+TEST_F(ColorGaugeTest, MeanColorIsThatOfTheSurface) {
+  ExpectNear(optim::MeanBaseColor(moved_, -1), {0.2, 0.3, 0.4}, 1e-12);
+  ExpectNear(optim::MeanBaseColor(moved_, 0), {0.2, 0.3, 0.4}, 1e-12);
+  // A quad with one colour on a quarter of its texture.
+  renderer::Scene quad;
+  quad.meshes = {{"quad", tests::Rectangle(), 0}};
+  renderer::Mesh& mesh = quad.meshes[0].mesh;
+  mesh.uvs.clear();
+  for (const renderer::Vec3& p : mesh.positions) {
+    mesh.uvs.push_back({p.x > 0.0 ? 1.0 : 0.0, p.y > 0.0 || p.z > 0.0 ? 1.0 : 0.0});
+  }
+  mesh.uv_triangles = mesh.triangles;
+  quad.textures = {{"picture", 2, 2, std::vector<Rgb>(4, Rgb{0.0, 0.0, 0.0})}};
+  quad.textures[0].texels[0] = {0.8, 0.4, 0.2};
+  quad.textures[0].wrap = renderer::TextureWrap::kClamp;
+  quad.materials = {{"paint", renderer::LambertBsdf{}, {}, false, 0}};
+  ExpectNear(optim::MeanBaseColor(quad, -1), {0.2, 0.1, 0.05}, 1e-3);
+}
+
+TEST_F(ColorGaugeTest, KeepsTheMeanOfTheStartAndThePictures) {
+  // The same factor for all channels: directions of the sky are chosen by its brightness.
+  for (Rgb& color : moved_.meshes[0].mesh.colors) color = {0.3, 0.3, 0.3};
+  renderer::Scene fixed = moved_;
+  FixColorGauge(Set(), spec_, start_, fixed);
+  ExpectNear(optim::MeanBaseColor(fixed, -1), {0.6, 0.6, 0.6}, 1e-9);
+  renderer::RenderOptions options;
+  options.max_bounces = 1;
+  const auto before = renderer::Renderer(moved_).RenderPrimal(moved_.sensors[0], options);
+  const auto after = renderer::Renderer(fixed).RenderPrimal(fixed.sensors[0], options);
+  for (std::size_t p = 0; p < before.pixels.size(); ++p) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(before.pixels[p][c], after.pixels[p][c], 1e-9 * (1.0 + before.pixels[p][c]));
+    }
+  }
+}
+
+TEST_F(ColorGaugeTest, TakesTheValueOfACard) {
+  spec_.gauge = {ColorGauge::Rule::kMeanColor, {0.18}, "paint"};
+  renderer::Scene fixed = moved_;
+  FixColorGauge(Set(), spec_, start_, fixed);
+  ExpectNear(optim::MeanBaseColor(fixed, -1), {0.18, 0.18, 0.18}, 1e-9);
+}
+
+TEST_F(ColorGaugeTest, WhatIsKnownOrSeenDecides) {
+  EXPECT_EQ(SourceOfGauge(Set(), spec_, start_)->source, GaugeSource::kMeanColor);
+  spec_.gauge.rule = ColorGauge::Rule::kPhotos;
+  EXPECT_EQ(SourceOfGauge(Set(), spec_, start_)->source, GaugeSource::kPhotos);
+  spec_.gauge.rule = ColorGauge::Rule::kAuto;
+  spec_.estimators.max_bounces = 3;
+  EXPECT_EQ(SourceOfGauge(Set(), spec_, start_)->source, GaugeSource::kPhotos);
+  spec_.estimators.max_bounces = 1;
+  renderer::Scene glossy = start_;
+  glossy.materials[0].bsdf = renderer::MetallicRoughnessBsdf{};
+  EXPECT_EQ(SourceOfGauge(Set(), spec_, glossy)->source, GaugeSource::kPhotos);
+  spec_.gauge.rule = ColorGauge::Rule::kMeanColor;
+  EXPECT_EQ(SourceOfGauge(Set(), spec_, glossy)->source, GaugeSource::kMeanColor);
+
+  const optim::ParameterSet colors(start_, spec_.unknowns, {0}, {0}, exposure_);
+  EXPECT_FALSE(SourceOfGauge(colors, spec_, start_));
+  start_.emitters.push_back({"sun",
+                             renderer::LightFrame::kWorld,
+                             {},
+                             renderer::DirectionalEmitter{{0, -1, 0}, {1, 1, 1}}});
+  const auto known = SourceOfGauge(Set(), spec_, start_);
+  EXPECT_EQ(known->source, GaugeSource::kKnownLight);
+  EXPECT_EQ(known->known, "sun");
+  renderer::Scene same = start_;
+  FixColorGauge(Set(), spec_, start_, same);
+  EXPECT_EQ(same.meshes[0].mesh.colors[0].r, start_.meshes[0].mesh.colors[0].r);
+}
+
+// A photo tells a metal with a dark colour from paint by little; the prior decides.
+TEST_F(ColorGaugeTest, BinaryPriorDecidesHalfDeterminedMetallic) {
+  spec_.unknowns.clear();
+  const auto material = [](double metallic) {
+    return renderer::MetallicRoughnessBsdf{0.9, metallic, 1.0};
+  };
+  start_.materials[0] = {"paint", material(0.0), {0.3, 0.3, 0.3}};
+  renderer::Scene truth = start_;
+  std::get<renderer::MetallicRoughnessBsdf>(start_.materials[0].bsdf).metallic = 0.35;
+  Free(ParameterKind::kBaseColor, 0);
+  Free(ParameterKind::kMetallic, 0);
+  spec_.unknowns[0].lower = 0.01;
+  spec_.unknowns[0].upper = 0.99;
+  spec_.unknowns[1].lower = 0.0;
+  spec_.unknowns[1].upper = 1.0;
+  // The light is believed to be a little too bright: no metallic between 0 and 1 fits best.
+  truth.emitters = start_.emitters = {tests::GradientEnvironment(8, 4)};
+  for (Rgb& texel : std::get<renderer::EnvironmentEmitter>(start_.emitters[0].light).texels) {
+    texel = texel * 1.15;
+  }
+  const optim::ObservationSet photos = tests::Photograph(truth, 16);
+  const auto fitted = [&](double weight) {
+    spec_.unknowns[1].binary_weight = weight;
+    spec_.stages = {Stage(12, 8, 16)};
+    tests::RecordingObserver observer;
+    const auto scene = optim::RunFit(start_, photos, spec_, observer, {}).scene;
+    return std::get<renderer::MetallicRoughnessBsdf>(scene.materials[0].bsdf).metallic;
+  };
+  const double without = fitted(0.0);
+  const double with = fitted(0.1);
+  RecordProperty("without", std::to_string(without));
+  EXPECT_GT(without, 0.05);
+  EXPECT_LT(std::min(with, 1.0 - with), 0.02) << "without the prior: " << without;
+}
+
+}  // namespace
+}  // namespace pathfit
