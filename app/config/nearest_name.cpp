@@ -5,6 +5,8 @@
 namespace pathfit::app {
 namespace {
 
+constexpr std::size_t kMostNames = 16;  // in a message, where none is near
+
 // Optimal string alignment distance.
 std::size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -49,7 +51,7 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 std::string NameHint(const std::string& name, const std::vector<std::string>& candidates) {
   if (candidates.empty()) return {};
   const std::string nearest = NearestName(name, candidates);
-  return nearest.empty() ? " (known: " + JoinNames(candidates, 12) + ")"
+  return nearest.empty() ? " (known: " + JoinNames(candidates, kMostNames) + ")"
                          : " (did you mean '" + nearest + "'?)";
 }
 

@@ -74,7 +74,7 @@ TEST(Overrides, UnknownPlacesAreNamedWithTheNearest) {
       {"seed=[1", "seed: this '[' is never closed by ']'"},
       {".seed=1",
        ".seed: no such key (known: schema, name, seed, input, scene, render, unknowns, "
-       "loss, stages, solver, output, gradcheck)"},
+       "loss, gauge, stages, solver, output, gradcheck)"},
       {"stages..spp=1", "stages..spp: no item of 'stages' is called '' (known: light, all)"},
   };
   for (const auto& [assignment, expected] : cases) {

@@ -104,7 +104,7 @@ TEST_F(TrustRegionSolverTest, AllLinearSolversTakeTheSameStep) {
 TEST_F(TrustRegionSolverTest, SparseNormalEquationsTakeTheStepOfTheRows) {
   for (std::int32_t b = 0; b < 42; ++b) {
     priors_.push_back({{b, (b + 1) % 42}, {0.3, -0.3}, {0.2, 0.3, 0.4}, false, false});
-    priors_.push_back({{b}, {0.3}, {0.2, 0.3, 0.4}, false, false, 0.05});
+    priors_.push_back({.blocks = {b}, .weights = {0.3}, .offset = {0.2, 0.3, 0.4}, .edge = 0.05});
   }
   fit_.unknowns[0].upper = 1.2;
   set_ = optim::ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
