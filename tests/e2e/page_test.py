@@ -34,7 +34,7 @@ class Page(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="pathfit_page_"))
         cls.addClassCleanup(shutil.rmtree, cls.folder)
-        out = fit(cls.folder / "run")
+        out = fit(cls.folder / "run", "--set", "unknowns.axe.vertices.mesh=keep")  # some of its vertices no pixel tells
         assert out.returncode == 0, out.stderr
         cls.page = cls.folder / "run" / "report.html"
 
@@ -179,7 +179,7 @@ class CheckPage(unittest.TestCase):
     def test_the_start_over_every_photo(self):
         browser, answer = self.look(DEMO, "check_demo", *QUICK)
         self.assertEqual(browser.eval("document.querySelector('.badge').textContent"), "no objection")
-        self.assertEqual(len(answer["stages"]), 3)
+        self.assertEqual(len(answer["stages"]), 2)
         for stage in answer["stages"]:
             self.assertGreater(stage["most_s"], stage["first_round_s"])
         box = browser.eval("(() => { const one = document.querySelector('.checked svg'); one.scrollIntoView(); "
@@ -306,7 +306,7 @@ class Serve(unittest.TestCase):
                          "one.dispatchEvent(new Event('change')); })()")
             browser.wait(f"{badge} === 'finished'", 300)
             self.assertEqual(fitting.wait(60), 0)
-            self.assertEqual(browser.eval("document.querySelectorAll('#stages tbody tr').length"), 4)
+            self.assertEqual(browser.eval("document.querySelectorAll('#stages tbody tr').length"), 3)
             self.assertEqual(browser.eval("document.querySelectorAll('.viewer canvas').length"), 1)
             self.assertEqual(browser.eval("document.querySelectorAll('#model select')[1].value"), "shape", "is kept")
             self.assertEqual(browser.complaints, [])

@@ -24,9 +24,9 @@ from run_state import final_bytes  # noqa: E402
 DEMO = SOURCE / "configs" / "axe_demo.yaml"
 # The whole fit in seconds: two stages of few rounds with photographs of 72 pixels.
 QUICK = ["--set", "input.split.validation=every 6"]
-for stage, rounds in (("light", 2), ("all", 6)):
+for stage, rounds, spp, max_spp in (("light", 2, 4, 8), ("all", 6, 16, 16)):  # fewer would keep the start
     QUICK += ["--set", f"stages.{stage}.max_rounds={rounds}", "--set", f"stages.{stage}.image_scale=0.375",
-              "--set", f"stages.{stage}.spp=4", "--set", f"stages.{stage}.max_spp=8"]
+              "--set", f"stages.{stage}.spp={spp}", "--set", f"stages.{stage}.max_spp={max_spp}"]
 
 
 def run(*arguments, **options):
@@ -82,8 +82,7 @@ class Program(unittest.TestCase):
         self.assertEqual(large, {"all_fit.png"})
 
     def test_fit_improves_held_out_views_and_leaves_a_complete_run(self):
-        # Fewer would keep the start.
-        out = fit(self.folder / "run", "--set", "stages.all.spp=16", "--set", "stages.all.max_spp=16")
+        out = fit(self.folder / "run")
         self.assertEqual(out.returncode, 0, out.stderr)
         run_folder = pathlib.Path(out.stdout.strip())
         self.assertEqual(run_folder, self.folder / "run")
