@@ -11,6 +11,7 @@ namespace pathfit::renderer {
 namespace {
 
 constexpr std::int32_t kLeafSize = 4;
+constexpr std::size_t kMostNodesAside = 64;  // halves of at most 2^31 triangles
 
 double SquaredDistance(const Vec3& x, const Box& box) {
   double sum = 0.0;
@@ -77,21 +78,19 @@ ClosestPoint TriangleTree::Closest(const Vec3& x, const Vec3& outward) const {
 ClosestPoint TriangleTree::Find(const Vec3& x, const Vec3* outward) const {
   ClosestPoint best;
   double least = std::numeric_limits<double>::infinity();
-  std::vector<std::pair<double, std::int32_t>> stack = {{0.0, 0}};
-  while (!stack.empty()) {
-    const auto [distance, index] = stack.back();
-    stack.pop_back();
+  std::array<std::pair<double, std::int32_t>, kMostNodesAside> stack;
+  stack[0] = {0.0, 0};
+  std::size_t size = 1;
+  while (size > 0) {
+    const auto [distance, index] = stack[--size];
     if (distance >= least) continue;
     const Node& node = nodes_[Index(index)];
     if (node.right > 0) {
-      std::array<std::pair<double, std::int32_t>, 2> children;
-      for (std::size_t k = 0; k < 2; ++k) {
-        const std::int32_t child = k == 0 ? index + 1 : node.right;
-        children[k] = {SquaredDistance(x, nodes_[Index(child)].box), child};
-      }
-      std::sort(children.begin(), children.end());
-      stack.push_back(children[1]);
-      stack.push_back(children[0]);
+      std::pair near{SquaredDistance(x, nodes_[Index(index + 1)].box), index + 1};
+      std::pair far{SquaredDistance(x, nodes_[Index(node.right)].box), node.right};
+      if (far < near) std::swap(near, far);
+      stack[size++] = far;
+      stack[size++] = near;
       continue;
     }
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
