@@ -3,16 +3,20 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <concepts>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <unordered_map>
 #include <variant>
+#include <vector>
 
 #include <boost/crc.hpp>
 #include <nlohmann/json.hpp>
@@ -227,6 +231,55 @@ void VisitShapes(SceneType& a, const Scene& b, const Visitor& visit) {
   }
 }
 
+/// Calls visit(name in the file, field) for all that a state or model is made of.
+template <class State, class Visitor>
+requires std::same_as<std::remove_const_t<State>, FitState>
+void VisitFields(State& state, const Visitor& visit) {
+  visit("fingerprint", state.fingerprint);
+  visit("sequence", state.sequence);
+  visit("step", state.step);
+  visit("stage", state.stage);
+  visit("round", state.round);
+  visit("level", state.level);
+  visit("level_start", state.level_start);
+  visit("accepted", state.accepted);
+  visit("growths", state.growths);
+  visit("wall_s", state.wall_s);
+  visit("radius_factor", state.radius_factor);
+  visit("damping", state.damping);
+  visit("rejected_in_row", state.rejected_in_row);
+  visit("split", state.split);
+  visit("costs", state.costs);
+  visit("held_out_costs", state.held_out_costs);
+  visit("promised_cost", state.promised_cost);
+  visit("model", state.model);
+  visit("within_error", state.within_error);
+  visit("still", state.still);
+  visit("flat", state.flat);
+  visit("precise", state.precise);
+  visit("standard_errors", state.standard_errors);
+  visit("scene", state.scene);
+  visit("stage_start", state.stage_start);
+  visit("level_scene", state.level_scene);
+  visit("older", state.average.older);
+  visit("newer", state.average.newer);
+  visit("newer_start", state.average.newer_start);
+}
+template <class Model, class Visitor>
+requires std::same_as<std::remove_const_t<Model>, QuadraticModel>
+void VisitFields(Model& model, const Visitor& visit) {
+  visit("weight", model.weight);
+  visit("product", model.product);
+  visit("square", model.square);
+  visit("covariance", model.covariance);
+  visit("scatter", model.scatter);
+  visit("linear", model.linear);
+  visit("variance", model.variance);
+}
+
+template <class T>
+concept PlainField = std::is_arithmetic_v<T> || std::same_as<T, std::string>;
+
 /// States as CBOR relative to one origin.
 class Codec {
  public:
@@ -247,50 +300,9 @@ class Codec {
 
   [[nodiscard]] Bytes Encode(const FitState& state) const {
     ArrayWriter arrays;
-    Json json = {{"fingerprint", state.fingerprint},
-                 {"sequence", state.sequence},
-                 {"step", state.step},
-                 {"stage", state.stage},
-                 {"round", state.round},
-                 {"level", state.level},
-                 {"level_start", state.level_start},
-                 {"accepted", state.accepted},
-                 {"growths", state.growths},
-                 {"within_error", state.within_error},
-                 {"still", state.still},
-                 {"flat", state.flat},
-                 {"precise", state.precise},
-                 {"standard_errors", Json::object()},
-                 {"wall_s", state.wall_s},
-                 {"promised_cost", state.promised_cost},
-                 {"radius_factor", state.radius_factor},
-                 {"damping", state.damping},
-                 {"rejected_in_row", state.rejected_in_row},
-                 {"split", Json::array()},
-                 {"newer_start", state.average.newer_start},
-                 {"costs", arrays.Add(state.costs)},
-                 {"held_out_costs", arrays.Add(state.held_out_costs)},
-                 {"model",
-                  {{"weight", state.model.weight},
-                   {"product", arrays.Add(state.model.product)},
-                   {"square", arrays.Add(state.model.square)},
-                   {"covariance", arrays.Add(state.model.covariance)},
-                   {"scatter", arrays.Add(state.model.scatter)},
-                   {"linear", arrays.Add(state.model.linear)},
-                   {"variance", arrays.Add(state.model.variance)}}},
-                 {"unknowns", names_},
-                 {"start", start_checksum_},
-                 {"scene", ToJson(state.scene, arrays)},
-                 {"stage_start", ToJson(state.stage_start, arrays)},
-                 {"level_scene", ToJson(state.level_scene, arrays)},
-                 {"older", ToJson(state.average.older, arrays)},
-                 {"newer", ToJson(state.average.newer, arrays)}};
-    for (const auto& [name, values] : state.standard_errors) {
-      json["standard_errors"][name] = arrays.Add(values);
-    }
-    for (const auto budget : renderer::kBoundaryBudgets) {
-      json["split"].push_back(state.split.*budget);
-    }
+    Json json = FieldsToJson(state, arrays);
+    json["unknowns"] = names_;
+    json["start"] = start_checksum_;
     json["arrays"] = arrays.Take();
     return Json::to_cbor(json);
   }
@@ -302,48 +314,8 @@ class Codec {
       throw renderer::IoError(
           "it belongs to another experiment: the unknowns or their values at the start differ");
     }
-    const Json& arrays = json.at("arrays");
     FitState state;
-    json.at("fingerprint").get_to(state.fingerprint);
-    json.at("sequence").get_to(state.sequence);
-    json.at("step").get_to(state.step);
-    json.at("stage").get_to(state.stage);
-    json.at("round").get_to(state.round);
-    json.at("level").get_to(state.level);
-    json.at("level_start").get_to(state.level_start);
-    json.at("accepted").get_to(state.accepted);
-    json.at("growths").get_to(state.growths);
-    json.at("within_error").get_to(state.within_error);
-    json.at("still").get_to(state.still);
-    json.at("flat").get_to(state.flat);
-    json.at("precise").get_to(state.precise);
-    for (const auto& [name, values] : json.at("standard_errors").items()) {
-      ReadArray(arrays, values, state.standard_errors[name]);
-    }
-    json.at("wall_s").get_to(state.wall_s);
-    json.at("promised_cost").get_to(state.promised_cost);
-    json.at("radius_factor").get_to(state.radius_factor);
-    json.at("damping").get_to(state.damping);
-    json.at("rejected_in_row").get_to(state.rejected_in_row);
-    for (std::size_t i = 0; i < renderer::kBoundaryBudgets.size(); ++i) {
-      json.at("split").at(i).get_to(state.split.*renderer::kBoundaryBudgets[i]);
-    }
-    json.at("newer_start").get_to(state.average.newer_start);
-    ReadArray(arrays, json.at("costs"), state.costs);
-    ReadArray(arrays, json.at("held_out_costs"), state.held_out_costs);
-    const Json& model = json.at("model");
-    model.at("weight").get_to(state.model.weight);
-    ReadArray(arrays, model.at("product"), state.model.product);
-    ReadArray(arrays, model.at("square"), state.model.square);
-    ReadArray(arrays, model.at("covariance"), state.model.covariance);
-    ReadArray(arrays, model.at("scatter"), state.model.scatter);
-    ReadArray(arrays, model.at("linear"), state.model.linear);
-    ReadArray(arrays, model.at("variance"), state.model.variance);
-    state.scene = SceneFromJson(json.at("scene"), arrays);
-    state.stage_start = SceneFromJson(json.at("stage_start"), arrays);
-    state.level_scene = SceneFromJson(json.at("level_scene"), arrays);
-    state.average.older = WeightedFromJson(json.at("older"), arrays);
-    state.average.newer = WeightedFromJson(json.at("newer"), arrays);
+    FieldsFromJson(json, json.at("arrays"), state);
     if (!HasWeightsOfRounds(state.average, state.RoundsOfLevel())) {
       throw renderer::IoError("it is damaged: no rounds have the weights of its averages");
     }
@@ -351,6 +323,65 @@ class Codec {
   }
 
  private:
+  template <class T>
+  [[nodiscard]] Json FieldsToJson(const T& value, ArrayWriter& arrays) const {
+    Json json;
+    VisitFields(value,
+                [&](const char* name, const auto& field) { json[name] = ToJson(field, arrays); });
+    return json;
+  }
+  template <class T>
+  void FieldsFromJson(const Json& json, const Json& arrays, T& value) const {
+    VisitFields(value,
+                [&](const char* name, auto& field) { FromJson(json.at(name), arrays, field); });
+  }
+
+  template <PlainField T>
+  [[nodiscard]] Json ToJson(const T& value, ArrayWriter& /*arrays*/) const {
+    return value;
+  }
+  template <PlainField T>
+  void FromJson(const Json& json, const Json& /*arrays*/, T& value) const {
+    json.get_to(value);
+  }
+
+  [[nodiscard]] Json ToJson(const std::vector<double>& values, ArrayWriter& arrays) const {
+    return arrays.Add(values);
+  }
+  void FromJson(const Json& json, const Json& arrays, std::vector<double>& values) const {
+    ReadArray(arrays, json, values);
+  }
+
+  [[nodiscard]] Json ToJson(const std::map<std::string, std::vector<double>>& map,
+                            ArrayWriter& arrays) const {
+    Json json = Json::object();
+    for (const auto& [name, values] : map) json[name] = arrays.Add(values);
+    return json;
+  }
+  void FromJson(const Json& json,
+                const Json& arrays,
+                std::map<std::string, std::vector<double>>& map) const {
+    for (const auto& [name, values] : json.items()) ReadArray(arrays, values, map[name]);
+  }
+
+  [[nodiscard]] Json ToJson(const renderer::SampleBudget& split, ArrayWriter& /*arrays*/) const {
+    Json json = Json::array();
+    for (const auto budget : renderer::kBoundaryBudgets) json.push_back(split.*budget);
+    return json;
+  }
+  void FromJson(const Json& json, const Json& /*arrays*/, renderer::SampleBudget& split) const {
+    for (std::size_t i = 0; i < renderer::kBoundaryBudgets.size(); ++i) {
+      json.at(i).get_to(split.*renderer::kBoundaryBudgets[i]);
+    }
+  }
+
+  [[nodiscard]] Json ToJson(const QuadraticModel& model, ArrayWriter& arrays) const {
+    return FieldsToJson(model, arrays);
+  }
+  void FromJson(const Json& json, const Json& arrays, QuadraticModel& model) const {
+    FieldsFromJson(json, arrays, model);
+  }
+
   [[nodiscard]] Json ToJson(const Scene& scene, ArrayWriter& arrays) const {
     Json shapes = Json::object();
     VisitShapes(
@@ -380,8 +411,8 @@ class Codec {
     return {{"weight", mean.weight}, {"scene", ToJson(mean.scene, arrays)}};
   }
 
-  [[nodiscard]] Scene SceneFromJson(const Json& json, const Json& arrays) const {
-    Scene scene = origin_.start;
+  void FromJson(const Json& json, const Json& arrays, Scene& scene) const {
+    scene = origin_.start;
     const Json& shapes = json.at("shapes");
     VisitShapes(
         scene, origin_.start, [&](const std::string& name, auto& shape, const auto& /*start*/) {
@@ -406,14 +437,12 @@ class Codec {
       all.insert(all.end(), values.begin(), values.end());
     }
     layout.Scatter(all, scene);
-    return scene;
   }
 
-  [[nodiscard]] WeightedScene WeightedFromJson(const Json& json, const Json& arrays) const {
-    if (json.is_null()) {
-      return {};
-    }
-    return {json.at("weight").get<double>(), SceneFromJson(json.at("scene"), arrays)};
+  void FromJson(const Json& json, const Json& arrays, WeightedScene& mean) const {
+    if (json.is_null()) return;
+    json.at("weight").get_to(mean.weight);
+    FromJson(json.at("scene"), arrays, mean.scene);
   }
 
   FitOrigin origin_;
