@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <utility>
-#include <variant>
 
 #include <fmt/format.h>
 
@@ -36,13 +35,6 @@ using renderer::Vec2;
 using renderer::Vec3;
 
 constexpr double kTexelsPerEdge = 2.0;
-
-bool Shines(const Scene& scene, std::size_t mesh) {
-  return std::ranges::any_of(scene.emitters, [&](const renderer::Emitter& emitter) {
-    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-    return area != nullptr && area->mesh == static_cast<int>(mesh);
-  });
-}
 
 /// Texels per metre of a texture on a mesh in the mean.
 double DensityOf(const Texture& texture, const Mesh& mesh) {
@@ -217,7 +209,7 @@ CoarseAsset MakeCoarseAsset(const Scene& scene, int num_triangles) {
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     const renderer::SceneMesh& item = scene.meshes[m];
     const std::size_t count = item.mesh.triangles.size();
-    if (Shines(scene, m) || count <= static_cast<std::size_t>(num_triangles)) {
+    if (AreaLightOf(scene, m) != nullptr || count <= static_cast<std::size_t>(num_triangles)) {
       asset.messages.push_back(fmt::format("{}: stays, with {} triangles", item.name, count));
       continue;
     }

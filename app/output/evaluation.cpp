@@ -249,13 +249,6 @@ struct JoinedSurface {
   std::vector<TriangleId> ids;  ///< of its triangles in the scene
 };
 
-bool Shines(const Scene& scene, int mesh) {
-  return std::ranges::any_of(scene.emitters, [&](const renderer::Emitter& emitter) {
-    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-    return area != nullptr && area->mesh == mesh;
-  });
-}
-
 /// All of them, or the one of this name.
 JoinedSurface Join(const renderer::World& world, const std::string& name) {
   JoinedSurface joined;
@@ -263,8 +256,9 @@ JoinedSurface Join(const renderer::World& world, const std::string& name) {
   std::vector<renderer::Triangle> triangles;
   const Scene& scene = world.scene();
   for (int m = 0; m < world.NumMeshes(); ++m) {
+    const auto i = static_cast<std::size_t>(m);
     const bool wanted =
-        name.empty() ? !Shines(scene, m) : scene.meshes[static_cast<std::size_t>(m)].name == name;
+        name.empty() ? AreaLightOf(scene, i) == nullptr : scene.meshes[i].name == name;
     if (!wanted) continue;
     const Mesh& mesh = world.mesh(m);
     const auto first = static_cast<std::int32_t>(positions.size());

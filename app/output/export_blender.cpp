@@ -54,15 +54,6 @@ Json LightJson(const renderer::Emitter& emitter) {
   return light;
 }
 
-/// The light that the mesh is; null: none.
-const renderer::AreaEmitter* AreaOf(const Scene& scene, std::size_t mesh) {
-  for (const renderer::Emitter& emitter : scene.emitters) {
-    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-    if (area != nullptr && area->mesh == static_cast<int>(mesh)) return area;
-  }
-  return nullptr;
-}
-
 // What follows DATA in the script.
 constexpr const char* kScript = R"py(
 
@@ -323,7 +314,7 @@ std::string BlenderScript(const Scene& scene,
     const auto& material = scene.materials.at(static_cast<std::size_t>(scene.meshes[i].material));
     const bool matt = !std::holds_alternative<renderer::MetallicRoughnessBsdf>(material.bsdf);
     Json mesh = {{"file", mesh_files[i]}, {"matt", matt}};
-    if (const renderer::AreaEmitter* area = AreaOf(scene, i)) {
+    if (const renderer::AreaEmitter* area = AreaLightOf(scene, i)) {
       mesh["radiance"] = Components(area->intensity);
       mesh["two_sided"] = area->two_sided;
     }

@@ -148,10 +148,7 @@ PlacedMesh Place(std::size_t index, const Scene& scene) {
       placed.texture = &scene.textures.at(static_cast<std::size_t>(material.base_color_texture));
     }
   }
-  for (const renderer::Emitter& emitter : scene.emitters) {
-    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-    if (area != nullptr && area->mesh == static_cast<int>(index)) placed.emission = area;
-  }
+  placed.emission = AreaLightOf(scene, index);
   return placed;
 }
 
@@ -199,13 +196,7 @@ std::vector<fs::path> WritePlacedObj(const fs::path& stem, const PlacedMesh& pla
 }
 
 bool IsUsed(const Scene& scene, int texture) {
-  return !renderer::MeshesOfTexture(scene, texture).empty() ||
-         std::ranges::any_of(scene.emitters, [texture](const renderer::Emitter& emitter) {
-           const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-           const auto* projector = std::get_if<renderer::ProjectorEmitter>(&emitter.light);
-           return (area != nullptr && area->texture == texture) ||
-                  (projector != nullptr && projector->texture == texture);
-         });
+  return !renderer::MeshesOfTexture(scene, texture).empty() || IsTextureOfLight(scene, texture);
 }
 
 std::vector<std::string> MeshFileNames(const Scene& scene) {

@@ -24,13 +24,6 @@ using renderer::SceneMesh;
 constexpr double kPoints = 20000.0;  // of all surfaces, at which the mean colour is taken
 constexpr std::size_t kMostRows = 200;
 
-bool Shines(const Scene& scene, std::size_t mesh) {
-  return std::ranges::any_of(scene.emitters, [&](const Emitter& emitter) {
-    const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-    return area != nullptr && area->mesh == static_cast<int>(mesh);
-  });
-}
-
 const Material& MaterialOf(const Scene& scene, const SceneMesh& item) {
   return scene.materials[static_cast<std::size_t>(item.material)];
 }
@@ -130,7 +123,8 @@ Rgb WantedMean(const ColorGauge& gauge, const Scene& start) {
 Rgb MeanBaseColor(const Scene& scene, int material) {
   double area = 0.0;
   const auto counts = [&](std::size_t m) {
-    return (material < 0 || scene.meshes[m].material == material) && !Shines(scene, m);
+    return (material < 0 || scene.meshes[m].material == material) &&
+           AreaLightOf(scene, m) == nullptr;
   };
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     const double scale = scene.meshes[m].pose.scale;
@@ -173,7 +167,7 @@ std::optional<GaugeReport> SourceOfGauge(const ParameterSet& set,
   bool any_color = false, any_light = false;
   std::string known_color, known_light;
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-    if (Shines(scene, m) || IsBlackSurface(scene, m)) continue;
+    if (AreaLightOf(scene, m) != nullptr || IsBlackSurface(scene, m)) continue;
     const bool is_free = IsFree(set, ColorsOf(scene, m));
     any_color = any_color || is_free;
     if (!is_free) known_color = MaterialOf(scene, scene.meshes[m]).name;
@@ -223,7 +217,8 @@ void FixColorGauge(const ParameterSet& set, const FitSpec& spec, const Scene& st
     bool is_color = false;
     for (std::size_t m = 0; m < scene.meshes.size() && !is_color; ++m) {
       const ColorGroup colors = ColorsOf(scene, m);
-      is_color = !Shines(scene, m) && colors.kind == group.kind && colors.object == group.object;
+      is_color = AreaLightOf(scene, m) == nullptr && colors.kind == group.kind &&
+                 colors.object == group.object;
     }
     if (is_color) scale(group, {1.0 / factor.r, 1.0 / factor.g, 1.0 / factor.b});
   }

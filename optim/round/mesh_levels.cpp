@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "optim/round/remesh.h"
 #include "renderer/core/error.h"
@@ -75,6 +74,7 @@ double EdgeOf(double area, double vertices) {
 bool UsesUvs(const Scene& scene, int index, const std::vector<UnknownSpec>& unknowns) {
   const auto& material = scene.materials[static_cast<std::size_t>(
       scene.meshes[static_cast<std::size_t>(index)].material)];
+  const renderer::AreaEmitter* light = AreaLightOf(scene, static_cast<std::size_t>(index));
   const auto stays = [&](int texture) {
     return texture >= 0 && std::ranges::none_of(unknowns, [texture](const UnknownSpec& unknown) {
              return unknown.promotion && unknown.kind == ParameterKind::kTextureTexels &&
@@ -82,11 +82,7 @@ bool UsesUvs(const Scene& scene, int index, const std::vector<UnknownSpec>& unkn
            });
   };
   return stays(material.base_color_texture) || stays(material.roughness_texture) ||
-         stays(material.metallic_texture) ||
-         std::any_of(scene.emitters.begin(), scene.emitters.end(), [index](const auto& emitter) {
-           const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-           return area != nullptr && area->mesh == index && area->texture >= 0;
-         });
+         stays(material.metallic_texture) || (light != nullptr && light->texture >= 0);
 }
 
 /// Why the mesh cannot have another one in its place; empty: it can.

@@ -226,10 +226,9 @@ class Promoter {
     for (const int texture : {m.base_color_texture, m.roughness_texture, m.metallic_texture}) {
       if (texture >= 0 && !IsPromotedTo(texture)) return true;
     }
-    return std::ranges::any_of(scene_.emitters, [&](const renderer::Emitter& emitter) {
-      const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light);
-      return area != nullptr && area->texture >= 0 &&
-             std::ranges::find(meshes, area->mesh) != meshes.end();
+    return std::ranges::any_of(meshes, [&](int mesh) {
+      const renderer::AreaEmitter* light = AreaLightOf(scene_, Size(mesh));
+      return light != nullptr && light->texture >= 0;
     });
   }
 

@@ -50,6 +50,18 @@ TexelSquare SquareAround(const EnvironmentEmitter& environment, const Vec2& uv) 
 Rgb& LightIntensity(Emitter& emitter) { return Intensity(emitter); }
 const Rgb& LightIntensity(const Emitter& emitter) { return Intensity(emitter); }
 
+int LightTexture(const Emitter& emitter) {
+  return std::visit(
+      [](const auto& light) {
+        if constexpr (requires { light.texture; }) {
+          return light.texture;
+        } else {
+          return -1;
+        }
+      },
+      emitter.light);
+}
+
 Vec2 EnvironmentUv(const Vec3& d) {
   const double u = std::atan2(d.x, -d.z) * (0.5 * std::numbers::inv_pi);
   return {u < 0.0 ? u + 1.0 : u, std::acos(std::clamp(d.y, -1.0, 1.0)) * std::numbers::inv_pi};

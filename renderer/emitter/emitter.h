@@ -84,6 +84,8 @@ struct Emitter {
 /// The rgb factor that is the `intensity` parameter of any light (irradiance for directional).
 Rgb& LightIntensity(Emitter& emitter);
 const Rgb& LightIntensity(const Emitter& emitter);
+/// Index into Scene::textures of what an area light or projector shines; -1: none.
+int LightTexture(const Emitter& emitter);
 
 /// Equirectangular map and its inverse, light's own frame <-> [0,1]^2.
 Vec2 EnvironmentUv(const Vec3& direction_in_light);

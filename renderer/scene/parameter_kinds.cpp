@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "renderer/core/check.h"
+#include "renderer/scene/texture_surface.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -206,19 +207,11 @@ bool IsMetallic(const Scene& scene, int texture) {
 bool IsSeenOnSurfaces(const Scene& scene, int texture) {
   return IsUsedAs(&Material::base_color_texture, scene, texture);
 }
-bool IsOfLight(const Scene& scene, int texture) {
-  return std::any_of(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) {
-    const auto* area = As<AreaEmitter>(e.light);
-    const auto* projector = As<ProjectorEmitter>(e.light);
-    return (area != nullptr && area->texture == texture) ||
-           (projector != nullptr && projector->texture == texture);
-  });
-}
 bool IsScalar(const Scene& scene, int texture) {
   return scene.textures[static_cast<std::size_t>(texture)].scalar;
 }
 std::string LackOfUse(const Scene& scene, int texture) {
-  const bool used = IsSeenOnSurfaces(scene, texture) || IsOfLight(scene, texture) ||
+  const bool used = IsSeenOnSurfaces(scene, texture) || IsTextureOfLight(scene, texture) ||
                     IsUsedAs(&Material::roughness_texture, scene, texture) ||
                     IsUsedAs(&Material::metallic_texture, scene, texture);
   return used ? "" : " is used by no material and no light";
@@ -401,7 +394,8 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Textures(Kind::kTextureTexels, "texels", "rgb", texels)
           .Of("of a base colour",
               [](const Scene& scene, int i) {
-                return !IsScalar(scene, i) && (IsSeenOnSurfaces(scene, i) || !IsOfLight(scene, i));
+                return !IsScalar(scene, i) &&
+                       (IsSeenOnSurfaces(scene, i) || !IsTextureOfLight(scene, i));
               })
           .Lacking(LackOfUse)
           .Bounded(0.01, 0.99, 0.0, 1.0)
@@ -409,7 +403,8 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Textures(Kind::kTextureTexels, "texels", "rgb", texels)
           .Of("of a light",
               [](const Scene& scene, int i) {
-                return !IsScalar(scene, i) && !IsSeenOnSurfaces(scene, i) && IsOfLight(scene, i);
+                return !IsScalar(scene, i) && !IsSeenOnSurfaces(scene, i) &&
+                       IsTextureOfLight(scene, i);
               })
           .Bounded(1e-4, kInfinity, 0.0, kInfinity)
           .Log()

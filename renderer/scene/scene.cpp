@@ -12,6 +12,14 @@ bool ShowsEnvironment(const Scene& scene) {
          });
 }
 
+const AreaEmitter* AreaLightOf(const Scene& scene, std::size_t mesh) {
+  for (const Emitter& emitter : scene.emitters) {
+    const auto* area = std::get_if<AreaEmitter>(&emitter.light);
+    if (area != nullptr && area->mesh == static_cast<int>(mesh)) return area;
+  }
+  return nullptr;
+}
+
 Mesh WorldMesh(const SceneMesh& mesh) {
   const ObjectPose& pose = mesh.pose;
   Mesh world = mesh.mesh;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,9 @@ struct Scene {
 /// Whether there is an environment that sensors see, unless it is off in their photos
 /// (Camera::lights_off).
 bool ShowsEnvironment(const Scene& scene);
+
+/// The light that a mesh is; null: none.
+const AreaEmitter* AreaLightOf(const Scene& scene, std::size_t mesh);
 
 /// The mesh in the world frame.
 Mesh WorldMesh(const SceneMesh& mesh);

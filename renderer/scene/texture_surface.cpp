@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <variant>
 
 #include "renderer/geometry/uv_overlap.h"
 
@@ -32,15 +31,14 @@ std::vector<int> MeshesOfTexture(const Scene& scene, int texture) {
   });
 }
 
+bool IsTextureOfLight(const Scene& scene, int texture) {
+  return std::ranges::any_of(scene.emitters, [texture](const Emitter& emitter) {
+    return texture >= 0 && LightTexture(emitter) == texture;
+  });
+}
+
 bool IsAtlas(const Scene& scene, int texture) {
-  const bool is_light =
-      std::any_of(scene.emitters.begin(), scene.emitters.end(), [texture](const Emitter& emitter) {
-        const auto* area = std::get_if<AreaEmitter>(&emitter.light);
-        const auto* projector = std::get_if<ProjectorEmitter>(&emitter.light);
-        return (area != nullptr && area->texture == texture) ||
-               (projector != nullptr && projector->texture == texture);
-      });
-  if (is_light) return false;
+  if (IsTextureOfLight(scene, texture)) return false;
   std::vector<const Mesh*> meshes;
   for (const int i : MeshesOfTexture(scene, texture)) {
     meshes.push_back(&scene.meshes[static_cast<std::size_t>(i)].mesh);
