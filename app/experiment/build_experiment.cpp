@@ -20,51 +20,13 @@ namespace {
 
 using renderer::ParameterKind;
 
-double MeanDistanceToObjects(const renderer::Scene& scene) {
-  renderer::Vec3 middle;
-  double count = 0.0;
-  for (const renderer::Mesh& mesh : renderer::WorldMeshes(scene)) {
-    for (const renderer::Vec3& p : mesh.positions) {
-      middle += p;
-      count += 1.0;
-    }
-  }
-  middle *= 1.0 / std::max(1.0, count);
-  double distance = 0.0;
-  for (const renderer::Camera& sensor : scene.sensors) {
-    distance += Norm(renderer::CameraPose(sensor).translation - middle) /
-                static_cast<double>(scene.sensors.size());
-  }
-  return distance;
-}
-
 /// Around the start, unless something else is asked for: without it, nothing says where all cameras
 /// and objects are together. Absent for what is no camera's.
 std::optional<optim::GaussianPriorSpec> DefaultPrior(ParameterKind kind,
                                                      const renderer::Scene& scene) {
-  constexpr double kShare = 0.02;
-  const auto& sensors = scene.sensors;
-  const auto mean_of = [&](auto number) {
-    double sum = 0.0;
-    for (const renderer::Camera& sensor : sensors) sum += number(sensor);
-    return sum / static_cast<double>(sensors.size());
-  };
-  switch (kind) {
-    case ParameterKind::kCameraPosition:
-      return optim::GaussianPriorSpec{{}, std::max(1e-9, kShare * MeanDistanceToObjects(scene))};
-    case ParameterKind::kCameraRotation:
-      return optim::GaussianPriorSpec{{}, kShare};
-    case ParameterKind::kFocal:
-      return optim::GaussianPriorSpec{{}, kShare * mean_of([](const auto& s) { return s.fx; })};
-    case ParameterKind::kPrincipalPoint:
-      return optim::GaussianPriorSpec{{}, 0.01 * mean_of([](const auto& s) { return s.width; })};
-    case ParameterKind::kRadialDistortion:
-      return optim::GaussianPriorSpec{{}, 0.05};
-    case ParameterKind::kTangentialDistortion:
-      return optim::GaussianPriorSpec{{}, 0.01};
-    default:
-      return std::nullopt;
-  }
+  const auto deviation = renderer::TraitsOf(kind).believed;
+  if (deviation == nullptr) return std::nullopt;
+  return optim::GaussianPriorSpec{{}, deviation(scene)};
 }
 
 /// The credit paragraph of a README.md beside an input file: photos under a licence that asks for

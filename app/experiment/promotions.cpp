@@ -10,7 +10,6 @@
 #include "app/config/nearest_name.h"
 #include "app/experiment/build_parts.h"
 #include "app/experiment/parameter_names.h"
-#include "optim/parameter/promotion.h"
 #include "renderer/core/error.h"
 #include "renderer/scene/parameter_kinds.h"
 #include "renderer/scene/texture_surface.h"
@@ -24,8 +23,6 @@ constexpr std::array<std::pair<const char*, SurfaceForm>, 3> kForms = {
     {{"constant", SurfaceForm::kConstant},
      {"vertices", SurfaceForm::kVertices},
      {"texture", SurfaceForm::kTexture}}};
-constexpr std::array kProperties = {
-    ParameterKind::kBaseColor, ParameterKind::kRoughness, ParameterKind::kMetallic};
 
 class PromotionReader {
  public:
@@ -58,9 +55,11 @@ class PromotionReader {
     const std::size_t dot = entry_.key.rfind('.');
     const std::string object = entry_.key.substr(0, dot);
     const std::string word = dot == std::string::npos ? "" : entry_.key.substr(dot + 1);
-    const auto* property = std::ranges::find_if(
-        kProperties, [&](ParameterKind kind) { return word == renderer::TraitsOf(kind).property; });
-    if (property == kProperties.end()) {
+    const auto rows = renderer::AllParameterTraits();
+    const auto property = std::ranges::find_if(rows, [&](const renderer::ParameterTraits& row) {
+      return row.texture != nullptr && word == row.property;
+    });
+    if (property == rows.end()) {
       return "'" + entry_.key +
              "' cannot have `as`: only base_color, roughness and metallic of a material have forms";
     }
@@ -69,12 +68,10 @@ class PromotionReader {
     const auto found = std::ranges::find(names, object);
     if (found == names.end())
       return "no material is called '" + object + "'" + NameHint(object, names);
-    promotion = {*property, static_cast<int>(found - names.begin())};
+    promotion = {property->kind, static_cast<int>(found - names.begin())};
     const auto& material = scene_.materials[static_cast<std::size_t>(promotion.material)];
-    const int texture = material.*optim::TextureSlot(*property);
-    if (texture < 0 && !(*property == ParameterKind::kBaseColor && material.vertex_colors)) {
-      return FindParameter(scene_, entry_.key).problem;
-    }
+    if (property->IsConstant(material)) return FindParameter(scene_, entry_.key).problem;
+    const int texture = property->TextureOf(material);
     if (texture >= 0) {
       return "'" + entry_.key + "' is a texture already; write " +
              scene_.textures[static_cast<std::size_t>(texture)].name + ".texels";
@@ -94,12 +91,12 @@ class PromotionReader {
                     fmt::format("'{}' is not one of: constant, vertices, texture", node.text));
     }
     const optim::Promotion& promotion = unknown.promotion;
-    if (form->second == SurfaceForm::kVertices && promotion.property != ParameterKind::kBaseColor) {
+    const renderer::ParameterTraits& traits = renderer::TraitsOf(promotion.property);
+    if (form->second == SurfaceForm::kVertices && !traits.by_vertex_colors) {
       return Report(node, "only base_color can be per vertex");
     }
     const auto& material = scene_.materials[static_cast<std::size_t>(promotion.material)];
-    if (form->second == SurfaceForm::kConstant && material.vertex_colors &&
-        promotion.property == ParameterKind::kBaseColor) {
+    if (form->second == SurfaceForm::kConstant && traits.IsPerVertex(material)) {
       return Report(node, "the material's base_color is per vertex already");
     }
     if (form->second != SurfaceForm::kConstant &&
@@ -156,7 +153,7 @@ void AddPromotedTextures(const ExperimentConfig& config, renderer::Scene& scene)
           config.fit.unknowns[unknown.index].name + "' becomes; give it another name");
     }
     texture.wrap = renderer::TextureWrap::kClamp;
-    texture.scalar = unknown.promotion.property != ParameterKind::kBaseColor;
+    texture.scalar = renderer::TraitsOf(unknown.promotion.property).NumComponents() == 1;
     texture.texels = {renderer::Rgb{0.5, 0.5, 0.5}};
     scene.textures.push_back(std::move(texture));
   }

@@ -88,8 +88,7 @@ struct FineSurface {
   [[nodiscard]] double TexelsPerMetre() const {
     const auto topology = renderer::MeshTopology::Build(mesh);
     double density = kTexelsPerEdge / topology.MeanEdgeLength(mesh);
-    for (const int index :
-         {material.base_color_texture, material.roughness_texture, material.metallic_texture}) {
+    for (const int index : material.Textures()) {
       if (const Texture* texture = TextureAt(index)) {
         density = std::max(density, DensityOf(*texture, mesh));
       }

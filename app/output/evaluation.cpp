@@ -454,11 +454,6 @@ void EvaluateSurfaces(const Experiment& run,
 
 // Unknowns
 
-bool IsPose(ParameterKind kind) {
-  return kind == ParameterKind::kObjectTranslation || kind == ParameterKind::kObjectRotation ||
-         kind == ParameterKind::kObjectScale;
-}
-
 /// Whether the meshes are the same before their poses: only then do poses compare.
 bool SameRestShape(const Scene& run, int object, const Scene& truth, const ParameterName& right) {
   const renderer::SceneMesh& a = run.meshes[static_cast<std::size_t>(object)];
@@ -480,7 +475,7 @@ void EvaluateParameters(const Experiment& run, const Scene& truth, Evaluation& o
     of_run.Add(unknown.kind, unknown.object);
     of_truth.Add(right.parameter.kind, right.parameter.object);
     const std::vector<double> a = of_run.Gather(run.scene), b = of_truth.Gather(truth);
-    if (IsPose(unknown.kind) && !SameRestShape(run.scene, unknown.object, truth, right)) {
+    if (traits.IsPose() && !SameRestShape(run.scene, unknown.object, truth, right)) {
       out.notes.push_back(unknown.name +
                           ": moves another mesh than the truth's: compared as surfaces only");
       continue;

@@ -7,10 +7,6 @@
 
 namespace pathfit::optim {
 
-/// The member that says which texture stands in for a property of a material (kBaseColor,
-/// kRoughness, kMetallic).
-int renderer::Material::*TextureSlot(renderer::ParameterKind property);
-
 /// Whether another unknown's numbers stand for the same property in this scene: those of a constant
 /// where there is a texture by now, of texels where there is none yet. Only of properties that some
 /// unknown of `unknowns` promotes; the scene has no such parameter then, or it is of no effect.

@@ -218,16 +218,9 @@ SupportRoots::SupportRoots(const ParameterSet& set, std::size_t num_views)
       shared_column_(set.NumBlocks()),
       supports_(1),
       supports_of_block_(set.NumBlocks()) {
-  const auto is_of_surface = [](renderer::ParameterKind kind) {
-    return kind == renderer::ParameterKind::kVertexPositions ||
-           kind == renderer::ParameterKind::kVertexNormals ||
-           kind == renderer::ParameterKind::kUvs ||
-           kind == renderer::ParameterKind::kVertexColors ||
-           kind == renderer::ParameterKind::kTextureTexels;
-  };
   std::vector<const renderer::ParameterGroup*> groups;
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    if (!is_of_surface(group.kind)) {
+    if (!renderer::TraitsOf(group.kind).of_surface) {
       groups.push_back(&group);
     }
   }

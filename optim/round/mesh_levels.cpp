@@ -81,8 +81,8 @@ bool UsesUvs(const Scene& scene, int index, const std::vector<UnknownSpec>& unkn
                     unknown.object == texture;
            });
   };
-  return stays(material.base_color_texture) || stays(material.roughness_texture) ||
-         stays(material.metallic_texture) || (light != nullptr && light->texture >= 0);
+  return std::ranges::any_of(material.Textures(), stays) ||
+         (light != nullptr && light->texture >= 0);
 }
 
 /// Why the mesh cannot have another one in its place; empty: it can.
@@ -99,9 +99,8 @@ std::string Obstacle(const Scene& scene,
     if (unknown.kind == ParameterKind::kVertexNormals || unknown.kind == ParameterKind::kUvs) {
       return "'" + unknown.name + "' belongs to its vertices";
     }
-    const bool by_element = unknown.kind == ParameterKind::kVertexPositions ||
-                            unknown.kind == ParameterKind::kVertexColors;
-    if (by_element && unknown.gaussian && unknown.gaussian->mean.empty()) {
+    if (renderer::TraitsOf(unknown.kind).of_surface && unknown.gaussian &&
+        unknown.gaussian->mean.empty()) {
       return "the prior of '" + unknown.name + "' is about the start of each";
     }
   }

@@ -10,7 +10,6 @@
 #include <numbers>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "optim/parameter/promotion.h"
 #include "optim/problem/photo_density.h"
@@ -52,13 +51,14 @@ class PropertyField {
   PropertyField(const Scene& scene, const Promotion& promotion)
       : scene_(scene),
         material_(scene.materials[Size(promotion.material)]),
-        property_(promotion.property),
-        texture_(material_.*TextureSlot(property_)) {}
+        traits_(renderer::TraitsOf(promotion.property)),
+        number_(promotion.material),
+        texture_(traits_.TextureOf(material_)) {}
 
   /// At a point of mesh number `index` of which `mesh` is another one.
   Rgb At(int index, const Mesh& mesh, std::int32_t triangle, std::array<double, 3> weights) {
     const Mesh& own = scene_.meshes[Size(index)].mesh;
-    if (IsConstant()) return Constant();
+    if (traits_.IsConstant(material_)) return Constant();
     if (!(own.triangles == mesh.triangles)) {
       std::unique_ptr<renderer::TriangleTree>& tree = trees_[index];
       if (!tree) tree = std::make_unique<renderer::TriangleTree>(own);
@@ -85,29 +85,17 @@ class PropertyField {
   [[nodiscard]] int texture() const { return texture_; }
 
  private:
-  [[nodiscard]] bool IsConstant() const {
-    return texture_ < 0 && !(property_ == ParameterKind::kBaseColor && material_.vertex_colors);
-  }
   [[nodiscard]] Rgb Constant() const {
-    if (property_ == ParameterKind::kBaseColor) return material_.base_color;
-    const double value = std::visit(
-        [&](const auto& bsdf) {
-          double found = 1.0;
-          if constexpr (requires { bsdf.roughness; }) {
-            if (property_ == ParameterKind::kRoughness) found = bsdf.roughness;
-          }
-          if constexpr (requires { bsdf.metallic; }) {
-            if (property_ == ParameterKind::kMetallic) found = bsdf.metallic;
-          }
-          return found;
-        },
-        material_.bsdf);
-    return {value, value, value};
+    const auto numbers = traits_.read(scene_, number_);
+    if (numbers.num_blocks == 0) return {1.0, 1.0, 1.0};
+    const std::size_t last = numbers[0].size() - 1;  // one number counts for all channels
+    return {numbers[0][0], numbers[0][std::min(last, std::size_t{1})], numbers[0][last]};
   }
 
   const Scene& scene_;
   const renderer::Material& material_;
-  ParameterKind property_;
+  const renderer::ParameterTraits& traits_;
+  int number_;  ///< of the material
   int texture_;
   std::map<int, std::unique_ptr<renderer::TriangleTree>> trees_;
 };
@@ -223,7 +211,7 @@ class Promoter {
 
   [[nodiscard]] bool HasOtherTextures(int material, const std::vector<int>& meshes) const {
     const renderer::Material& m = scene_.materials[Size(material)];
-    for (const int texture : {m.base_color_texture, m.roughness_texture, m.metallic_texture}) {
+    for (const int texture : m.Textures()) {
       if (texture >= 0 && !IsPromotedTo(texture)) return true;
     }
     return std::ranges::any_of(meshes, [&](int mesh) {
@@ -373,8 +361,9 @@ class Promoter {
     ClampTo(promotion.property, texels);
     texture.texels = std::move(texels);
     renderer::Material& material = scene_.materials[Size(promotion.material)];
-    material.*TextureSlot(promotion.property) = unknown.object;
-    if (promotion.property == ParameterKind::kBaseColor && material.vertex_colors) {
+    const renderer::ParameterTraits& traits = renderer::TraitsOf(promotion.property);
+    material.*traits.texture = unknown.object;
+    if (traits.by_vertex_colors && material.vertex_colors) {
       material.vertex_colors = false;
       for (const int i : indices) {
         scene_.meshes[Size(i)].mesh.colors.clear();

@@ -93,8 +93,7 @@ struct SeamKinds {
 SeamKinds SeamKindsOf(const BoundaryContext& context, int mesh, const Material& material) {
   const LightSet::AreaLight* light = context.path.lights.AreaLightOf(mesh);
   return {material.vertex_colors,
-          material.base_color_texture >= 0 || material.roughness_texture >= 0 ||
-              material.metallic_texture >= 0 || (light != nullptr && light->texture != nullptr)};
+          material.IsTextured() || (light != nullptr && light->texture != nullptr)};
 }
 
 /// How much the image may jump across the edge, 0 if not at all. `solid`: nothing behind the faces

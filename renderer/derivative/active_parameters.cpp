@@ -40,15 +40,14 @@ MaterialBlocks BlocksOfMaterial(const ParameterLayout& layout,
   for (const ParameterGroup& group : layout.groups()) {
     const ParameterTraits& traits = TraitsOf(group.kind);
     if (traits.list == ObjectList::kMaterials && group.object == index &&
-        (traits.varies == nullptr || !traits.varies(material))) {
+        traits.IsConstant(material)) {
       b.constants.push_back({group.first_block, group.block_size == 1, traits.partial});
     }
   }
   const auto active = [&](int texture) {
     return texture >= 0 && textures[static_cast<std::size_t>(texture)] >= 0;
   };
-  b.any = !b.constants.empty() || active(material.base_color_texture) ||
-          active(material.roughness_texture) || active(material.metallic_texture);
+  b.any = !b.constants.empty() || std::ranges::any_of(material.Textures(), active);
   return b;
 }
 

@@ -136,9 +136,21 @@ struct Row : ParameterTraits {
     if (is != nullptr) is_for = is;
     return *this;
   }
-  /// A texture may stand in for it, or vertex colours.
-  Row& Varying(bool (*is)(const Material&)) {
-    varies = is;
+  Row& OfSurface() {
+    of_surface = true;
+    return *this;
+  }
+  /// A texture may stand in for the constant.
+  Row& Textured(int Material::*slot) {
+    texture = slot;
+    return *this;
+  }
+  Row& OrByVertexColors() {
+    by_vertex_colors = true;
+    return *this;
+  }
+  Row& Around(double (*deviation)(const Scene&)) {
+    believed = deviation;
     return *this;
   }
   Row& Lacking(std::string (*why)(const Scene&, int)) {
@@ -217,6 +229,34 @@ std::string LackOfUse(const Scene& scene, int texture) {
   return used ? "" : " is used by no material and no light";
 }
 
+// Of cameras: what is believed of angles and shares of lengths.
+constexpr double kCameraShare = 0.02;
+
+template <class Number>
+double MeanOf(const Scene& scene, const Number& number) {
+  double sum = 0.0;
+  for (const Camera& sensor : scene.sensors) sum += number(sensor);
+  return sum / static_cast<double>(scene.sensors.size());
+}
+
+double MeanDistanceToObjects(const Scene& scene) {
+  Vec3 middle;
+  double count = 0.0;
+  for (const Mesh& mesh : WorldMeshes(scene)) {
+    for (const Vec3& p : mesh.positions) {
+      middle += p;
+      count += 1.0;
+    }
+  }
+  middle *= 1.0 / std::max(1.0, count);
+  double distance = 0.0;
+  for (const Camera& sensor : scene.sensors) {
+    distance +=
+        Norm(CameraPose(sensor).translation - middle) / static_cast<double>(scene.sensors.size());
+  }
+  return distance;
+}
+
 const Material& MaterialAt(const Scene& scene, int material) {
   return scene.materials[static_cast<std::size_t>(material)];
 }
@@ -252,16 +292,20 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Meshes(Kind::kVertexPositions, "vertices", "xyz", positions)
           .Measured("m")
           .Moving(Moves::kMeshes)
+          .OfSurface()
           .Priors(kLaplacian),
       Row::Meshes(
           Kind::kVertexNormals, "normals", "xyz", [](auto& m) { return Each(m.mesh.normals, 3); })
           .Moving(Moves::kDirections)
+          .OfSurface()
           .Of("normals"),
       Row::Meshes(Kind::kUvs, "uvs", "uv", [](auto& m) { return Each(m.mesh.uvs, 2); })
           .Moving(Moves::kDirections)
+          .OfSurface()
           .Of("texture coordinates"),
       Row::Meshes(
           Kind::kVertexColors, "colors", "rgb", [](auto& m) { return Each(m.mesh.colors, 3); })
+          .OfSurface()
           .Of("a material with base_color: {vertex: …}")
           .Lacking([](const Scene& scene, int i) {
             const Material& m =
@@ -295,7 +339,8 @@ std::vector<ParameterTraits> MakeRows() {
                      "rgb",
                      &MaterialPartials::d_base_color,
                      [](auto& m) { return One(m.base_color); })
-          .Varying([](const Material& m) { return m.vertex_colors || m.base_color_texture >= 0; })
+          .Textured(&Material::base_color_texture)
+          .OrByVertexColors()
           .Lacking([](const Scene& scene, int i) {
             const Material& m = MaterialAt(scene, i);
             return m.vertex_colors ? " needs base_color: {constant: …}; this one is per vertex, "
@@ -314,7 +359,7 @@ std::vector<ParameterTraits> MakeRows() {
                        return {};
                      })
           .Of("metallic_roughness, conductor, dielectric")
-          .Varying([](const Material& m) { return m.roughness_texture >= 0; })
+          .Textured(&Material::roughness_texture)
           .Lacking([](const Scene& scene, int i) {
             return LackOfConstant(scene, MaterialAt(scene, i).roughness_texture);
           })
@@ -328,7 +373,7 @@ std::vector<ParameterTraits> MakeRows() {
                        return {};
                      })
           .Of("metallic_roughness")
-          .Varying([](const Material& m) { return m.metallic_texture >= 0; })
+          .Textured(&Material::metallic_texture)
           .Lacking([](const Scene& scene, int i) {
             return LackOfConstant(scene, MaterialAt(scene, i).metallic_texture);
           })
@@ -392,6 +437,7 @@ std::vector<ParameterTraits> MakeRows() {
           .Bounded(0.02, 20.0, 0.0, kInfinity)
           .Log(),
       Row::Textures(Kind::kTextureTexels, "texels", "rgb", texels)
+          .OfSurface()
           .Of("of a base colour",
               [](const Scene& scene, int i) {
                 return !IsScalar(scene, i) &&
@@ -401,6 +447,7 @@ std::vector<ParameterTraits> MakeRows() {
           .Bounded(0.01, 0.99, 0.0, 1.0)
           .Priors(kTexelPriors),
       Row::Textures(Kind::kTextureTexels, "texels", "rgb", texels)
+          .OfSurface()
           .Of("of a light",
               [](const Scene& scene, int i) {
                 return !IsScalar(scene, i) && !IsSeenOnSurfaces(scene, i) &&
@@ -410,12 +457,14 @@ std::vector<ParameterTraits> MakeRows() {
           .Log()
           .Priors(kTexelPriors),
       Row::Textures(Kind::kTextureTexels, "texels", "", texels)
+          .OfSurface()
           .Of("of roughness",
               [](const Scene& scene, int i) { return IsScalar(scene, i) && !IsMetallic(scene, i); })
           .Lacking(LackOfUse)
           .Bounded(kMinRoughness, 1.0, kMinRoughness, 1.0)
           .Priors(kTexelPriors),
       Row::Textures(Kind::kTextureTexels, "texels", "", texels)
+          .OfSurface()
           .Of("of metallic",
               [](const Scene& scene, int i) { return IsScalar(scene, i) && IsMetallic(scene, i); })
           .Bounded(0.0, 1.0, 0.0, 1.0)
@@ -513,20 +562,30 @@ std::vector<ParameterTraits> MakeRows() {
                    [](auto& s) { return One(s.world_from_camera.translation); })
           .Measured("m")
           .Moving(Moves::kEdges)
+          .Around([](const Scene& scene) {
+            return std::max(1e-9, kCameraShare * MeanDistanceToObjects(scene));
+          })
           .Free(),
       Row::Sensors(
           Kind::kCameraRotation, "rotation", "xyz", [](auto& s) { return One(s.rotation); })
           .Measured("rad")
           .Moving(Moves::kEdges)
+          .Around([](const Scene&) { return kCameraShare; })
           .Free(),
       Row::Sensors(Kind::kFocal, "focal", "xy", [](auto& s) { return One(s.fx, 2); })
           .Measured("px")
           .Moving(Moves::kEdges)
+          .Around([](const Scene& scene) {
+            return kCameraShare * MeanOf(scene, [](const Camera& s) { return s.fx; });
+          })
           .Bounded(1.0, kInfinity, 0.0, kInfinity),
       Row::Sensors(
           Kind::kPrincipalPoint, "principal_point", "xy", [](auto& s) { return One(s.cx, 2); })
           .Measured("px")
           .Moving(Moves::kEdges)
+          .Around([](const Scene& scene) {
+            return 0.01 * MeanOf(scene, [](const Camera& s) { return s.width; });
+          })
           .Free(),
       Row::Sensors(Kind::kRadialDistortion,
                    "distortion",
@@ -536,6 +595,7 @@ std::vector<ParameterTraits> MakeRows() {
                      return One(s.distortion.k1, 3);
                    })
           .Moving(Moves::kEdges)
+          .Around([](const Scene&) { return 0.05; })
           .Of("perspective")
           .Free(),
       Row::Sensors(Kind::kTangentialDistortion,
@@ -546,6 +606,7 @@ std::vector<ParameterTraits> MakeRows() {
                      return One(s.distortion.p1, 2);
                    })
           .Moving(Moves::kEdges)
+          .Around([](const Scene&) { return 0.01; })
           .Of("perspective")
           .Free(),
   };

@@ -92,9 +92,15 @@ struct ParameterTraits {
   const char* bounds_advice = "";            ///< behind "bounds of PROPERTY are not supported"
   std::span<const char* const> priors = {};  ///< names of those that mean something
 
-  /// Of materials: the partial by it, and whether a list or texture stands in for the constant.
+  /// Whether there are so many as the surface has vertices or texels, else a few of the object.
+  bool of_surface = false;
+  /// Deviation of the belief around the start if no other is asked for; null: none is held.
+  double (*believed)(const Scene&) = nullptr;
+
+  /// Of materials: the partial by it, and what may stand in for the constant.
   Rgb MaterialPartials::*partial = nullptr;
-  bool (*varies)(const Material&) = nullptr;
+  int Material::*texture = nullptr;
+  bool by_vertex_colors = false;
 
   ParameterBlocks<const double> (*read)(const Scene&, int object) = nullptr;
   /// The blocks, to be written; lists that other scenes share are copied first.
@@ -108,6 +114,20 @@ struct ParameterTraits {
   /// Whether the numbers say where something is: then the components of one block have no sum, and
   /// those of many objects no mean, that says something.
   [[nodiscard]] bool IsPlace() const;
+  /// Whether the numbers are an object's pose.
+  [[nodiscard]] bool IsPose() const { return list == ObjectList::kMeshes && !of_surface; }
+  /// Of a property of materials: its texture in one of them, -1 without.
+  [[nodiscard]] int TextureOf(const Material& material) const {
+    return texture == nullptr ? -1 : material.*texture;
+  }
+  /// Whether the material has a number per vertex of it.
+  [[nodiscard]] bool IsPerVertex(const Material& material) const {
+    return by_vertex_colors && material.vertex_colors && TextureOf(material) < 0;
+  }
+  /// Whether the material's constant is what counts.
+  [[nodiscard]] bool IsConstant(const Material& material) const {
+    return TextureOf(material) < 0 && !IsPerVertex(material);
+  }
 };
 
 /// All rows, ordered by kind.

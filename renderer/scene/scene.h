@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -22,6 +23,14 @@ struct Material {
   int metallic_texture = -1;      ///< scalar; replaces the model's constant
   bool two_sided = true;  ///< false: black from behind (it still blocks light); no meaning for
                           ///< transmissive models
+
+  /// All of them, -1 where there is none.
+  [[nodiscard]] std::array<int, 3> Textures() const {
+    return {base_color_texture, roughness_texture, metallic_texture};
+  }
+  [[nodiscard]] bool IsTextured() const {
+    return base_color_texture >= 0 || roughness_texture >= 0 || metallic_texture >= 0;
+  }
 };
 
 /// Where an object is: x_world = pivot + translation + scale * R (x - pivot), with R the rotation

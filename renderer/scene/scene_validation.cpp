@@ -198,9 +198,7 @@ class SceneValidator {
     Require(!material.vertex_colors || m.mesh.HasColors(),
             where,
             "its material takes vertex colours, the mesh has none");
-    const bool is_textured = material.base_color_texture >= 0 || material.roughness_texture >= 0 ||
-                             material.metallic_texture >= 0;
-    Require(!is_textured || !m.mesh.uv_triangles.empty(),
+    Require(!material.IsTextured() || !m.mesh.uv_triangles.empty(),
             where,
             "its material has a texture, the mesh has no UVs");
     Require(InRange(m.mesh.colors, 0.0, 1e6), where, "colours must be finite and not negative");

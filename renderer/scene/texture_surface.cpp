@@ -25,9 +25,8 @@ std::vector<int> MeshesOfMaterial(const Scene& scene, int material) {
 
 std::vector<int> MeshesOfTexture(const Scene& scene, int texture) {
   return MeshesWhere(scene, [&](int own) {
-    const Material& material = scene.materials[static_cast<std::size_t>(own)];
-    return material.base_color_texture == texture || material.roughness_texture == texture ||
-           material.metallic_texture == texture;
+    const auto used = scene.materials[static_cast<std::size_t>(own)].Textures();
+    return std::ranges::find(used, texture) != used.end();
   });
 }
 
