@@ -194,6 +194,10 @@ struct OutputConfig {
   bool report = true;
 };
 
+/// What stands for a property of a material, from coarse to fine, and its words in `as`.
+enum class SurfaceForm { kConstant, kVertices, kTexture };
+inline constexpr std::array kSurfaceForms = {"constant", "vertices", "texture"};
+
 struct GradcheckConfig {
   std::vector<std::string> params;    ///< names or globs of unknown scalars or groups
   optim::GradientCheckOptions check;  ///< estimators and boundary budgets are those of `render`

@@ -1,7 +1,6 @@
 // What is computed and how: render, unknowns, loss, stages, solver, output, gradcheck.
 #include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
-#include "optim/prior/default_weights.h"
 #include "optim/prior/prior_terms.h"
 
 namespace pathfit::app {
@@ -258,7 +257,7 @@ SchemaNode UnknownsSchema() {
       Doc("Vertices: how they move. `vertices`: each alone.") |
       DefaultIs(fmt::format("`large_steps` of lambda {}", optim::kDefaultLargeSteps));
   const SchemaNode form = ByCheck(binding::Make(SchemaNode::Type::kChoice, "") |
-                                  Words({"constant", "vertices", "texture"}));
+                                  Words({kSurfaceForms.begin(), kSurfaceForms.end()}));
   return NamedMap("unknowns",
                   "OBJECT.PROPERTY",
                   Map("",

@@ -19,11 +19,6 @@ namespace {
 
 using renderer::ParameterKind;
 
-constexpr std::array<std::pair<const char*, SurfaceForm>, 3> kForms = {
-    {{"constant", SurfaceForm::kConstant},
-     {"vertices", SurfaceForm::kVertices},
-     {"texture", SurfaceForm::kTexture}}};
-
 class PromotionReader {
  public:
   PromotionReader(const YamlEntry& entry,
@@ -84,32 +79,34 @@ class PromotionReader {
   }
 
   void ReadForm(const YamlNode& node, PromotedUnknown& unknown) const {
-    const auto* form = std::ranges::find(
-        kForms, node.text, [](const auto& entry) { return std::string(entry.first); });
-    if (form == kForms.end()) {
+    const auto* word = std::ranges::find(kSurfaceForms, node.text);
+    if (word == kSurfaceForms.end()) {
       return Report(node,
-                    fmt::format("'{}' is not one of: constant, vertices, texture", node.text));
+                    fmt::format("'{}' is not one of: {}",
+                                node.text,
+                                JoinNames({kSurfaceForms.begin(), kSurfaceForms.end()})));
     }
+    const auto form = static_cast<SurfaceForm>(word - kSurfaceForms.begin());
     const optim::Promotion& promotion = unknown.promotion;
     const renderer::ParameterTraits& traits = renderer::TraitsOf(promotion.property);
-    if (form->second == SurfaceForm::kVertices && !traits.by_vertex_colors) {
+    if (form == SurfaceForm::kVertices && !traits.by_vertex_colors) {
       return Report(node, "only base_color can be per vertex");
     }
     const auto& material = scene_.materials[static_cast<std::size_t>(promotion.material)];
-    if (form->second == SurfaceForm::kConstant && traits.IsPerVertex(material)) {
+    if (form == SurfaceForm::kConstant && traits.IsPerVertex(material)) {
       return Report(node, "the material's base_color is per vertex already");
     }
-    if (form->second != SurfaceForm::kConstant &&
+    if (form != SurfaceForm::kConstant &&
         renderer::MeshesOfMaterial(scene_, promotion.material).empty()) {
       return Report(node, "no mesh is made of '" + material.name + "'");
     }
-    if (!unknown.forms.empty() && form->second < unknown.forms.back()) {
+    if (!unknown.forms.empty() && form < unknown.forms.back()) {
       return Report(node,
                     fmt::format("'{}' cannot follow '{}'; forms only become finer",
                                 node.text,
-                                kForms.at(static_cast<std::size_t>(unknown.forms.back())).first));
+                                kSurfaceForms.at(static_cast<std::size_t>(unknown.forms.back()))));
     }
-    unknown.forms.push_back(form->second);
+    unknown.forms.push_back(form);
   }
 
   const YamlEntry& entry_;

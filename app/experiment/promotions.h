@@ -10,9 +10,6 @@
 
 namespace pathfit::app {
 
-/// What stands for a property of a material.
-enum class SurfaceForm { kConstant, kVertices, kTexture };
-
 /// An unknown `MATERIAL.PROPERTY` that changes its form: one for each stage that frees it, the last
 /// for all further ones.
 struct PromotedUnknown {

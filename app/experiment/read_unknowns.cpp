@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -12,7 +13,6 @@
 #include "app/experiment/experiment.h"
 #include "app/experiment/parameter_names.h"
 #include "app/experiment/promotions.h"
-#include "optim/prior/default_weights.h"
 #include "renderer/core/check.h"
 #include "renderer/scene/texture_surface.h"
 
@@ -356,41 +356,35 @@ Unknowns ReadUnknowns(const ExperimentConfig& config, const renderer::Scene& sce
 
 std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& scene) {
   YamlNode root = config.resolved;
-  YamlNode none;
-  YamlNode* unknowns = root.Find("unknowns");
-  std::vector<Problem> problems;
-  const std::vector<PromotedUnknown> promotions = ReadPromotions(config, scene, problems);
-  for (YamlEntry& entry : (unknowns == nullptr ? none : *unknowns).entries) {
-    const auto promoted =
-        std::ranges::find(promotions,
-                          static_cast<std::size_t>(&entry - unknowns->entries.data()),
-                          &PromotedUnknown::index);
-    const ParameterTraits& traits =
-        promoted != promotions.end()
-            ? renderer::TraitsOf(promoted->promotion.property, scene, promoted->promotion.material)
-            : TraitsOf(FindParameter(scene, entry.key).parameter, scene);
-    const auto fill = [&](const char* key, const std::string& yaml) {
-      if (entry.value.Find(key) == nullptr) SetDefault(entry.value, key, yaml);
+  const Unknowns unknowns = ReadUnknowns(config, scene);
+  for (std::size_t i = 0; i < unknowns.of_config.size(); ++i) {
+    YamlNode& node = root.Find("unknowns")->entries[i].value;
+    const auto fill = [&node](const char* key, const std::string& yaml) {
+      if (node.Find(key) == nullptr) SetDefault(node, key, yaml);
     };
-    if (traits.bounded) {
-      fill("bounds", binding::Write(std::array{traits.lower, traits.upper}));
-      fill("transform", traits.log ? "log" : "identity");
+    const auto& forms = unknowns.of_config[i];
+    const optim::UnknownSpec& first =
+        unknowns.specs[static_cast<std::size_t>(forms.front().front())];
+    if (renderer::TraitsOf(first.kind).bounded) {
+      fill("bounds", binding::Write(std::array{first.lower, first.upper}));
+      const bool log = first.parameterization == optim::Parameterization::kLog;
+      fill("transform", log ? "log" : "identity");
     }
-    if (traits.kind == ParameterKind::kVertexPositions) {
+    const bool is_vertices = first.kind == ParameterKind::kVertexPositions;
+    if (is_vertices) {
       fill("parametrisation",
-           fmt::format("{{large_steps: {{lambda: {}}}}}", optim::kDefaultLargeSteps));
-      fill("priors", fmt::format("[{{laplacian: {{weight: {}}}}}]", optim::kDefaultLaplacian));
-      const int mesh = FindParameter(scene, entry.key).parameter.object;
-      const bool keeps = DefaultDetail(config, scene.meshes[static_cast<std::size_t>(mesh)]) ==
-                         optim::MeshDetail::kKeep;
-      fill("mesh", keeps ? "keep" : "levels");
+           fmt::format("{{large_steps: {{lambda: {}}}}}", first.large_steps_lambda));
     }
-    if (promoted != promotions.end() &&
-        std::ranges::find(promoted->forms, SurfaceForm::kTexture) != promoted->forms.end()) {
-      fill("priors",
-           fmt::format("[{{total_variation: {{weight: {}}}}}]", DefaultVariation(*promoted)));
+    const auto prior = [](const char* name, double weight) {
+      return weight > 0.0 ? fmt::format("{{{}: {{weight: {}}}}}", name, weight) : std::string();
+    };
+    const optim::UnknownSpec& last = unknowns.specs[static_cast<std::size_t>(forms.back().front())];
+    fill("priors",
+         "[" + prior("laplacian", last.laplacian_weight) +
+             prior("total_variation", last.total_variation_weight) + "]");
+    if (is_vertices) {
+      fill("mesh", first.mesh_detail == optim::MeshDetail::kKeep ? "keep" : "levels");
     }
-    fill("priors", "[]");
   }
   return WriteResolvedYaml(root, config.source);
 }

@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include "app/experiment/experiment.h"
-#include "optim/prior/default_weights.h"
 #include "tests/app/config/config_text.h"
 
 namespace pathfit::app {
