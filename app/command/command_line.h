@@ -247,11 +247,6 @@ void FillProgramInfo(RunRecord& record);
 /// `in_config` is 0 for auto.
 int NumThreads(const CommandLine& line, int in_config);
 
-/// Prints on standard error what -q must not hide, if the log does not show it.
-void ShowThoughQuiet(CommandContext& context, const std::string& text);
-/// Of something that is not in the derivative, which -q does not hide.
-void WarnOfLimit(CommandContext& context, const std::string& text);
-
 /// The status a command ends with when this exception reaches main.
 ExitStatus StatusOfException(const std::exception& error);
 

@@ -60,15 +60,6 @@ int NumThreads(const CommandLine& line, int in_config) {
   return NumThreads(line.threads, in_config, line.default_threads);
 }
 
-void ShowThoughQuiet(CommandContext& context, const std::string& text) {
-  if (context.line.log_level > LogLevel::kWarn) context.terminal.PrintLine("warning: " + text);
-}
-
-void WarnOfLimit(CommandContext& context, const std::string& text) {
-  context.log.Warn(text);
-  ShowThoughQuiet(context, "not in the derivative: " + text);
-}
-
 ExitStatus StatusOfException(const std::exception& error) {
   if (IsOneOf<UsageError>(error)) return ExitStatus::kUsage;
   if (IsOneOf<ConfigError>(error)) return ExitStatus::kConfig;

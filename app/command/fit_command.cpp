@@ -38,64 +38,19 @@ struct Options {
   std::string stop_after;     ///< name of a stage; empty: none
 };
 
-/// Passes everything on, and asks the fit to stop once a named stage has ended.
-class StopAfterStage final : public optim::FitObserver {
- public:
-  StopAfterStage(optim::FitObserver& next,
-                 CommandContext& context,
-                 std::string stage,
-                 renderer::CancelFlag& cancel)
-      : next_(next), context_(context), stage_(std::move(stage)), cancel_(cancel) {}
-
-  void OnRound(const optim::RoundReport& report) override { next_.OnRound(report); }
-  void OnScene(const std::string& stage,
-               const renderer::Scene& scene,
-               const StandardErrorsByName& standard_errors) override {
-    next_.OnScene(stage, scene, standard_errors);
-  }
-  void OnView(const std::string& stage,
-              std::size_t view,
-              const renderer::Film& image,
-              const optim::ViewLevel& observed) override {
-    next_.OnView(stage, view, image, observed);
-  }
-  void OnStage(const optim::StageReport& report) override {
-    next_.OnStage(report);
-    if (report.stage == stage_) {
-      reached_ = true;
-      cancel_ = true;
-    }
-  }
-  void OnMessage(const std::string& text) override { next_.OnMessage(text); }
-  void OnWarning(const std::string& text) override {
-    next_.OnWarning(text);
-    if (text.starts_with("not in the derivative")) ShowThoughQuiet(context_, text);
-  }
-  [[nodiscard]] bool reached() const { return reached_; }
-
- private:
-  optim::FitObserver& next_;
-  CommandContext& context_;
-  std::string stage_;
-  renderer::CancelFlag& cancel_;
-  bool reached_ = false;
-};
-
 struct Ending {
   RunStatus status;
   std::string reason;
   ExitStatus exit;
 };
 
-Ending EndingOf(optim::FitStatus status,
-                const StopSignals& signals,
-                bool stage_reached,
-                const RunDirectory& run) {
+Ending EndingOf(optim::FitStatus status, const StopSignals& signals, const RunDirectory& run) {
   const std::string how = "; continue with: pathfit resume " + run.root().string();
-  if (status == optim::FitStatus::kFinished || stage_reached) {
-    return {RunStatus::kFinished,
-            stage_reached ? "stopped after the requested stage" : "all stages done",
-            ExitStatus::kFinished};
+  if (status == optim::FitStatus::kFinished) {
+    return {RunStatus::kFinished, "all stages done", ExitStatus::kFinished};
+  }
+  if (status == optim::FitStatus::kStageReached) {
+    return {RunStatus::kFinished, "stopped after the requested stage", ExitStatus::kFinished};
   }
   if (status == optim::FitStatus::kTimeLimit) {
     return {RunStatus::kStopped, "time limit reached" + how, ExitStatus::kStopped};
@@ -128,16 +83,16 @@ ExitStatus RunInDirectory(CommandContext& context,
                        {.report = config.output.report,
                         .only_pictures_of = config.output.images_every_stage ? "" : last_stage},
                        resume_step);
-  StopAfterStage observer(recorder, context, own.stop_after, signals.flag());
   experiment.fit.time_limit_s = own.time_limit_s;
   optim::FitControls controls;
   controls.cancel = &signals.flag();
   controls.ranks = &context.ranks;
   controls.checkpoint_folder = run.Checkpoints();
   controls.resume = std::move(resume);
+  controls.stop_after = own.stop_after;
   try {
     const optim::FitResult result = optim::RunFit(
-        experiment.scene, experiment.observations, experiment.fit, observer, controls);
+        experiment.scene, experiment.observations, experiment.fit, recorder, controls);
     progress.Finish();
     recorder.RecordScenes(experiment.fit, experiment.scene, result.scene, result.standard_errors);
     std::vector<ExportedView> views = ExportedViews(experiment, config);
@@ -152,10 +107,10 @@ ExitStatus RunInDirectory(CommandContext& context,
     WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
     record.SetTimes(result.wall_s, 0.0);
     if (result.gauge) {
-      record.SetGauge(MakeGaugeRecord(*result.gauge));
-      context.log.Info(record.record().gauge->sentence);
+      record.SetGauge(result.gauge);
+      context.log.Info(GaugeSentence(*result.gauge));
     }
-    const Ending ending = EndingOf(result.status, signals, observer.reached(), run);
+    const Ending ending = EndingOf(result.status, signals, run);
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
     context.log.Info(
         fmt::format("{}; {} rounds in {:.0f} s", ending.reason, result.rounds, result.wall_s));

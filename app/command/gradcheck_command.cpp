@@ -305,7 +305,7 @@ void WarnOfLimits(CommandContext& context,
   std::set<std::string> limits;
   for (const Direction& direction : directions) {
     for (const std::string& text : renderer::DerivativeLimits(scene, direction.layout)) {
-      if (limits.insert(text).second) WarnOfLimit(context, text);
+      if (limits.insert(text).second) context.log.WarnOfLimit(text);
     }
   }
 }

@@ -371,7 +371,7 @@ std::vector<Direction> ChooseDirections(CommandContext& context,
   }
   const renderer::ParameterLayout layout = UnionLayout(scene, directions);
   for (const std::string& limit : renderer::DerivativeLimits(scene, layout)) {
-    WarnOfLimit(context, limit);
+    context.log.WarnOfLimit(limit);
   }
   renderer::CheckDerivative(scene, layout, options);
   return directions;

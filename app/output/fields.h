@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/core/error.h"
+#include "renderer/math/rgb.h"
 
 namespace pathfit::app {
 
@@ -58,6 +59,8 @@ Json ToJson(const T& value) {
     if (std::isnan(value)) return nullptr;
     if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
     return value;
+  } else if constexpr (std::is_same_v<T, renderer::Rgb>) {
+    return {ToJson(value.r), ToJson(value.g), ToJson(value.b)};
   } else if constexpr (HasFields<T>) {
     Json json = Json::object();
     Fields<T>::Visit(
@@ -83,6 +86,8 @@ void FromJson(const Json& json, T& value) {
             : json == "inf"  ? kInfinity
             : json == "-inf" ? -kInfinity
                              : std::numeric_limits<double>::quiet_NaN();
+  } else if constexpr (std::is_same_v<T, renderer::Rgb>) {
+    for (int c = 0; c < 3; ++c) FromJson(json.at(static_cast<std::size_t>(c)), value[c]);
   } else if constexpr (HasFields<T>) {
     Fields<T>::Visit(value, [&json]<class Key>(const Key& key, auto& member) {
       if constexpr (std::is_same_v<Key, Figure>) {

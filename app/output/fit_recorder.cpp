@@ -156,6 +156,7 @@ void FitRecorder::WritePage() {
 
 void FitRecorder::OnMessage(const std::string& text) { log_.Info(text); }
 void FitRecorder::OnWarning(const std::string& text) { log_.Warn(text); }
+void FitRecorder::OnLimit(const std::string& limit) { log_.WarnOfLimit(limit); }
 
 void FitRecorder::RecordScenes(const optim::FitSpec& spec,
                                const renderer::Scene& start,

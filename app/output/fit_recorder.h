@@ -49,6 +49,7 @@ class FitRecorder final : public optim::FitObserver {
   void OnStage(const optim::StageReport& report) override;
   void OnMessage(const std::string& text) override;
   void OnWarning(const std::string& text) override;
+  void OnLimit(const std::string& limit) override;
 
   /// Parameter table and environment pictures, of the run's first scene and its present one, and
   /// the model of the latter.

@@ -91,7 +91,7 @@ class Log::Loggers {
 };
 
 Log::Log(Terminal& terminal, LogLevel level)
-    : level_(level), loggers_(std::make_unique<Loggers>(terminal)) {
+    : terminal_(terminal), level_(level), loggers_(std::make_unique<Loggers>(terminal)) {
   loggers_->logger.sinks().front()->set_level(SpdlogLevel(level));
   loggers_->logger.set_level(SpdlogLevel(std::min(level, LogLevel::kDebug)));
   loggers_->logger.flush_on(spdlog::level::debug);
@@ -121,6 +121,12 @@ void Log::Write(LogLevel level, const std::string& text) {
     }
   }
   loggers_->logger.log(SpdlogLevel(level), spdlog::string_view_t(clean));
+}
+
+void Log::WarnOfLimit(const std::string& limit) {
+  const std::string text = "not in the derivative: " + WithoutControls(limit);
+  Warn(text);
+  if (level_ > LogLevel::kWarn) terminal_.PrintLine("warning: " + text);
 }
 
 std::vector<std::string> Log::Warnings() const {

@@ -33,12 +33,15 @@ class Log {
   void Info(const std::string& text) { Write(LogLevel::kInfo, text); }
   void Warn(const std::string& text) { Write(LogLevel::kWarn, text); }
   void Error(const std::string& text) { Write(LogLevel::kError, text); }
+  /// Warns of something that is not in the derivative, on standard error whatever the level.
+  void WarnOfLimit(const std::string& limit);
 
   /// Texts of all warnings so far, each once, whatever the level.
   [[nodiscard]] std::vector<std::string> Warnings() const;
 
  private:
   class Loggers;
+  Terminal& terminal_;
   LogLevel level_;
   std::unique_ptr<Loggers> loggers_;
 };

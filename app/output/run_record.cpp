@@ -62,51 +62,40 @@ std::string EffectiveStatus(const RunRecord& record) {
   return Json(record.status).get<std::string>();
 }
 
-GaugeRecord MakeGaugeRecord(const optim::GaugeReport& report) {
+std::string GaugeSentence(const optim::GaugeReport& gauge) {
   constexpr double kReached = 1e-3;
-  const auto list = [](const renderer::Rgb& c) { return std::vector<double>{c.r, c.g, c.b}; };
   const auto words = [](const renderer::Rgb& c) {
     return fmt::format("{:.4g} {:.4g} {:.4g}", c.r, c.g, c.b);
   };
-  GaugeRecord record;
-  record.mean_color = list(report.mean);
-  record.wanted_color = list(report.wanted);
-  record.start_color = list(report.start);
-  record.lights = list(report.lights);
   std::string how;
-  switch (report.source) {
+  switch (gauge.source) {
     case optim::GaugeSource::kKnownLight:
-      record.rule = "known_light";
-      how = "by the light '" + report.known + "', which is not free";
+      how = "by the light '" + gauge.known + "', which is not free";
       break;
     case optim::GaugeSource::kKnownColor:
-      record.rule = "known_color";
-      how = "by the base colour of '" + report.known + "', which is not free";
+      how = "by the base colour of '" + gauge.known + "', which is not free";
       break;
     case optim::GaugeSource::kPhotos:
-      record.rule = "photos";
       how =
           "by what the photos show beside colour times light (highlights, light between "
           "surfaces, lights that are seen)";
       break;
     case optim::GaugeSource::kMeanColor:
-      record.rule = "mean_color";
-      how = "by the rule that the mean base colour is " + words(report.wanted);
+      how = "by the rule that the mean base colour is " + words(gauge.wanted);
       for (int c = 0; c < 3; ++c) {
-        if (std::abs(report.mean[c] - report.wanted[c]) <= kReached * report.wanted[c]) continue;
+        if (std::abs(gauge.mean[c] - gauge.wanted[c]) <= kReached * gauge.wanted[c]) continue;
         how += ", which is not reached: a colour or a light would leave its bounds";
         break;
       }
       break;
   }
-  record.sentence = fmt::format(
+  return fmt::format(
       "The common scale of base colours and lights is told {}; the mean base colour is "
       "{} ({} at the start), lights are {} times those of the start.",
       how,
-      words(report.mean),
-      words(report.start),
-      words(report.lights));
-  return record;
+      words(gauge.mean),
+      words(gauge.start),
+      words(gauge.lights));
 }
 
 RunRecord MakeRunRecord(const std::vector<std::string>& argv) {
@@ -196,8 +185,8 @@ void RunRecordFile::SetWarnings(std::vector<std::string> warnings) {
   Write();
 }
 
-void RunRecordFile::SetGauge(std::optional<GaugeRecord> gauge) {
-  record_.gauge = std::move(gauge);
+void RunRecordFile::SetGauge(const std::optional<optim::GaugeReport>& gauge) {
+  record_.gauge = gauge;
   Write();
 }
 

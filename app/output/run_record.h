@@ -9,6 +9,15 @@
 
 #include "app/output/figures.h"
 
+namespace pathfit::optim {
+// A name that is not known counts as the first.
+NLOHMANN_JSON_SERIALIZE_ENUM(GaugeSource,
+                             {{GaugeSource::kPhotos, "photos"},
+                              {GaugeSource::kKnownLight, "known_light"},
+                              {GaugeSource::kKnownColor, "known_color"},
+                              {GaugeSource::kMeanColor, "mean_color"}})
+}  // namespace pathfit::optim
+
 namespace pathfit::app {
 
 enum class RunStatus { kRunning, kFinished, kStopped, kFailed };
@@ -41,14 +50,6 @@ struct RunHost {
   int logical_cpus = 0;
 };
 
-/// optim::GaugeReport, for files.
-struct GaugeRecord {
-  std::string rule;  ///< "known_light", "known_color", "photos", "mean_color"
-  std::string sentence;
-  std::vector<double> mean_color, wanted_color, start_color;
-  std::vector<double> lights;  ///< strength over that at the start
-};
-
 /// Content of run.json.
 struct RunRecord {
   std::string name;
@@ -62,8 +63,8 @@ struct RunRecord {
   std::vector<InputFile> inputs;
   std::vector<std::string> assumptions;
   std::vector<std::string> warnings;
-  std::optional<GaugeRecord> gauge;       ///< of the scale that colours and lights share
-  std::vector<std::string> attributions;  ///< credits of the photos and meshes that were used
+  std::optional<optim::GaugeReport> gauge;  ///< of the scale that colours and lights share
+  std::vector<std::string> attributions;    ///< credits of the photos and meshes that were used
   RunStatus status = RunStatus::kRunning;
   std::string reason;            ///< why it ended, for people
   std::optional<int> exit_code;  ///< of the last session
@@ -105,14 +106,19 @@ struct Fields<RunSession> {
   }
 };
 
+/// In words: which rule was in force and what came of it.
+std::string GaugeSentence(const optim::GaugeReport& gauge);
+
 template <>
-struct Fields<GaugeRecord> {
+struct Fields<optim::GaugeReport> {
   static void Visit(auto& gauge, const auto& visit) {
-    visit("rule", gauge.rule);
-    visit("sentence", gauge.sentence);
-    visit("mean_color", gauge.mean_color);
-    visit("wanted_color", gauge.wanted_color);
-    visit("start_color", gauge.start_color);
+    std::string sentence = GaugeSentence(gauge);  // written for readers, not read back
+    visit("rule", gauge.source);
+    visit(Figure{.key = "known"}, gauge.known);
+    visit("sentence", sentence);
+    visit("mean_color", gauge.mean);
+    visit("wanted_color", gauge.wanted);
+    visit("start_color", gauge.start);
     visit("lights", gauge.lights);
   }
 };
@@ -148,9 +154,6 @@ struct Fields<RunRecord> {
 /// The record's status name, or "killed" when it says running but its process is gone.
 std::string EffectiveStatus(const RunRecord& record);
 
-/// With a sentence that says rule and outcome.
-GaugeRecord MakeGaugeRecord(const optim::GaugeReport& report);
-
 /// A record with host, CPU, pid and times filled in, and one session with these arguments.
 RunRecord MakeRunRecord(const std::vector<std::string>& argv);
 /// Size and SHA-256 of each file. Throws IoError when one cannot be read.
@@ -176,7 +179,7 @@ class RunRecordFile {
   [[nodiscard]] const RunRecord& record() const { return record_; }
   void SetStages(std::vector<optim::StageReport> stages);
   void SetWarnings(std::vector<std::string> warnings);
-  void SetGauge(std::optional<GaugeRecord> gauge);
+  void SetGauge(const std::optional<optim::GaugeReport>& gauge);
   void SetTimes(double wall_s, double peak_rss_mb);
   void Finish(RunStatus status, const std::string& reason, int exit_code);
 

@@ -119,7 +119,7 @@ class FitDriver {
           "; nothing else of them enters the fit");
     }
     for (const std::string& limit : renderer::DerivativeLimits(start_, all_.layout())) {
-      observer_.OnWarning("not in the derivative: " + limit);
+      observer_.OnLimit(limit);
     }
   }
 
@@ -135,9 +135,13 @@ class FitDriver {
       }
       ShareState();
       while (state_.stage < static_cast<int>(spec_.stages.size()) && RunStage()) {
-        ++state_.stage;
+        const std::string& done = spec_.stages[static_cast<std::size_t>(state_.stage++)].name;
         BeginStage();
         SaveCheckpoint();
+        if (done == controls_.stop_after) {
+          result_.status = FitStatus::kStageReached;
+          break;
+        }
       }
     } catch (const renderer::Cancelled&) {
       if (!division_.IsFirst()) {
@@ -617,7 +621,9 @@ FitResult RunFit(const renderer::Scene& start,
   }
   try {
     FitResult result = FitDriver(start, observations, spec, observer, controls).Run();
-    if (controls.ranks->IsFirst() && result.status == FitStatus::kCancelled) {
+    const bool is_early =
+        result.status == FitStatus::kCancelled || result.status == FitStatus::kStageReached;
+    if (controls.ranks->IsFirst() && is_early) {
       controls.ranks->Stop();
     }
     return result;

@@ -17,13 +17,14 @@ namespace pathfit::optim {
 
 class Ranks;
 
-enum class FitStatus { kFinished, kCancelled, kTimeLimit };
+enum class FitStatus { kFinished, kStageReached, kCancelled, kTimeLimit };
 
 struct FitControls {
   /// Polled while rendering. The fit then returns the scene of the last finished round.
   const renderer::CancelFlag* cancel = nullptr;
   std::filesystem::path checkpoint_folder;  ///< written after every round; empty = none
   std::optional<FitState> resume;           ///< continue from here instead of from the start
+  std::string stop_after;                   ///< name of the stage to end after; empty: the last
   /// Share the work, with the same bits for any number of them: all call RunFit with the same
   /// start, observations and specification. The first alone uses the checkpoints' folder and
   /// `resume`, and gets the result; the others have a SilentObserver, return nothing, and throw

@@ -114,6 +114,8 @@ class FitObserver {
   virtual void OnMessage(const std::string& text) = 0;
   /// What may spoil the result.
   virtual void OnWarning(const std::string& text) = 0;
+  /// What is not in the derivative (renderer::DerivativeLimits), at the start.
+  virtual void OnLimit(const std::string& limit) { OnWarning("not in the derivative: " + limit); }
 };
 
 /// Of ranks other than the first, which do not speak.
