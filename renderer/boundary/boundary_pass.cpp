@@ -34,6 +34,13 @@ class Runner {
   Runner(const BoundaryContext& context, DerivativeSink& sink, RenderStats& stats)
       : context_(context), options_(context.options), sink_(sink), stats_(stats) {}
 
+  /// If its term is wanted and can be there.
+  template <class Technique>
+  void Run(const Streams& streams) {
+    if (options_.Has(streams.term)) Run(Technique(context_), streams);
+  }
+
+ private:
   void Run(const BoundaryTechnique& technique, const Streams& streams) {
     ways_ = technique.Ways();
     std::int64_t budget = ways_.empty() ? 0 : technique.NumSamples();
@@ -48,7 +55,6 @@ class Runner {
     }
   }
 
- private:
   [[nodiscard]] CounterRng Stream(RandomDomain domain, std::size_t way, std::int64_t index) const {
     return CounterRng(
         options_.seed, OfWay(domain, way), options_.view, static_cast<std::uint64_t>(index));
@@ -192,35 +198,21 @@ void EmitBoundaries(const PathContext& interior,
   }
   PathContext path = interior;
   path.antithetic = false;  // boundary samples trace single paths
-  const DerivativeTerms& terms = options.terms;
   std::shared_ptr<const EdgeTree> edges = std::make_shared<const EdgeTree>();
   if (options.Has(DerivativeTerm::kDirect) || options.Has(DerivativeTerm::kIndirect)) {
-    std::vector<bool> moves;
-    for (const auto& mesh : active.meshes) {
-      moves.push_back(mesh.moves);
-    }
-    edges = path.world->EdgesFor(moves, camera.Origin());
+    edges = path.world->EdgesFor(active.MovingMeshes(), camera.Origin());
   }
   const BoundaryContext context{
       path, camera, active, options, services, *edges, path.world->contacts()};
   using enum RandomDomain;
   Runner runner(context, sink, stats);
-  if (terms.Has(DerivativeTerm::kPrimary)) {
-    runner.Run(PrimaryBoundary(context),
-               {DerivativeTerm::kPrimary, kPrimaryShift, kPrimaryPilot, kPrimarySample});
-  }
-  if (terms.Has(DerivativeTerm::kPixel)) {
-    runner.Run(PixelBoundary(context),
-               {DerivativeTerm::kPixel, kPixelBorderShift, kPixelBorderPilot, kPixelBorderSample});
-  }
-  if (terms.Has(DerivativeTerm::kDirect)) {
-    runner.Run(DirectBoundary(context),
-               {DerivativeTerm::kDirect, kDirectShift, kDirectPilot, kDirectSample});
-  }
-  if (terms.Has(DerivativeTerm::kIndirect)) {
-    runner.Run(IndirectBoundary(context),
-               {DerivativeTerm::kIndirect, kIndirectShift, kIndirectPilot, kIndirectSample});
-  }
+  runner.Run<PrimaryBoundary>(
+      {DerivativeTerm::kPrimary, kPrimaryShift, kPrimaryPilot, kPrimarySample});
+  runner.Run<PixelBoundary>(
+      {DerivativeTerm::kPixel, kPixelBorderShift, kPixelBorderPilot, kPixelBorderSample});
+  runner.Run<DirectBoundary>({DerivativeTerm::kDirect, kDirectShift, kDirectPilot, kDirectSample});
+  runner.Run<IndirectBoundary>(
+      {DerivativeTerm::kIndirect, kIndirectShift, kIndirectPilot, kIndirectSample});
 }
 
 }  // namespace pathfit::renderer

@@ -18,7 +18,7 @@ constexpr double kIntoShadow = 4.0;
 // A surface that is nearly edge-on to the shadow's border is not followed further than this allows.
 constexpr double kMinTangent = 0.1;
 // Planes of triangles whose normals' cosine differs less from 1 are one.
-constexpr double kCoplanar = 1e-9;
+constexpr double kSamePlane = 1e-9;
 // Slopes that differ less are those of one plane: in it a face of the edge is before what touches
 // it.
 constexpr double kOnePlane = 1e-6;
@@ -327,7 +327,7 @@ bool TraceDetectorEnd(const BoundaryContext& context, BoundarySegment& segment) 
     const Vec3& n = caster.Geometry(x_s->id).n;
     const auto is_of_plane = [&] {
       return hit && TouchesEdge(context, segment, hit->distance) &&
-             std::abs(Dot(n, caster.Geometry(hit->id).n)) > 1.0 - kCoplanar;
+             std::abs(Dot(n, caster.Geometry(hit->id).n)) > 1.0 - kSamePlane;
     };
     if (is_of_plane()) {
       const std::span<const TriangleId> faces = segment.faces.All();

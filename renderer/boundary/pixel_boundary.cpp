@@ -15,11 +15,7 @@ PixelBounds BoundsOfMotion(const BoundaryContext& context) {
   if (active.camera.Any() || SkyMoves(context)) {
     return {0, 0, camera.width, camera.height};
   }
-  std::vector<bool> moving;
-  for (const auto& mesh : active.meshes) {
-    moving.push_back(mesh.moves);
-  }
-  return BoundsOfMeshes(*context.path.world, context.camera, moving);
+  return BoundsOfMeshes(*context.path.world, context.camera, active.MovingMeshes());
 }
 
 }  // namespace

@@ -5,16 +5,14 @@
 #include <optional>
 
 #include "renderer/boundary/visible_point.h"
+#include "renderer/geometry/mesh_checks.h"
+#include "renderer/scene/scene_edges.h"
 
 namespace pathfit::renderer {
 namespace {
 
-// Faces whose normals differ by less than this are one plane: no silhouette, no crease.
-constexpr double kCoplanar = 1e-7;
 // Nearest depth that is kept, relative to the distance of the edge's far end.
 constexpr double kNearPlane = 1e-6;
-// Share of the samples of an edge that rests, while its background may move.
-constexpr double kRestingWeight = 0.2;
 
 /// What of a mesh can change the image.
 struct Candidates {
@@ -38,11 +36,9 @@ struct FaceNormal {
 };
 
 FaceNormal NormalTowards(const Mesh& mesh, std::int32_t face, const CameraModel& camera) {
-  const Triangle& t = mesh.triangles[static_cast<std::size_t>(face)];
-  const auto p = [&](std::size_t i) { return mesh.positions[static_cast<std::size_t>(t[i])]; };
-  const Vec3 n = Normalized(Cross(p(1) - p(0), p(2) - p(0)));
+  const TriangleGeometry triangle = GeometryOf(mesh, mesh.triangles[Index(face)]);
   double distance = 0.0;
-  return {n, Dot(n, camera.RayTo(p(0), distance).direction)};
+  return {triangle.n, Dot(triangle.n, camera.RayTo(triangle.p0, distance).direction)};
 }
 
 /// Whether all sensor rays start outside the mesh: the centre is outside its bounding box, or the
@@ -54,15 +50,7 @@ bool IsViewedFromOutside(const Mesh& mesh, const CameraModel& camera) {
       return Dot(camera.Pose().linear.z, p - camera.Origin()) < 0.0;
     });
   }
-  const Vec3& eye = camera.Origin();
-  for (int i = 0; i < 3; ++i) {
-    const auto below = [&](const Vec3& p) { return p[i] < eye[i]; };
-    if (std::all_of(points.begin(), points.end(), below) ||
-        std::none_of(points.begin(), points.end(), below)) {
-      return true;
-    }
-  }
-  return false;
+  return IsOutsideBox(mesh, camera.Origin());
 }
 
 /// Whether a list that is indexed by its own triangles has different values on both sides.

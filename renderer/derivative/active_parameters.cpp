@@ -98,6 +98,12 @@ CameraBlocks BlocksOfCamera(const Scene& scene,
 
 }  // namespace
 
+std::vector<bool> ActiveParameters::MovingMeshes() const {
+  std::vector<bool> moving;
+  for (const MeshBlocks& mesh : meshes) moving.push_back(mesh.moves);
+  return moving;
+}
+
 ActiveParameters ActiveParameters::Make(const Scene& scene,
                                         const ParameterLayout& layout,
                                         const CameraModel& camera,

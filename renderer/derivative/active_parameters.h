@@ -67,6 +67,9 @@ struct ActiveParameters {
   std::vector<bool> touches;  ///< by mesh: whether a path that meets it depends on a parameter
   bool all_paths = false;     ///< whether all paths do, by lights or the sensor
 
+  /// By mesh: whether it moves.
+  [[nodiscard]] std::vector<bool> MovingMeshes() const;
+
   /// `sensor` is the index of the sensor that `camera` stands for, -1 for none.
   static ActiveParameters Make(const Scene& scene,
                                const ParameterLayout& layout,

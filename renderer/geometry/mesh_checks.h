@@ -69,6 +69,19 @@ inline Vec3 TwiceArea(const Mesh& mesh, const Triangle& t) {
   return Cross(mesh.positions[Index(t[1])] - a, mesh.positions[Index(t[2])] - a);
 }
 
+inline TriangleGeometry GeometryOf(const Mesh& mesh, const Triangle& t) {
+  return TriangleGeometry::Make(
+      mesh.positions[Index(t[0])], mesh.positions[Index(t[1])], mesh.positions[Index(t[2])]);
+}
+
+/// Unit normal of a triangle by its winding.
+inline Vec3 TriangleNormal(const Mesh& mesh, std::int32_t triangle) {
+  return GeometryOf(mesh, mesh.triangles[Index(triangle)]).n;
+}
+
+/// Whether the point is outside the box around the mesh.
+bool IsOutsideBox(const Mesh& mesh, const Vec3& x);
+
 inline double SurfaceArea(const Mesh& mesh) {
   double sum = 0.0;
   for (const Triangle& t : mesh.triangles) {

@@ -155,6 +155,17 @@ std::vector<std::int32_t> PartsOf(const std::vector<MeshEdge>& edges, std::size_
 
 }  // namespace
 
+bool IsOutsideBox(const Mesh& mesh, const Vec3& x) {
+  for (int i = 0; i < 3; ++i) {
+    const auto below = [&](const Vec3& p) { return p[i] < x[i]; };
+    if (std::all_of(mesh.positions.begin(), mesh.positions.end(), below) ||
+        std::none_of(mesh.positions.begin(), mesh.positions.end(), below)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 std::vector<TriangleGeometry> GeometryOf(const Mesh& mesh) {
   std::vector<TriangleGeometry> triangles;
   triangles.reserve(mesh.triangles.size());

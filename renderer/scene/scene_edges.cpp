@@ -3,38 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/geometry/mesh_checks.h"
 #include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
 namespace {
-
-// Faces whose normals differ by less than this are one plane.
-constexpr double kCoplanar = 1e-7;
-// Share of the samples of an edge that rests, while other things move.
-constexpr double kRestingWeight = 0.2;
-
-bool IsOutsideBox(const Mesh& mesh, const Vec3& x) {
-  for (int i = 0; i < 3; ++i) {
-    const auto below = [&](const Vec3& p) { return p[i] < x[i]; };
-    if (std::all_of(mesh.positions.begin(), mesh.positions.end(), below) ||
-        std::none_of(mesh.positions.begin(), mesh.positions.end(), below)) {
-      return true;
-    }
-  }
-  return false;
-}
 
 /// Whether no path from the viewer can run inside the mesh: it is closed, opaque, turned outward,
 /// and the viewer is outside its box.
 bool IsOpaqueSolid(const World& world, int mesh, const Vec3& viewer) {
   return world.topology(mesh).solid && IsOutsideBox(world.mesh(mesh), viewer) &&
          !IsTransmissive(world.MaterialOf(mesh).bsdf);
-}
-
-Vec3 FaceNormal(const Mesh& mesh, std::int32_t face) {
-  const Triangle& t = mesh.triangles[static_cast<std::size_t>(face)];
-  const auto p = [&](std::size_t i) { return mesh.positions[static_cast<std::size_t>(t[i])]; };
-  return Normalized(Cross(p(1) - p(0), p(2) - p(0)));
 }
 
 }  // namespace
@@ -61,9 +40,9 @@ std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& se
       out.edge = static_cast<std::int32_t>(e);
       out.a = mesh.positions[static_cast<std::size_t>(edge.vertices[0])];
       out.b = mesh.positions[static_cast<std::size_t>(edge.vertices[1])];
-      out.n0 = FaceNormal(mesh, edge.faces[0]);
+      out.n0 = TriangleNormal(mesh, edge.faces[0]);
       out.border = edge.faces[1] < 0;
-      out.n1 = out.border ? -out.n0 : FaceNormal(mesh, edge.faces[1]);
+      out.n1 = out.border ? -out.n0 : TriangleNormal(mesh, edge.faces[1]);
       out.weight = moves ? 1.0 : kRestingWeight;
       if (!out.border) {
         if (Norm(out.n0 - out.n1) < kCoplanar) {

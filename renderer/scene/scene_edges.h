@@ -11,6 +11,11 @@ namespace pathfit::renderer {
 
 class World;
 
+/// Faces whose normals differ by less than this are one plane: no silhouette, no crease.
+inline constexpr double kCoplanar = 1e-7;
+/// Share of the samples of an edge that rests, while other things move.
+inline constexpr double kRestingWeight = 0.2;
+
 /// What decides which edges of a world count, and how much: by mesh.
 struct EdgeSelection {
   std::vector<bool> moves;
