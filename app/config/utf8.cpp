@@ -27,6 +27,19 @@ std::size_t NumCharacters(std::string_view text) {
   return text.size() - static_cast<std::size_t>(std::ranges::count_if(text, IsContinuationByte));
 }
 
+std::string FirstBytes(const std::string& text, std::size_t most) {
+  if (text.size() <= most) return text;
+  while (most > 0 && IsContinuationByte(text[most])) --most;
+  return text.substr(0, most);
+}
+
+std::string LastBytes(const std::string& text, std::size_t most) {
+  if (text.size() <= most) return text;
+  std::size_t begin = text.size() - most;
+  while (begin < text.size() && IsContinuationByte(text[begin])) ++begin;
+  return text.substr(begin);
+}
+
 std::optional<std::size_t> FirstBadByte(const std::string& text) {
   const auto byte = [&text](std::size_t i) {
     return static_cast<unsigned>(static_cast<unsigned char>(text[i]));

@@ -79,16 +79,12 @@ double OfLastStage(const ComparedRun& run) {
 std::string Decibels(double value) { return fmt::format("{:.2f} dB", value); }
 std::string Share(double value) { return fmt::format("{:.4f}", value); }
 
-std::string Shortened(std::string text) {
-  if (text.size() <= kWidestValue) return text;
-  std::size_t begin = text.size() - kWidestValue + 3;
-  // Not in the middle of a character.
-  while (begin < text.size() && IsContinuationByte(text[begin])) ++begin;
-  return "..." + text.substr(begin);
+std::string Shortened(const std::string& text) {
+  return text.size() <= kWidestValue ? text : "..." + LastBytes(text, kWidestValue - 3);
 }
 
 Json PictureJson(const std::string& jpeg) {
-  return jpeg.empty() ? Json(nullptr) : Json("data:image/jpeg;base64," + Base64(jpeg));
+  return jpeg.empty() ? Json(nullptr) : Json(DataUri(jpeg));
 }
 
 /// A view of any run, and where it is in each of them.

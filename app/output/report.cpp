@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "app/config/utf8.h"
 #include "app/output/report_images.h"
 #include "app/output/sha256.h"
 #include "app/output/viewed_model.h"
@@ -17,6 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxListedInputs = 300;
+constexpr int kMaxFittedViews = 8;  // the worst ones; held-out views are all shown
 constexpr std::size_t kMaxConfigBytes = 200'000;
 constexpr double kModelShare = 0.5;  // of the page
 // Limits of what deserves a warning.
@@ -60,12 +62,12 @@ bool HasValidation(const optim::StageReport& report) {
 }
 
 Json PictureJson(const std::string& bytes, const char* mime) {
-  return bytes.empty() ? Json(nullptr) : Json(fmt::format("data:{};base64,", mime) + Base64(bytes));
+  return bytes.empty() ? Json(nullptr) : Json(DataUri(bytes, mime));
 }
 
 std::string Shortened(const std::string& text) {
   constexpr const char* kRest = "\n(The rest is in the file of the run directory.)";
-  return text.size() <= kMaxConfigBytes ? text : text.substr(0, kMaxConfigBytes) + kRest;
+  return text.size() <= kMaxConfigBytes ? text : FirstBytes(text, kMaxConfigBytes) + kRest;
 }
 
 std::string MegabytesText(std::size_t bytes) {
@@ -73,7 +75,7 @@ std::string MegabytesText(std::size_t bytes) {
 }
 
 /// Held-out views first, each kind from the worst to the best; only the worst of the fitted ones.
-std::vector<std::size_t> ChosenViews(const std::vector<optim::ViewReport>& views, int max_fitted) {
+std::vector<std::size_t> ChosenViews(const std::vector<optim::ViewReport>& views) {
   std::vector<std::size_t> chosen(views.size());
   for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = i;
   std::ranges::stable_sort(chosen, [&](std::size_t a, std::size_t b) {
@@ -85,8 +87,9 @@ std::vector<std::size_t> ChosenViews(const std::vector<optim::ViewReport>& views
     return known(a) < known(b);
   });
   int num_fitted = 0;
-  std::erase_if(chosen,
-                [&](std::size_t i) { return !views[i].validation && ++num_fitted > max_fitted; });
+  std::erase_if(chosen, [&](std::size_t i) {
+    return !views[i].validation && ++num_fitted > kMaxFittedViews;
+  });
   return chosen;
 }
 
@@ -96,7 +99,7 @@ void AddViews(const ReportData& data, const ReportOptions& options, std::size_t 
   json["views_note"] = "";
   const optim::StageReport* last = LastReport(data.history);
   if (last == nullptr) return;
-  const std::vector<std::size_t> chosen = ChosenViews(last->views, options.max_fitted_views);
+  const std::vector<std::size_t> chosen = ChosenViews(last->views);
   constexpr std::size_t kNoteBytes = 1000;
   std::size_t total = used + kNoteBytes;
   std::size_t shown_held_out = 0;

@@ -15,6 +15,16 @@ TEST(Utf8, CountsCharactersNotBytes) {
   EXPECT_FALSE(IsContinuationByte('a'));
 }
 
+TEST(Utf8, CutsBetweenCharacters) {
+  EXPECT_EQ(FirstBytes("aé", 3), "aé");
+  EXPECT_EQ(FirstBytes("aé…", 2), "a");
+  EXPECT_EQ(FirstBytes("aé…", 5), "aé");
+  EXPECT_EQ(FirstBytes("…", 0), "");
+  EXPECT_EQ(LastBytes("…éa", 6), "…éa");
+  EXPECT_EQ(LastBytes("…éa", 5), "éa");
+  EXPECT_EQ(LastBytes("…éa", 2), "a");
+}
+
 TEST(Utf8, FindsTheFirstByteThatIsNoText) {
   EXPECT_FALSE(FirstBadByte("é█…\t\n"));
   EXPECT_EQ(FirstBadByte("ab\x01"), 2U);

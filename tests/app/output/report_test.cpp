@@ -216,6 +216,12 @@ TEST(Report, LongListsOfInputsAndLongConfigsAreCut) {
   EXPECT_LT(ReportPage(json).size(), 400'000U);
 }
 
+TEST(Report, LongConfigsAreCutBetweenCharacters) {
+  ReportData data = SomeData(2, 10);
+  for (int i = 0; i < 100'000; ++i) data.config += "…";
+  EXPECT_EQ(Count(JsonText(ReportJson(data, {})), "\uFFFD"), 0);
+}
+
 TEST(Report, ShowsTheWorstViewsFirst) {
   ReportData data = SomeData(12, 10);
   std::vector<optim::ViewReport>& views = data.history.stages.back().report.views;

@@ -207,6 +207,17 @@ TEST_F(TrustRegionSolverTest, SaysInTheSolversWordsWhyItGaveUp) {
   }
 }
 
+TEST_F(TrustRegionSolverTest, SparseRoundsSayWhyTheyGaveUp) {
+  fit_.unknowns[0].lower = fit_.unknowns[0].upper = 1.0;  // no way to go
+  set_ = optim::ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
+  const SolveOutcome outcome =
+      Step(LinearSolverChoice::kSparseGram, LinearSolverKind::kSparseGram, 0.3);
+  EXPECT_FALSE(outcome.accepted);
+  EXPECT_EQ(outcome.theta, start_);
+  EXPECT_EQ(outcome.trials, 0);
+  EXPECT_EQ(outcome.failure, "no step lowers the quadratic model");
+}
+
 TEST_F(TrustRegionSolverTest, KeepsBounds) {
   fit_.unknowns[0].upper = 1.2;
   set_ = optim::ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
