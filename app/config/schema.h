@@ -175,7 +175,4 @@ std::string DescribeType(const SchemaNode& node);
 /// has none, or is optional, behind '#'. With a scene it is a config of nothing but defaults.
 std::string SchemaYaml();
 
-/// configs/README.md: every key with its type, default, unit and meaning.
-std::string SchemaMarkdown();
-
 }  // namespace pathfit::app

@@ -17,6 +17,7 @@
 #include "optim/problem/view_quality.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
+#include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/surface_distance.h"
 #include "renderer/image/similarity.h"
 #include "renderer/io/image_file.h"

@@ -33,7 +33,6 @@ struct ReportData {
 
 struct ReportOptions {
   std::size_t max_bytes = 8'000'000;  ///< of the whole file; views are left out to stay below it
-  int max_fitted_views = 8;           ///< the worst ones; held-out views are all shown
 };
 
 /// Reads a run directory; what a run that ended early has not written is left empty.

@@ -77,10 +77,6 @@ bool AreFolded(const Vec3& n_a, const Vec3& n_b) {
   return Dot(n_a, n_b) < kCosine * Norm(n_a) * Norm(n_b);
 }
 
-std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh) {
-  return CrossingTriangles(mesh, MeshTopology::Build(mesh).parts);
-}
-
 std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh,
                                             const std::vector<std::int32_t>& parts) {
   std::vector<char> crosses(mesh.triangles.size(), 0);

@@ -22,9 +22,7 @@ bool AreFolded(const Vec3& n_a, const Vec3& n_b);
 
 /// Triangles, ascending, that another one of the same connected part passes through: an edge of one
 /// pierces the inside of the other. Neighbours that share an edge never do; parts that reach into
-/// each other are how models are built.
-std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh);
-/// With the mesh's MeshTopology::parts at hand.
+/// each other are how models are built. `parts`: MeshTopology::parts.
 std::vector<std::int32_t> CrossingTriangles(const Mesh& mesh,
                                             const std::vector<std::int32_t>& parts);
 

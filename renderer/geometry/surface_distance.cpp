@@ -8,16 +8,11 @@
 #include "renderer/core/parallel.h"
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/embree_compat.h"
+#include "renderer/geometry/mesh_checks.h"
 #include "renderer/sampler/counter_rng.h"
 
 namespace pathfit::renderer {
 namespace {
-
-TriangleGeometry TriangleOf(const Mesh& mesh, std::size_t i) {
-  const Triangle& t = mesh.triangles[i];
-  const auto corner = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(t[k])]; };
-  return TriangleGeometry::Make(corner(0), corner(1), corner(2));
-}
 
 /// Barycentrics of a point in the plane of a triangle.
 MeshPoint PointAt(const TriangleGeometry& t, std::int32_t triangle, const Vec3& x) {
@@ -33,10 +28,6 @@ MeshPoint PointAt(const TriangleGeometry& t, std::int32_t triangle, const Vec3& 
 }
 
 }  // namespace
-
-Vec3 TriangleNormal(const Mesh& mesh, std::int32_t triangle) {
-  return TriangleOf(mesh, static_cast<std::size_t>(triangle)).n;
-}
 
 struct NearestSurface::Index {
   RTCDevice device = rtcNewDevice(nullptr);
@@ -81,9 +72,7 @@ struct NearestSurface::Index {
 
 NearestSurface::NearestSurface(const Mesh& mesh) : index_(std::make_unique<Index>()) {
   PATHFIT_CHECK(!mesh.triangles.empty());
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    index_->triangles.push_back(TriangleOf(mesh, i));
-  }
+  index_->triangles = GeometryOf(mesh);
   RTCGeometry geometry = rtcNewGeometry(index_->device, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(index_->triangles.size()));
   rtcSetGeometryUserData(geometry, index_.get());
@@ -117,8 +106,7 @@ MeshPoint NearestSurface::Nearest(const Vec3& x) const {
 std::vector<MeshPoint> UniformPoints(const Mesh& mesh, int count) {
   std::vector<double> areas;
   double area = 0.0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const TriangleGeometry t = TriangleOf(mesh, i);
+  for (const TriangleGeometry& t : GeometryOf(mesh)) {
     area += 0.5 * Norm(Cross(t.e1, t.e2));
     areas.push_back(area);
   }
@@ -128,7 +116,7 @@ std::vector<MeshPoint> UniformPoints(const Mesh& mesh, int count) {
     const double at = (i + rng.Next()) / count * area;
     const auto found = std::upper_bound(areas.begin(), areas.end() - 1, at);
     const auto triangle = static_cast<std::size_t>(found - areas.begin());
-    const TriangleGeometry t = TriangleOf(mesh, triangle);
+    const TriangleGeometry t = GeometryOf(mesh, mesh.triangles[triangle]);
     const double root = std::sqrt(rng.Next());
     const double b2 = rng.Next() * root;
     const double b1 = root - b2;
@@ -158,10 +146,6 @@ SurfaceGap GapBetween(const Mesh& from, const std::vector<MeshPoint>& points, co
   }
   gap.rms = std::sqrt(gap.rms);
   return gap;
-}
-
-SurfaceGap GapBetween(const Mesh& from, const Mesh& to, int count) {
-  return GapBetween(from, UniformPoints(from, count), to);
 }
 
 }  // namespace pathfit::renderer

@@ -19,9 +19,6 @@ struct MeshPoint {
 /// the place within a piece is random, and always the same.
 std::vector<MeshPoint> UniformPoints(const Mesh& mesh, int count);
 
-/// Unit normal of a triangle by its winding.
-Vec3 TriangleNormal(const Mesh& mesh, std::int32_t triangle);
-
 /// Finds the nearest point of a surface, of all points of its triangles (not of samples, which
 /// would add half their spacing). Constant members may be called from several threads at once.
 class NearestSurface {
@@ -44,9 +41,7 @@ struct SurfaceGap {
   double mean = 0.0, rms = 0.0, most = 0.0;  ///< metres
   double mean_angle = 0.0;                   ///< between the normals there, radians
 };
-/// Of points of `from`, of which there are some.
+/// Of points of `from`, of which there are some; `to` has triangles.
 SurfaceGap GapBetween(const Mesh& from, const std::vector<MeshPoint>& points, const Mesh& to);
-/// Of `count` uniform points of `from`. Neither may be without triangles.
-SurfaceGap GapBetween(const Mesh& from, const Mesh& to, int count);
 
 }  // namespace pathfit::renderer

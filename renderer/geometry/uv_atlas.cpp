@@ -34,16 +34,12 @@ struct PlacedChart {
 int RoundUp(double size) { return kStep * static_cast<int>(std::ceil(size / kStep)); }
 
 /// Places the charts in a square of this side; its used height, or nothing if they do not fit.
-std::optional<int> Pack(int side,
-                        double scale,
-                        const UvAtlasOptions& options,
-                        std::vector<PlacedChart>& charts) {
+std::optional<int> Pack(int side, double scale, std::vector<PlacedChart>& charts) {
   std::vector<stbrp_rect> rects;
   for (std::size_t i = 0; i < charts.size(); ++i) {
     // One texel more than the chart is long: its ends are at centres of texels.
     const auto length = [&](double metres) {
-      return static_cast<int>(std::ceil(metres * charts[i].density * scale)) + 1 +
-             2 * options.gutter;
+      return static_cast<int>(std::ceil(metres * charts[i].density * scale)) + 1 + 2 * kAtlasGutter;
     };
     stbrp_rect& rect = rects.emplace_back();
     rect.id = static_cast<int>(i);
@@ -80,7 +76,6 @@ double DensityOf(const UvChart& chart, const Mesh& mesh, const std::vector<doubl
 
 void WriteUvs(const std::vector<PlacedChart>& charts,
               const UvAtlas& atlas,
-              const UvAtlasOptions& options,
               std::span<Mesh* const> meshes) {
   std::vector<std::vector<Vec2>> uvs(meshes.size());
   std::vector<std::vector<Triangle>> triangles;
@@ -100,7 +95,7 @@ void WriteUvs(const std::vector<PlacedChart>& charts,
         const Vec2 corner = placed.chart.corners[i][k];
         const Vec2 texel =
             Vec2{corner.x, placed.chart.size.y - corner.y} * (placed.density * atlas.scale) +
-            Vec2{placed.x + options.gutter + 0.5, placed.y + options.gutter + 0.5};
+            Vec2{placed.x + kAtlasGutter + 0.5, placed.y + kAtlasGutter + 0.5};
         list.push_back({texel.x / atlas.width, 1.0 - texel.y / atlas.height});
       }
     }
@@ -132,14 +127,14 @@ UvAtlas MakeUvAtlas(std::span<Mesh* const> meshes,
   for (;;) {
     double area = 0.0;
     for (const PlacedChart& placed : charts) {
-      const double frame = 1.0 + 2.0 * options.gutter;
+      const double frame = 1.0 + 2.0 * kAtlasGutter;
       const double scale = placed.density * atlas.scale;
       area += (placed.chart.size.x * scale + frame) * (placed.chart.size.y * scale + frame);
     }
     std::optional<int> height;
     int side = std::min(options.max_side, RoundUp(std::sqrt(area)));
     for (;; side = std::min(options.max_side, RoundUp(kGrowth * side))) {
-      height = Pack(side, atlas.scale, options, charts);
+      height = Pack(side, atlas.scale, charts);
       if (height || side == options.max_side) break;
     }
     if (height) {
@@ -154,7 +149,7 @@ UvAtlas MakeUvAtlas(std::span<Mesh* const> meshes,
                        " texels");
     }
   }
-  WriteUvs(charts, atlas, options, meshes);
+  WriteUvs(charts, atlas, meshes);
   return atlas;
 }
 

@@ -7,8 +7,10 @@
 
 namespace pathfit::renderer {
 
+/// Texels around each chart: twice as many between two.
+inline constexpr int kAtlasGutter = 3;
+
 struct UvAtlasOptions {
-  int gutter = 3;       ///< texels around each chart: twice as many between two
   int max_side = 4096;  ///< what would be larger is packed with fewer texels per metre
 };
 

@@ -30,8 +30,8 @@ int Main(const std::vector<std::string>& words) {
   if (count < 1) throw std::invalid_argument("--points: a number above 0 is needed");
   const renderer::Mesh a = renderer::ReadMesh(words[0]), b = renderer::ReadMesh(words[1]);
   if (a.triangles.empty() || b.triangles.empty()) throw std::invalid_argument("no triangles");
-  const renderer::SurfaceGap ab = renderer::GapBetween(a, b, count);
-  const renderer::SurfaceGap ba = renderer::GapBetween(b, a, count);
+  const renderer::SurfaceGap ab = renderer::GapBetween(a, renderer::UniformPoints(a, count), b);
+  const renderer::SurfaceGap ba = renderer::GapBetween(b, renderer::UniformPoints(b, count), a);
   const double diagonal = Norm(renderer::BoxAround(b.positions).Size());
   const nlohmann::json result = {{"a_to_b", ToJson(ab)},
                                  {"b_to_a", ToJson(ba)},

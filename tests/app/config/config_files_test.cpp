@@ -10,6 +10,7 @@
 #include "app/config/schema.h"
 #include "app/config/schema_builders.h"
 #include "tests/app/config/config_text.h"
+#include "tests/app/config/schema_markdown.h"
 
 namespace pathfit::app {
 namespace {

@@ -1,3 +1,5 @@
+#include "tests/app/config/schema_markdown.h"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -5,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/config/nearest_name.h"
+#include "app/config/schema.h"
 #include "app/config/schema_builders.h"
 #include "renderer/scene/parameter_kinds.h"
 

@@ -10,7 +10,9 @@
 namespace pathfit::renderer {
 namespace {
 
-constexpr int kPoints = 20000;
+SurfaceGap GapOf(const Mesh& from, const Mesh& to) {
+  return GapBetween(from, UniformPoints(from, 20000), to);
+}
 
 Mesh Moved(Mesh mesh, const Mat3& turn, const Vec3& by) {
   for (Vec3& p : mesh.positions.Edit()) p = turn * p + by;
@@ -20,7 +22,7 @@ Mesh Moved(Mesh mesh, const Mat3& turn, const Vec3& by) {
 TEST(SurfaceDistance, ParallelSheetsAreTheirDistanceApart) {
   const Mesh sheet = MakeRectangle();
   const Mesh above = Moved(MakeRectangle(), {}, {0, 0, 0.25});
-  const SurfaceGap gap = GapBetween(sheet, above, kPoints);
+  const SurfaceGap gap = GapOf(sheet, above);
   EXPECT_NEAR(gap.mean, 0.25, 1e-12);
   EXPECT_NEAR(gap.rms, 0.25, 1e-12);
   EXPECT_NEAR(gap.most, 0.25, 1e-12);
@@ -32,26 +34,24 @@ TEST(SurfaceDistance, WhatIsMissingIsFoundOneWayOnly) {
   const Mesh sheet = MakeRectangle();  // [-1, 1]^2
   Mesh half = MakeRectangle();
   for (Vec3& p : half.positions.Edit()) p.x = std::min(p.x, 0.0);
-  EXPECT_NEAR(GapBetween(half, sheet, kPoints).most, 0.0, 1e-12);
-  const SurfaceGap back = GapBetween(sheet, half, kPoints);
+  EXPECT_NEAR(GapOf(half, sheet).most, 0.0, 1e-12);
+  const SurfaceGap back = GapOf(sheet, half);
   EXPECT_NEAR(back.mean, 0.25, 2e-3);  // half of it is 1/2 away in the mean
   EXPECT_NEAR(back.rms, std::sqrt(1.0 / 6.0), 2e-3);
 }
 
 TEST(SurfaceDistance, NormalsAreComparedWhereItIsNearest) {
   const Mat3 turn = RotationAboutAxis({1, 0, 0}, 0.3);
-  const SurfaceGap tilted = GapBetween(MakeRectangle(), Moved(MakeRectangle(), turn, {}), kPoints);
+  const SurfaceGap tilted = GapOf(MakeRectangle(), Moved(MakeRectangle(), turn, {}));
   EXPECT_NEAR(tilted.mean_angle, 0.3, 1e-9);
   const Mat3 over = RotationAboutAxis({1, 0, 0}, std::numbers::pi);
-  EXPECT_NEAR(GapBetween(MakeRectangle(), Moved(MakeRectangle(), over, {}), kPoints).mean_angle,
-              std::numbers::pi,
-              1e-6);
+  EXPECT_NEAR(
+      GapOf(MakeRectangle(), Moved(MakeRectangle(), over, {})).mean_angle, std::numbers::pi, 1e-6);
 }
 
 TEST(SurfaceDistance, SpheresInEachOther) {
   const Mesh small = MakeIcosphere(4, 1.0), large = MakeIcosphere(4, 1.2);
-  for (const SurfaceGap& gap :
-       {GapBetween(small, large, kPoints), GapBetween(large, small, kPoints)}) {
+  for (const SurfaceGap& gap : {GapOf(small, large), GapOf(large, small)}) {
     EXPECT_NEAR(gap.mean, 0.2, 2e-3);
     EXPECT_LT(gap.mean_angle, 0.05);
   }

@@ -119,8 +119,7 @@ TEST(UvAtlas, LeavesGuttersBetweenCharts) {
   Mesh mesh = Bumpy();
   Mesh* const meshes[] = {&mesh};
   const std::vector<double> densities[] = {Even(mesh, 60.0)};
-  const UvAtlasOptions options{.gutter = 3};
-  const UvAtlas atlas = MakeUvAtlas(meshes, densities, options);
+  const UvAtlas atlas = MakeUvAtlas(meshes, densities);
   // Parts of the UVs that hang together are charts.
   const Mesh& made = mesh;
   std::vector<std::set<std::int32_t>> charts;
@@ -141,11 +140,11 @@ TEST(UvAtlas, LeavesGuttersBetweenCharts) {
             static_cast<std::size_t>(atlas.charts));
   for (std::size_t i = 0; i < made.uvs.size(); ++i) {
     const Vec2 a{made.uvs[i].x * atlas.width, made.uvs[i].y * atlas.height};
-    EXPECT_GE(std::min({a.x, a.y, atlas.width - a.x, atlas.height - a.y}), options.gutter);
+    EXPECT_GE(std::min({a.x, a.y, atlas.width - a.x, atlas.height - a.y}), kAtlasGutter);
     for (std::size_t j = 0; j < i; ++j) {
       if (chart_of[i] == chart_of[j]) continue;
       const Vec2 b{made.uvs[j].x * atlas.width, made.uvs[j].y * atlas.height};
-      ASSERT_GE(std::hypot(a.x - b.x, a.y - b.y), 2.0 * options.gutter - 1e-6);
+      ASSERT_GE(std::hypot(a.x - b.x, a.y - b.y), 2.0 * kAtlasGutter - 1e-6);
     }
   }
 }
