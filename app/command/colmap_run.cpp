@@ -11,6 +11,7 @@
 #include "optim/observation/camera_import.h"
 #include "optim/observation/exif_exposure.h"
 #include "optim/observation/photo_file.h"
+#include "renderer/core/clock.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
@@ -190,7 +191,7 @@ class ColmapRunner {
 
   void Step(const std::string& name, Words options, bool may_fail = false) {
     if (signals_.Received()) return;
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = renderer::Clock::now();
     options.insert(options.begin(), {"colmap", name});
     {
       std::ofstream log(log_, std::ios::app);
@@ -209,8 +210,7 @@ class ColmapRunner {
                                 log_.string(),
                                 EndOfLog()));
     }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    context_.log.Info(fmt::format("colmap {}: {:.0f} s", name, seconds.count()));
+    context_.log.Info(fmt::format("colmap {}: {:.0f} s", name, renderer::SecondsSince(start)));
   }
 
   [[nodiscard]] std::string EndOfLog() const {

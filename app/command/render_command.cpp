@@ -116,9 +116,7 @@ std::vector<double> ValuesIn(const renderer::ParameterLayout& layout, const Dire
   for (const renderer::ParameterGroup& group : direction.layout.groups()) {
     const std::int64_t to = layout.FirstScalarOfBlock(layout.FirstBlock(group.kind, group.object));
     const auto first = direction.values.begin() + group.first_scalar;
-    std::copy(first,
-              first + static_cast<std::int64_t>(group.num_blocks) * group.block_size,
-              values.begin() + to);
+    std::copy_n(first, group.NumScalars(), values.begin() + to);
   }
   return values;
 }

@@ -54,12 +54,6 @@ LightPlace PlaceInFrame(const Emitter& emitter, const Scene& scene) {
   return place;
 }
 
-const char* KindOf(const Emitter& emitter) {
-  constexpr const char* kKinds[] = {
-      "environment", "point", "directional", "spot", "projector", "area"};
-  return kKinds[emitter.light.index()];
-}
-
 /// Projects into the low resolution of a view's check.
 class ViewProjection {
  public:
@@ -138,8 +132,7 @@ Json ViewJson(const Experiment& experiment, const StartCheck& start, std::size_t
       {"size", Json::array({checked.width, checked.height})},
       {"iou", ToJson(checked.iou)},
       {"covered", checked.covered},
-      {"pictures",
-       {{"photo", "data:image/jpeg;base64," + Base64(std::string(jpeg.begin(), jpeg.end()))}}},
+      {"pictures", {{"photo", DataUri({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}}},
       {"outline", SvgPath(checked.outline)},
       {"mask", SvgPath(checked.mask_outline)},
       {"axes", Json::array()},
@@ -192,7 +185,7 @@ Json CheckJson(const ExperimentConfig& config,
       return !renderer::IsOff(camera.lights_off, static_cast<int>(i));
     });
     lights.push_back({{"name", emitter.name},
-                      {"kind", KindOf(emitter)},
+                      {"kind", renderer::LightWord(emitter)},
                       {"frame", emitter.frame == LightFrame::kCamera ? "camera" : "world"},
                       {"place", PlaceOfLight(emitter, experiment.scene)},
                       {"photos", shines}});

@@ -342,11 +342,6 @@ renderer::BsdfInputs InputsOf(const renderer::World& world,
       world.scene(), world.mesh(id.mesh), world.MaterialOf(id.mesh), id, point.b1, point.b2);
 }
 
-bool HasRoughness(const renderer::Material& material) {
-  return !std::holds_alternative<renderer::LambertBsdf>(material.bsdf) &&
-         !renderer::IsDelta(material.bsdf);
-}
-
 void CompareMaterials(const std::string& name,
                       const renderer::World& found,
                       const JoinedSurface& found_surface,
@@ -381,7 +376,7 @@ void CompareMaterials(const std::string& name,
     };
     const renderer::Material of_a = material(found, found_surface, near.triangle);
     const renderer::Material of_b = material(right, right_surface, point.triangle);
-    if (HasRoughness(of_a) && HasRoughness(of_b)) {
+    if (renderer::HasRoughness(of_a.bsdf) && renderer::HasRoughness(of_b.bsdf)) {
       sums["roughness"].Add(Rgb::Constant(a.roughness), Rgb::Constant(b.roughness));
     }
     if (std::holds_alternative<renderer::MetallicRoughnessBsdf>(of_a.bsdf) &&
@@ -525,12 +520,6 @@ LightPose PoseOf(const renderer::Emitter& emitter) {
   return pose;
 }
 
-const char* TypeOf(const renderer::Emitter& emitter) {
-  constexpr const char* kTypes[] = {
-      "environment", "point", "directional", "spot", "projector", "area"};
-  return kTypes[emitter.light.index()];
-}
-
 Rgb SkyTowards(const renderer::Emitter& emitter, const Vec3& direction) {
   const auto& sky = std::get<renderer::EnvironmentEmitter>(emitter.light);
   const renderer::Mat3 frame_from_light =
@@ -587,7 +576,7 @@ void EvaluateLights(const Experiment& run, const Scene& truth, Evaluation& out) 
                           (right == nullptr ? "" : " in the same frame"));
       continue;
     }
-    EvaluatedLight row{.light = light.name, .type = TypeOf(light)};
+    EvaluatedLight row{.light = light.name, .type = renderer::LightWord(light)};
     const LightPose a = PoseOf(light), b = PoseOf(*right);
     row.direction_deg = AngleDeg(a.direction, b.direction);
     row.position_m = Norm(a.position - b.position);
@@ -788,8 +777,7 @@ Json EvaluationPage(const Evaluation& evaluation, const Json& figures) {
   for (const EvaluatedPicture& picture : evaluation.pictures) {
     Json shown = {{"title", picture.title}, {"tag", picture.tag}, {"pictures", Json::array()}};
     for (const auto& [caption, bytes] : picture.pictures) {
-      shown["pictures"].push_back(
-          {{"caption", caption}, {"source", "data:image/jpeg;base64," + Base64(bytes)}});
+      shown["pictures"].push_back({{"caption", caption}, {"source", DataUri(bytes)}});
     }
     page["pictures"].push_back(std::move(shown));
   }

@@ -54,8 +54,7 @@ std::vector<double> ErrorsOf(const optim::UnknownSpec& unknown,
   std::vector<double> all;
   const renderer::ParameterLayout layout = LayoutOf(unknown, scene);
   for (const renderer::ParameterGroup& group : layout.groups()) {
-    const std::size_t size =
-        static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
+    const std::size_t size = group.NumScalars();
     const auto known = errors.find(group.name);
     if (known != errors.end() && known->second.size() == size) {
       all.insert(all.end(), known->second.begin(), known->second.end());

@@ -31,7 +31,7 @@ Rgb Encoded(const Rgb& linear) {
   Rgb encoded;
   for (int c = 0; c < 3; ++c) {
     if (!std::isfinite(linear[c])) return kMagenta;
-    encoded[c] = renderer::SrgbFromLinear(std::clamp(linear[c], 0.0, 1.0));
+    encoded[c] = renderer::ClampedSrgb(linear[c]);
   }
   return encoded;
 }

@@ -69,6 +69,10 @@ std::string Base64(std::string_view data) {
   return text;
 }
 
+std::string DataUri(std::string_view bytes, std::string_view mime) {
+  return "data:" + std::string(mime) + ";base64," + Base64(bytes);
+}
+
 std::string CspHash(std::string_view text) { return "sha256-" + Base64(DigestOf(text)); }
 
 }  // namespace pathfit::app

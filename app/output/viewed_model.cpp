@@ -15,6 +15,7 @@
 #include "app/output/vector_json.h"
 #include "optim/problem/photo_density.h"
 #include "renderer/core/check.h"
+#include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_normals.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
@@ -26,6 +27,7 @@
 namespace pathfit::app {
 namespace {
 
+using renderer::Index;
 using renderer::Mesh;
 using renderer::ParameterKind;
 using renderer::Rgb;
@@ -37,8 +39,6 @@ constexpr int kModelVersion = 1;
 constexpr int kJpegQuality = 90;
 constexpr double kSteps = 65535.0;
 static_assert(std::endian::native == std::endian::little, "buffers are written as they are");
-
-std::size_t Size(std::int32_t index) { return static_cast<std::size_t>(index); }
 
 template <class T>
 std::string Buffer(const std::vector<T>& items) {
@@ -56,7 +56,7 @@ std::uint8_t Byte(double share) {
 std::vector<std::uint8_t> EncodedBytes(const Rgb& linear) {
   std::vector<std::uint8_t> bytes;
   for (int c = 0; c < 3; ++c) {
-    bytes.push_back(Byte(renderer::SrgbFromLinear(std::clamp(linear[c], 0.0, 1.0))));
+    bytes.push_back(Byte(renderer::ClampedSrgb(linear[c])));
   }
   return bytes;
 }
@@ -71,11 +71,11 @@ std::string TextureUri(const renderer::Texture& texture) {
   image = ReducedImage(image, kViewedTexturePx);
   const std::vector<unsigned char> jpeg =
       renderer::EncodeJpeg(texture.scalar ? image : EncodedImage(image), kJpegQuality);
-  return "data:image/jpeg;base64," + Base64(std::string(jpeg.begin(), jpeg.end()));
+  return DataUri({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
 }
 
 Json TextureJson(int index, const Scene& scene) {
-  const renderer::Texture& texture = scene.textures.at(Size(index));
+  const renderer::Texture& texture = scene.textures.at(Index(index));
   return {{"uri", TextureUri(texture)},
           {"size_px", Json::array({texture.width, texture.height})},
           {"repeat", texture.wrap == renderer::TextureWrap::kRepeat}};
@@ -136,7 +136,7 @@ void AddPositions(const Mesh& mesh, const SplitMesh& split, Json& json) {
   const auto [low, high] = renderer::BoxAround(mesh.positions.Items());
   std::vector<std::uint16_t> steps;
   for (const renderer::SplitVertex& vertex : split.vertices) {
-    const Vec3& position = mesh.positions[Size(vertex.position)];
+    const Vec3& position = mesh.positions[Index(vertex.position)];
     for (int c = 0; c < 3; ++c) {
       const double size = high[c] - low[c];
       const double share = size > 0.0 ? (position[c] - low[c]) / size : 0.0;
@@ -163,7 +163,7 @@ std::string Gathered(const SplitMesh& split,
                      std::int32_t renderer::SplitVertex::*index,
                      const Append& append) {
   std::vector<T> items;
-  for (const renderer::SplitVertex& vertex : split.vertices) append(Size(vertex.*index), items);
+  for (const renderer::SplitVertex& vertex : split.vertices) append(Index(vertex.*index), items);
   return Buffer(items);
 }
 
@@ -202,7 +202,7 @@ Json MeshJson(std::size_t index,
               const std::vector<int>& counts,
               const StandardErrorsByName& errors) {
   const renderer::SceneMesh& placed = scene.meshes[index];
-  const renderer::Material& material = scene.materials.at(Size(placed.material));
+  const renderer::Material& material = scene.materials.at(Index(placed.material));
   Mesh world = renderer::WorldMesh(placed);
   if (!world.normal_triangles.empty()) renderer::NormalizeVertexNormals(world);
   // What the material does not use would split vertices.

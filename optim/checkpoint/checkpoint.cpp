@@ -81,7 +81,7 @@ ParameterLayout LayoutOf(const Scene& scene, const std::vector<UnknownSpec>& unk
 
 std::vector<double> ValuesOf(const ParameterGroup& group, const std::vector<double>& values) {
   const auto first = values.begin() + group.first_scalar;
-  return {first, first + static_cast<std::ptrdiff_t>(group.num_blocks) * group.block_size};
+  return {first, first + static_cast<std::ptrdiff_t>(group.NumScalars())};
 }
 
 /// Arrays of numbers, each content once; the rest of a state refers to them by index.
@@ -430,8 +430,7 @@ class Codec {
       } else if (const auto start = start_values_.find(group.name); start != start_values_.end()) {
         values = start->second;
       }
-      if (values.size() !=
-          static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size)) {
+      if (values.size() != group.NumScalars()) {
         throw renderer::IoError("'" + group.name + "' has a wrong size");
       }
       all.insert(all.end(), values.begin(), values.end());

@@ -115,7 +115,7 @@ std::vector<double> Center(const renderer::Scene& scene,
   std::string names;
   int bad = 0;
   for (const renderer::ParameterGroup& group : layout.groups()) {
-    for (std::int32_t k = 0; k < group.num_blocks * group.block_size; ++k) {
+    for (std::int32_t k = 0; k < static_cast<std::int32_t>(group.NumScalars()); ++k) {
       const auto i = static_cast<std::size_t>(group.first_scalar + k);
       const double size = step * std::abs(direction[i]);
       if (size == 0.0 && direction[i] == 0.0) continue;

@@ -85,8 +85,7 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
     block_offset_.push_back(mapping_.size() + i * block_size);
     block_size_.push_back(group.block_size);
   }
-  const std::size_t count =
-      mapping_.size() + static_cast<std::size_t>(group.num_blocks) * block_size;
+  const std::size_t count = mapping_.size() + group.NumScalars();
   mapping_.resize(count, is_log ? Mapping::kLog : Mapping::kIdentity);
   lower_.resize(count, lower);
   upper_.resize(count, upper);

@@ -376,7 +376,7 @@ void AddGaussian(const Context& context,
     renderer::ParameterLayout layout(context.run_start);
     layout.Add(group.kind, group.object);
     start = layout.Gather(context.run_start);
-    if (start.size() != static_cast<std::size_t>(group.num_blocks) * size) {
+    if (start.size() != group.NumScalars()) {
       throw renderer::SceneError(group.name +
                                  ": a prior around the run's start needs the start's shape");
     }

@@ -13,8 +13,8 @@ CameraGuard::CameraGuard(const renderer::Scene& scene, const ParameterSet& set) 
     if (renderer::TraitsOf(group.kind).list == renderer::ObjectList::kSensors) {
       renderer::ParameterLayout layout(sensors_);
       layout.Add(group.kind, group.object);
-      const auto count = static_cast<std::size_t>(group.num_blocks * group.block_size);
-      groups_.push_back({std::move(layout), static_cast<std::size_t>(group.first_scalar), count});
+      groups_.push_back(
+          {std::move(layout), static_cast<std::size_t>(group.first_scalar), group.NumScalars()});
     }
   }
 }

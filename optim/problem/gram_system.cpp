@@ -13,8 +13,6 @@ namespace {
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr double kRelativeShift = 1e-10;  // of the mean diagonal: makes the Cholesky root exist
-constexpr double kOffsetFactor = 1e4;
-constexpr double kOffsetFloorShare = 1e-3;
 
 }  // namespace
 
@@ -66,7 +64,7 @@ GramRoot MakeGramRoot(const std::vector<double>& hessian,
   GramRoot result;
   const double explained = root.squaredNorm();
   result.offset_squared =
-      kOffsetFactor * (noise_squared + kOffsetFloorShare * signal_squared) + explained + 1e-12;
+      kNoiseRowFactor * (noise_squared + kNoiseFloorShare * signal_squared) + explained + 1e-12;
   const double rest = signal_squared - noise_squared + result.offset_squared - explained;
   if (!(rest >= 0.0) || !std::isfinite(rest)) {
     throw renderer::NumericalError(

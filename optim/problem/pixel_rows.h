@@ -34,6 +34,12 @@ struct EntrySpread {
 /// Where noise hides the square of J, this share of it is taken as true.
 inline constexpr double kLeastTrueShare = 0.1;
 
+/// Square of the row that stands for the noise, over the noise seen: the row's share of J^T J is
+/// its inverse.
+inline constexpr double kNoiseRowFactor = 1e4;
+/// Share of the mean squared residual that is added to the noise seen, which may be none by luck.
+inline constexpr double kNoiseFloorShare = 1e-3;
+
 /// Rows of one pixel with the same sparsity: its three colours, or its coverage.
 struct RowUnit {
   std::int32_t pixel = 0;

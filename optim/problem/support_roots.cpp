@@ -43,10 +43,6 @@ constexpr std::size_t kUnitsAtOnce = 64;    // whose rows are multiplied togethe
 constexpr double kDeflationShift = 1e-6;    // of a column's square
 constexpr std::size_t kMostDeflated = 200;  // columns: the work grows with their cube
 constexpr double kRelativeShift = 1e-9;     // of a column's square: makes the root exist
-constexpr double kOffsetFactor =
-    1e4;  // C^2 over the noise seen: the noise row's share of J^T J is its inverse
-constexpr double kOffsetFloorShare =
-    1e-3;  // of the mean squared residual, for supports that saw no noise by luck
 
 /// `= {}` would keep the memory.
 template <class T>
@@ -224,12 +220,11 @@ SupportRoots::SupportRoots(const ParameterSet& set, std::size_t num_views)
       groups.push_back(&group);
     }
   }
-  std::ranges::stable_sort(groups, [](const auto* a, const auto* b) {
-    return a->num_blocks * a->block_size < b->num_blocks * b->block_size;
-  });
+  std::ranges::stable_sort(
+      groups, [](const auto* a, const auto* b) { return a->NumScalars() < b->NumScalars(); });
   std::int64_t num_shared = 0;
   for (const renderer::ParameterGroup* group : groups) {
-    num_shared += std::int64_t{group->num_blocks} * group->block_size;
+    num_shared += static_cast<std::int64_t>(group->NumScalars());
     if (num_shared > kMaxSharedScalars) {
       break;
     }
@@ -828,12 +823,12 @@ void SupportRoots::Finish() {
   std::vector<SharedRows> none;
   Factor(supports_[0], none);
   const double rows = std::max(1.0, num_rows_);
-  const double per_row = (noise_squared_ + kOffsetFloorShare * signal_squared_) / rows;
+  const double per_row = (noise_squared_ + kNoiseFloorShare * signal_squared_) / rows;
   for (std::size_t i = 0; i < supports_.size(); ++i) {
     Support& support = supports_[i];
-    support.offset_squared =
-        kOffsetFactor * (support.noise_squared + static_cast<double>(support.num_rows) * per_row) +
-        1e-12;
+    support.offset_squared = kNoiseRowFactor * (support.noise_squared +
+                                                static_cast<double>(support.num_rows) * per_row) +
+                             1e-12;
     AppendPanels(static_cast<std::int32_t>(i), support, support.is_root, panels_);
     if (support.num_columns == 0) {
       continue;

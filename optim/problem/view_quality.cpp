@@ -30,8 +30,6 @@ class SquaredError {
   double sum_ = 0.0, squares_ = 0.0, weight_ = 0.0;
 };
 
-double Encoded(double linear) { return renderer::SrgbFromLinear(std::clamp(linear, 0.0, 1.0)); }
-
 }  // namespace
 
 ViewQuality MeasureView(const ViewLevel& level,
@@ -46,9 +44,9 @@ ViewQuality MeasureView(const ViewLevel& level,
     for (int c = 0; w > 0.0 && c < 3; ++c) {
       const double of_a = a.pixels[p][c], of_b = b.pixels[p][c];
       const auto photo = static_cast<double>(level.photo.data[3 * p + static_cast<std::size_t>(c)]);
-      const double shown = Encoded(photo);
+      const double shown = renderer::ClampedSrgb(photo);
       linear.Add(w, of_a - photo, of_b - photo);
-      encoded.Add(w, Encoded(of_a) - shown, Encoded(of_b) - shown);
+      encoded.Add(w, renderer::ClampedSrgb(of_a) - shown, renderer::ClampedSrgb(of_b) - shown);
     }
     if (has_silhouette) {
       const bool rendered = a.pixels[p].a + b.pixels[p].a > 1.0;

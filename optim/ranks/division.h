@@ -9,6 +9,7 @@
 
 #include "optim/ranks/byte_stream.h"
 #include "optim/ranks/ranks.h"
+#include "renderer/core/clock.h"
 #include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
@@ -82,10 +83,6 @@ class Division {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  static double SecondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-  }
   static double ProcessorSeconds() {
     return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
   }
@@ -121,7 +118,7 @@ void Division::ForEach(Kind kind,
       if (rank_of[i] != ranks_->index()) continue;
       ranks_->CheckFirst();
       MakeForFirst([&] {
-        const auto start = Clock::now();
+        const auto start = renderer::Clock::now();
         const double cpu = ProcessorSeconds();
         make(i, [&](Part part) {
           ByteWriter writer;
@@ -132,7 +129,7 @@ void Division::ForEach(Kind kind,
         });
         ByteWriter end;
         end.Put(false);
-        end.Put(SecondsSince(start));
+        end.Put(renderer::SecondsSince(start));
         end.Put(ProcessorSeconds() - cpu);
         ranks_->Return(end.Take());
       });
@@ -142,26 +139,26 @@ void Division::ForEach(Kind kind,
   std::vector<ItemCost>& costs = costs_[kind];
   costs.assign(rank_of.size(), {});
   for (std::size_t i = 0; i < rank_of.size(); ++i) {
-    const auto start = Clock::now();
+    const auto start = renderer::Clock::now();
     ItemCost cost, cpu;
     const double cpu_start = ProcessorSeconds();
     // Also what it takes to unpack a part that was sent.
     const auto timed = [&](const auto& body) {
-      const auto begin = Clock::now();
+      const auto begin = renderer::Clock::now();
       const double cpu_begin = ProcessorSeconds();
       body();
-      cost.taking += SecondsSince(begin);
+      cost.taking += renderer::SecondsSince(begin);
       cpu.taking += ProcessorSeconds() - cpu_begin;
     };
     if (rank_of[i] == 0) {
       make(i, [&](Part part) { timed([&] { take(i, std::move(part)); }); });
-      cost.making = SecondsSince(start) - cost.taking;
+      cost.making = renderer::SecondsSince(start) - cost.taking;
       cpu.making = ProcessorSeconds() - cpu_start - cpu.taking;
     } else {
       for (;;) {
-        const auto begin = Clock::now();
+        const auto begin = renderer::Clock::now();
         const Bytes result = ranks_->Await(rank_of[i], cancel_);
-        times_.waiting += SecondsSince(begin);
+        times_.waiting += renderer::SecondsSince(begin);
         times_.bytes += static_cast<double>(result.size());
         ByteReader reader(result);
         bool has_part = false;

@@ -206,7 +206,7 @@ void FixColorGauge(const ParameterSet& set, const FitSpec& spec, const Scene& st
   std::vector<double> values = set.layout().Gather(scene);
   const auto scale = [&](const renderer::ParameterGroup& group, const Rgb& by) {
     const auto first = static_cast<std::size_t>(group.first_scalar);
-    const auto count = static_cast<std::size_t>(group.num_blocks * group.block_size);
+    const std::size_t count = group.NumScalars();
     for (std::size_t i = 0; i < count; ++i) values[first + i] *= by[static_cast<int>(i % 3)];
   };
   for (std::size_t e = 0; e < scene.emitters.size(); ++e) {

@@ -29,7 +29,7 @@ bool ClampToBounds(const ParameterSet& set, std::vector<double>& values) {
   const std::vector<double> clamped = set.ValuesFromTheta(set.ThetaFromValues(values));
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
     const auto first = static_cast<std::size_t>(group.first_scalar);
-    const auto count = static_cast<std::size_t>(group.num_blocks * group.block_size);
+    const std::size_t count = group.NumScalars();
     double change = 0.0, largest = 0.0;
     for (std::size_t i = first; i < first + count; ++i) {
       change = std::max(change, std::abs(clamped[i] - values[i]));
@@ -73,7 +73,7 @@ void FixExposureGauge(const ParameterSet& set,
     }
     const renderer::ParameterGroup& group = set.layout().groups()[static_cast<std::size_t>(g)];
     const auto first = static_cast<std::size_t>(group.first_scalar);
-    const auto count = static_cast<std::size_t>(group.num_blocks * group.block_size);
+    const std::size_t count = group.NumScalars();
     for (std::size_t i = first; i < first + count; ++i) {
       values[i] *= factor;
     }

@@ -22,6 +22,7 @@
 #include "optim/round/round_runner.h"
 #include "optim/round/surface_levels.h"
 #include "optim/round/texel_fill.h"
+#include "renderer/core/clock.h"
 #include "renderer/core/error.h"
 #include "renderer/core/process_memory.h"
 #include "renderer/derivative/derivative_limits.h"
@@ -105,7 +106,7 @@ class FitDriver {
         fits_exposure_(HasKind(all_, renderer::ParameterKind::kExposure)),
         division_(controls.ranks, controls.cancel),
         evaluation_(observations, spec, exposure_, fits_exposure_, controls.cancel, division_),
-        session_start_(std::chrono::steady_clock::now()) {
+        session_start_(renderer::Clock::now()) {
     state_.fingerprint = FitFingerprint(spec, all_, observations);
     if (controls.resume) {
       ValidateState(*controls.resume, spec, state_.fingerprint);
@@ -172,8 +173,7 @@ class FitDriver {
   };
 
   [[nodiscard]] double WallSeconds() const {
-    const std::chrono::duration<double> session = std::chrono::steady_clock::now() - session_start_;
-    return earlier_wall_s_ + session.count();
+    return earlier_wall_s_ + renderer::SecondsSince(session_start_);
   }
 
   [[nodiscard]] Model MakeModel(const renderer::Scene& scene,
@@ -604,7 +604,7 @@ class FitDriver {
   std::string failure_;          ///< what the solver said if the last round has no step
   double round_s_ = 0.0;         ///< of the last round
   double earlier_wall_s_ = 0.0;  ///< of sessions before this one
-  std::chrono::steady_clock::time_point session_start_;
+  renderer::Clock::time_point session_start_;
 };
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "optim/round/round_policy.h"
 #include "optim/round/surface_levels.h"
 #include "optim/solver/trust_region_solver.h"
+#include "renderer/core/clock.h"
 #include "renderer/core/process_memory.h"
 
 namespace pathfit::optim {
@@ -89,9 +90,9 @@ struct ViewSeconds {
 
 template <class Function>
 double SecondsOf(Function function) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = renderer::Clock::now();
   function();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return renderer::SecondsSince(start);
 }
 
 /// From two numbers of samples. `samples_of` makes those of a round.

@@ -20,6 +20,7 @@
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
 #include "optim/solver/trust_region_solver.h"
+#include "renderer/core/clock.h"
 #include "renderer/core/process_memory.h"
 
 namespace pathfit::optim {
@@ -36,11 +37,8 @@ constexpr double kPayingStep = 0.03;
 constexpr double kHidingNoise = 0.5;
 constexpr double kSurelyMore = 10.0;  // standard deviations
 
-using Clock = std::chrono::steady_clock;
-
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+using renderer::Clock;
+using renderer::SecondsSince;
 
 // Mean of diag(J^T J) over the vertex coordinates of the layout.
 double MeanVertexDiagonal(const ParameterSet& set, const std::vector<double>& diagonal) {
@@ -210,8 +208,7 @@ void RecordErrors(const ParameterSet& set,
     std::vector<double>& of_group = recorded[group.name];
     of_group.clear();
     const auto first = static_cast<std::size_t>(group.first_scalar);
-    const std::size_t size =
-        static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
+    const std::size_t size = group.NumScalars();
     for (std::size_t i = first; i < first + size; ++i) {
       const double told =
           std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
@@ -241,8 +238,7 @@ void RecordUnseen(const ParameterSet& set,
     std::vector<double>& of_group = recorded[group.name];
     of_group.clear();
     const auto first = static_cast<std::size_t>(group.first_scalar);
-    const std::size_t size =
-        static_cast<std::size_t>(group.num_blocks) * static_cast<std::size_t>(group.block_size);
+    const std::size_t size = group.NumScalars();
     for (std::size_t i = first; i < first + size; ++i) {
       of_group.push_back(diagonal[i] > 0.0 ? std::numeric_limits<double>::quiet_NaN()
                                            : std::numeric_limits<double>::infinity());

@@ -40,8 +40,6 @@ using renderer::Vec3;
 // Densities by what photos resolve differ from chart to chart by these factors of the median.
 constexpr double kLeastDensity = 0.5, kMostDensity = 2.0;
 
-std::size_t Size(int index) { return static_cast<std::size_t>(index); }
-
 const char* NameOf(ParameterKind property) { return renderer::TraitsOf(property).property; }
 
 /// Values of a property on the surfaces of a scene, for points of other meshes of the same
@@ -50,14 +48,14 @@ class PropertyField {
  public:
   PropertyField(const Scene& scene, const Promotion& promotion)
       : scene_(scene),
-        material_(scene.materials[Size(promotion.material)]),
+        material_(scene.materials[Index(promotion.material)]),
         traits_(renderer::TraitsOf(promotion.property)),
         number_(promotion.material),
         texture_(traits_.TextureOf(material_)) {}
 
   /// At a point of mesh number `index` of which `mesh` is another one.
   Rgb At(int index, const Mesh& mesh, std::int32_t triangle, std::array<double, 3> weights) {
-    const Mesh& own = scene_.meshes[Size(index)].mesh;
+    const Mesh& own = scene_.meshes[Index(index)].mesh;
     if (traits_.IsConstant(material_)) return Constant();
     if (!(own.triangles == mesh.triangles)) {
       std::unique_ptr<renderer::TriangleTree>& tree = trees_[index];
@@ -73,7 +71,7 @@ class PropertyField {
       for (std::size_t k = 0; k < 3; ++k) {
         uv = uv + own.uvs[Index(own.uv_triangles[Index(triangle)][k])] * weights[k];
       }
-      return TextureValue(scene_.textures[Size(texture_)], uv);
+      return TextureValue(scene_.textures[Index(texture_)], uv);
     }
     Rgb color{0.0, 0.0, 0.0};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -118,7 +116,7 @@ class Promoter {
 
   void Run() {
     for (const int index : free_) {
-      const UnknownSpec& unknown = unknowns_[Size(index)];
+      const UnknownSpec& unknown = unknowns_[Index(index)];
       if (unknown.promotion && unknown.kind == ParameterKind::kVertexColors) ToVertices(unknown);
     }
     for (std::size_t m = 0; m < scene_.materials.size(); ++m) ToTextures(static_cast<int>(m));
@@ -126,16 +124,16 @@ class Promoter {
 
  private:
   void Say(const Promotion& promotion, const std::string& text) {
-    levels_.messages.push_back("material '" + scene_.materials[Size(promotion.material)].name +
+    levels_.messages.push_back("material '" + scene_.materials[Index(promotion.material)].name +
                                "': " + NameOf(promotion.property) + " " + text);
   }
 
   void ToVertices(const UnknownSpec& unknown) {
-    renderer::Material& material = scene_.materials[Size(unknown.promotion->material)];
+    renderer::Material& material = scene_.materials[Index(unknown.promotion->material)];
     if (material.base_color_texture >= 0 || material.vertex_colors) return;
     material.vertex_colors = true;
     for (const int i : renderer::MeshesOfMaterial(scene_, unknown.promotion->material)) {
-      SetUniformVertexColors(material.base_color, scene_.meshes[Size(i)].mesh);
+      SetUniformVertexColors(material.base_color, scene_.meshes[Index(i)].mesh);
     }
     Say(*unknown.promotion, "becomes one colour per vertex");
   }
@@ -161,8 +159,8 @@ class Promoter {
     std::vector<const Mesh*> meshes = MeshPointers(scene_, indices);
     bool has_shapes = true;  // of before
     for (const int i : indices) {
-      const Mesh& old = before_.meshes[Size(i)].mesh;
-      const Mesh& now = scene_.meshes[Size(i)].mesh;
+      const Mesh& old = before_.meshes[Index(i)].mesh;
+      const Mesh& now = scene_.meshes[Index(i)].mesh;
       has_shapes = has_shapes && old.triangles == now.triangles && old.uvs == now.uvs &&
                    old.uv_triangles == now.uv_triangles;
     }
@@ -189,7 +187,7 @@ class Promoter {
       SizeOnUvs(indices, *densities, *wanted.front(), width, height);
     } else {
       std::vector<Mesh*> edited;
-      for (const int i : indices) edited.push_back(&scene_.meshes[Size(i)].mesh);
+      for (const int i : indices) edited.push_back(&scene_.meshes[Index(i)].mesh);
       const renderer::UvAtlas atlas =
           renderer::MakeUvAtlas(edited, *densities, {.max_side = kLargestTexture});
       width = atlas.width;
@@ -210,12 +208,12 @@ class Promoter {
   }
 
   [[nodiscard]] bool HasOtherTextures(int material, const std::vector<int>& meshes) const {
-    const renderer::Material& m = scene_.materials[Size(material)];
+    const renderer::Material& m = scene_.materials[Index(material)];
     for (const int texture : m.Textures()) {
       if (texture >= 0 && !IsPromotedTo(texture)) return true;
     }
     return std::ranges::any_of(meshes, [&](int mesh) {
-      const renderer::AreaEmitter* light = AreaLightOf(scene_, Size(mesh));
+      const renderer::AreaEmitter* light = AreaLightOf(scene_, Index(mesh));
       return light != nullptr && light->texture >= 0;
     });
   }
@@ -226,7 +224,7 @@ class Promoter {
       const std::vector<int>& indices) const {
     std::vector<SurfacePoint> points;
     for (const int i : indices) {
-      const Mesh world = renderer::WorldMesh(scene_.meshes[Size(i)]);
+      const Mesh world = renderer::WorldMesh(scene_.meshes[Index(i)]);
       for (std::size_t f = 0; f < world.triangles.size(); ++f) {
         points.push_back(
             WorldPoint(world, static_cast<std::int32_t>(f), {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}));
@@ -243,7 +241,7 @@ class Promoter {
     std::vector<std::vector<double>> densities;
     std::size_t next = 0;
     for (const int i : indices) {
-      const renderer::SceneMesh& item = scene_.meshes[Size(i)];
+      const renderer::SceneMesh& item = scene_.meshes[Index(i)];
       std::vector<double>& of_mesh = densities.emplace_back();
       for (std::size_t f = 0; f < item.mesh.triangles.size(); ++f) {
         const double own =
@@ -258,11 +256,11 @@ class Promoter {
   [[nodiscard]] std::vector<std::vector<double>> EvenDensities(const std::vector<int>& indices,
                                                                const UnknownSpec& unknown) const {
     double area = 0.0;
-    for (const int i : indices) area += SurfaceArea(scene_.meshes[Size(i)].mesh);
-    const double texels = static_cast<double>(scene_.textures[Size(unknown.object)].texels.size());
+    for (const int i : indices) area += SurfaceArea(scene_.meshes[Index(i)].mesh);
+    const double texels = static_cast<double>(scene_.textures[Index(unknown.object)].texels.size());
     std::vector<std::vector<double>> densities;
     for (const int i : indices) {
-      densities.emplace_back(scene_.meshes[Size(i)].mesh.triangles.size(),
+      densities.emplace_back(scene_.meshes[Index(i)].mesh.triangles.size(),
                              std::sqrt(texels / area));
     }
     return densities;
@@ -277,7 +275,7 @@ class Promoter {
     double texels = 0.0;
     double covered = 0.0;
     for (std::size_t m = 0; m < indices.size(); ++m) {
-      const Mesh& mesh = scene_.meshes[Size(indices[m])].mesh;
+      const Mesh& mesh = scene_.meshes[Index(indices[m])].mesh;
       for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
         texels += 0.5 * Norm(renderer::TwiceArea(mesh, mesh.triangles[f])) * densities[m][f] *
                   densities[m][f];
@@ -286,7 +284,7 @@ class Promoter {
         covered += 0.5 * std::abs(renderer::TwiceArea(flat));
       }
     }
-    const Texture& texture = scene_.textures[Size(unknown.object)];
+    const Texture& texture = scene_.textures[Index(unknown.object)];
     const double proportion =
         static_cast<double>(texture.width) / static_cast<double>(texture.height);
     const double area = texels / covered;
@@ -319,7 +317,7 @@ class Promoter {
              const std::string& made) {
     const Promotion& promotion = *unknown.promotion;
     PropertyField field(before_, promotion);
-    const Texture old = scene_.textures[Size(unknown.object)];
+    const Texture old = scene_.textures[Index(unknown.object)];
     const bool was_texture = field.texture() == unknown.object;
     TextureSize size{old.width, old.height};
     if (was_texture && same_uvs) {
@@ -334,17 +332,17 @@ class Promoter {
     } else {
       size = SizeOfLevel(finest, was_texture ? old : Texture());
     }
-    Texture& texture = scene_.textures[Size(unknown.object)];
+    Texture& texture = scene_.textures[Index(unknown.object)];
     texture.width = size.width;
     texture.height = size.height;
     texture.wrap = renderer::TextureWrap::kClamp;
-    std::vector<Rgb> texels(Size(size.width) * Size(size.height), old.texels.Items().front());
+    std::vector<Rgb> texels(Index(size.width) * Index(size.height), old.texels.Items().front());
     if (was_texture && same_uvs) {
       for (std::size_t i = 0; i < texels.size(); ++i) {
         texels[i] =
             TextureValue(old,
-                         {(static_cast<double>(i % Size(size.width)) + 0.5) / size.width,
-                          1.0 - (static_cast<double>(i / Size(size.width)) + 0.5) / size.height});
+                         {(static_cast<double>(i % Index(size.width)) + 0.5) / size.width,
+                          1.0 - (static_cast<double>(i / Index(size.width)) + 0.5) / size.height});
       }
     } else {
       const std::vector<const Mesh*> meshes = MeshPointers(scene_, indices);
@@ -360,14 +358,14 @@ class Promoter {
     }
     ClampTo(promotion.property, texels);
     texture.texels = std::move(texels);
-    renderer::Material& material = scene_.materials[Size(promotion.material)];
+    renderer::Material& material = scene_.materials[Index(promotion.material)];
     const renderer::ParameterTraits& traits = renderer::TraitsOf(promotion.property);
     material.*traits.texture = unknown.object;
     if (traits.by_vertex_colors && material.vertex_colors) {
       material.vertex_colors = false;
       for (const int i : indices) {
-        scene_.meshes[Size(i)].mesh.colors.clear();
-        scene_.meshes[Size(i)].mesh.color_triangles.clear();
+        scene_.meshes[Index(i)].mesh.colors.clear();
+        scene_.meshes[Index(i)].mesh.color_triangles.clear();
       }
     }
     const std::string text = std::to_string(size.width) + " x " + std::to_string(size.height);

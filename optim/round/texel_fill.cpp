@@ -27,15 +27,13 @@ using renderer::Vec3;
 constexpr int kSweeps = 300;
 constexpr double kOverRelaxation = 1.9;
 
-std::size_t Size(int index) { return static_cast<std::size_t>(index); }
-
 /// Texels next to each other on a surface: on a chart, and across seams.
 class TexelGraph {
  public:
   TexelGraph(std::span<const Mesh* const> meshes,
              const Texture& texture,
              const std::vector<TexelPlace>& places)
-      : width_(Size(texture.width)), places_(places) {
+      : width_(Index(texture.width)), places_(places) {
     for (const renderer::SeamPoint& seam :
          renderer::SampleSeams(meshes, texture.width, texture.height)) {
       std::array<std::size_t, 2> ends{};
@@ -77,7 +75,7 @@ std::vector<TexelSight> SightOf(const Scene& scene,
                                 const std::vector<TexelPlace>& places,
                                 const FitViews& views) {
   std::vector<Mesh> worlds;
-  for (const int i : indices) worlds.push_back(renderer::WorldMesh(scene.meshes[Size(i)]));
+  for (const int i : indices) worlds.push_back(renderer::WorldMesh(scene.meshes[Index(i)]));
   std::vector<SurfacePoint> points;
   for (const TexelPlace& place : places) {
     if (place.mesh < 0) continue;
@@ -151,15 +149,15 @@ void Continue(const TexelGraph& graph,
 void FillBeside(int width, int height, std::vector<char> known, std::vector<Rgb>& texels) {
   std::vector<std::size_t> layer;
   const auto for_neighbors = [&](std::size_t i, const auto& visit) {
-    const int x = static_cast<int>(i % Size(width));
-    const int y = static_cast<int>(i / Size(width));
+    const int x = static_cast<int>(i % Index(width));
+    const int y = static_cast<int>(i / Index(width));
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
         if ((dx == 0 && dy == 0) || x + dx < 0 || y + dy < 0 || x + dx >= width ||
             y + dy >= height) {
           continue;
         }
-        visit(Size(y + dy) * Size(width) + Size(x + dx));
+        visit(Index(y + dy) * Index(width) + Index(x + dx));
       }
     }
   };
@@ -201,7 +199,7 @@ void ClampTo(ParameterKind property, std::vector<Rgb>& texels) {
 
 std::vector<const Mesh*> MeshPointers(const Scene& scene, const std::vector<int>& meshes) {
   std::vector<const Mesh*> pointers;
-  for (const int i : meshes) pointers.push_back(&scene.meshes[Size(i)].mesh);
+  for (const int i : meshes) pointers.push_back(&scene.meshes[Index(i)].mesh);
   return pointers;
 }
 
@@ -221,7 +219,7 @@ SurfacePoint WorldPoint(const Mesh& world,
 
 std::vector<TexelSight> SightOfTexels(const Scene& scene, int texture, const FitViews& views) {
   const std::vector<int> indices = renderer::MeshesOfTexture(scene, texture);
-  const Texture& picture = scene.textures[Size(texture)];
+  const Texture& picture = scene.textures[Index(texture)];
   const std::vector<const Mesh*> meshes = MeshPointers(scene, indices);
   return SightOf(
       scene, indices, renderer::PlaceTexels(meshes, picture.width, picture.height), views);
@@ -237,7 +235,7 @@ std::vector<std::string> FillUnseenTexels(const std::vector<UnknownSpec>& unknow
     if (!is_texture || !renderer::IsAtlas(scene, unknown.object)) continue;
     const std::vector<int> indices = renderer::MeshesOfTexture(scene, unknown.object);
     const std::vector<const Mesh*> meshes = MeshPointers(scene, indices);
-    Texture& texture = scene.textures[Size(unknown.object)];
+    Texture& texture = scene.textures[Index(unknown.object)];
     const std::vector<TexelPlace> places =
         renderer::PlaceTexels(meshes, texture.width, texture.height);
     const std::vector<TexelSight> sight = SightOf(scene, indices, places, views);

@@ -11,22 +11,18 @@
 
 #include "optim/problem/sparse_gram.h"
 #include "optim/solver/step_bounds.h"
+#include "renderer/core/clock.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::optim {
 namespace {
 
 // As the solver of rows has them.
-constexpr int kMaxIterations = 200;
 constexpr double kLeastDamping = 1e-6;  // of a scaled diagonal, over the radius
 constexpr double kLargestDamping = 1e32;
 constexpr double kLeastRelativeDecrease = 1e-3;
 
 using Vector = std::vector<double>;
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 double Dot(const Vector& a, const Vector& b) {
   return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
@@ -95,7 +91,7 @@ bool SolveByConjugateGradients(const SparseGram& matrix,
   std::ranges::transform(gradient, residual.begin(), std::negate<>());
   step.assign(n, 0.0);
   double rho = 1.0, decrease = 0.0;
-  for (int i = 1; i <= kMaxIterations; ++i) {
+  for (int i = 1; i <= kMaxConjugateSteps; ++i) {
     preconditioner.Apply(residual, preconditioned);
     const double last_rho = rho;
     rho = Dot(residual, preconditioned);
@@ -148,7 +144,7 @@ class SparseRound {
         damping_(theta.size()) {}
 
   SolveOutcome Solve() {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = renderer::Clock::now();
     for (const auto* terms : {&priors_, &proximal_}) {
       LinearizePriors(*terms,
                       set_,
@@ -170,7 +166,7 @@ class SparseRound {
     double radius = options_.radius;
     double divisor = 2.0;
     bool is_positive = false;
-    for (int i = 0; i <= options_.max_rejections && !outcome.accepted; ++i) {
+    for (int i = 0; i <= kMaxRejections && !outcome.accepted; ++i) {
       outcome.radius = radius;
       const double predicted = FindStep(radius);
       if (predicted > 0.0) {
@@ -191,7 +187,7 @@ class SparseRound {
       outcome.failure = "no step lowers the quadratic model";
     }
     outcome.render_s = render_s_;
-    outcome.linear_s = SecondsSince(start) - render_s_;
+    outcome.linear_s = renderer::SecondsSince(start) - render_s_;
     return outcome;
   }
 
@@ -230,7 +226,7 @@ class SparseRound {
     for (std::size_t i = 0; i < trial.size(); ++i) {
       trial[i] = std::clamp(trial[i] + step_[i], bounds_.lower[i], bounds_.upper[i]);
     }
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = renderer::Clock::now();
     double decrease = -1.0;
     try {
       Vector values = set_.ValuesFromTheta(trial);
@@ -245,7 +241,7 @@ class SparseRound {
     } catch (const renderer::SceneError&) {
       // The step leads out of what can be rendered.
     }
-    render_s_ += SecondsSince(start);
+    render_s_ += renderer::SecondsSince(start);
     return decrease;
   }
 

@@ -13,6 +13,7 @@
 #include "optim/problem/image_cost_functions.h"
 #include "optim/solver/sparse_step.h"
 #include "optim/solver/step_bounds.h"
+#include "renderer/core/clock.h"
 #include "renderer/core/error.h"
 
 // OpenBLAS's own header is not installed with every package that provides the library.
@@ -25,8 +26,6 @@ namespace {
 // Above this, priors beside a dense system are cheaper kept sparse.
 constexpr int kMaxDenseRows = 3000;
 
-constexpr int kMaxIterations = 200;
-
 class SilenceLog {
  public:
   SilenceLog() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
@@ -37,10 +36,6 @@ class SilenceLog {
  private:
   int before_;
 };
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // Renders trial points; the start has been rendered by the linearisation, and nothing uses a
 // Jacobian after acceptance. What rendering throws is kept and refuses the trial, so that it need
@@ -67,7 +62,7 @@ class RenderCallback : public ceres::EvaluationCallback {
     ++trials_;
     state_.at_start = false;
     state_.refused = true;
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = renderer::Clock::now();
     try {
       std::vector<double> values = problem_.set().ValuesFromTheta(theta_);
       const std::vector<double> wanted = values;
@@ -81,7 +76,7 @@ class RenderCallback : public ceres::EvaluationCallback {
     } catch (...) {
       error_ = std::current_exception();
     }
-    seconds_ += SecondsSince(start);
+    seconds_ += renderer::SecondsSince(start);
   }
 
   [[nodiscard]] const std::exception_ptr& error() const { return error_; }
@@ -209,8 +204,8 @@ ceres::Solver::Options MakeSolverOptions(const SolveOptions& options, int num_ro
   ceres::Solver::Options solver;
   solver.initial_trust_region_radius = options.radius;
   solver.max_trust_region_radius = options.radius;
-  solver.max_num_iterations = options.max_rejections + 1;
-  solver.max_num_consecutive_invalid_steps = options.max_rejections + 2;
+  solver.max_num_iterations = kMaxRejections + 1;
+  solver.max_num_consecutive_invalid_steps = kMaxRejections + 2;
   solver.function_tolerance = 0.0;
   solver.gradient_tolerance = 0.0;
   solver.parameter_tolerance = 0.0;
@@ -232,7 +227,7 @@ ceres::Solver::Options MakeSolverOptions(const SolveOptions& options, int num_ro
       solver.linear_solver_type = ceres::CGNR;
       solver.preconditioner_type = ceres::JACOBI;
       solver.eta = options.eta;
-      solver.max_linear_solver_iterations = kMaxIterations;
+      solver.max_linear_solver_iterations = kMaxConjugateSteps;
       break;
   }
   return solver;
@@ -262,7 +257,7 @@ SolveOutcome SolveRound(ImageProblem& problem,
   }
   openblas_set_num_threads(1);
   const SilenceLog silence;
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = renderer::Clock::now();
   SolveOutcome outcome;
   outcome.theta = theta;
   std::vector<double> moving = theta;
@@ -303,7 +298,7 @@ SolveOutcome SolveRound(ImageProblem& problem,
     outcome.radius /= divisor;
   }
   outcome.render_s = render.seconds();
-  outcome.linear_s = SecondsSince(start) - outcome.render_s;
+  outcome.linear_s = renderer::SecondsSince(start) - outcome.render_s;
   return outcome;
 }
 

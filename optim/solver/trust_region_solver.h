@@ -18,11 +18,15 @@ std::string CeresVersion();
 /// fit.
 LinearSolverKind SolverOfRows(LinearSolverChoice choice, const ProblemSize& size, double max_bytes);
 
+/// Trials after the first before a round gives up.
+inline constexpr int kMaxRejections = 8;
+/// Of an iterative linear solver, for one trial.
+inline constexpr int kMaxConjugateSteps = 200;
+
 struct SolveOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kGram;
-  double radius = 1.0;     ///< trust region, first and largest
-  double eta = 0.01;       ///< relative accuracy of conjugate gradients
-  int max_rejections = 8;  ///< trials after the first before the round gives up
+  double radius = 1.0;  ///< trust region, first and largest
+  double eta = 0.01;    ///< relative accuracy of conjugate gradients
   /// Whether a trial (values in units of the scene) may be rendered at all, where it may change it
   /// first: what is rendered and accepted is the changed one. Empty = always.
   std::function<bool(std::vector<double>&)> restrain;

@@ -79,6 +79,13 @@ inline constexpr double kMinRoughness = 0.03;
 
 /// Whether the model scatters into single directions only (mirror, smooth glass): then EvalBsdf and
 /// the densities are zero, and SampleBsdf and EvalDelta tell all.
+inline bool HasRoughness(const Bsdf& bsdf) {
+  return std::visit(
+      [](const auto& model) {
+        return requires { model.roughness; };
+      },
+      bsdf);
+}
 inline bool IsDelta(const Bsdf& bsdf) {
   return std::holds_alternative<MirrorBsdf>(bsdf) ||
          std::holds_alternative<SmoothDielectricBsdf>(bsdf);

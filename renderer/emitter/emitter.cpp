@@ -50,6 +50,12 @@ TexelSquare SquareAround(const EnvironmentEmitter& environment, const Vec2& uv) 
 Rgb& LightIntensity(Emitter& emitter) { return Intensity(emitter); }
 const Rgb& LightIntensity(const Emitter& emitter) { return Intensity(emitter); }
 
+const char* LightWord(const Emitter& emitter) {
+  constexpr std::array kWords = {
+      "environment", "point", "directional", "spot", "projector", "area"};
+  return kWords.at(emitter.light.index());
+}
+
 int LightTexture(const Emitter& emitter) {
   return std::visit(
       [](const auto& light) {

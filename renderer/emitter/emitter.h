@@ -84,6 +84,8 @@ struct Emitter {
 /// The rgb factor that is the `intensity` parameter of any light (irradiance for directional).
 Rgb& LightIntensity(Emitter& emitter);
 const Rgb& LightIntensity(const Emitter& emitter);
+/// What people call its kind: "environment", "point", "directional", "spot", "projector", "area".
+const char* LightWord(const Emitter& emitter);
 /// Index into Scene::textures of what an area light or projector shines; -1: none.
 int LightTexture(const Emitter& emitter);
 

@@ -486,7 +486,7 @@ void AppendFloat(double value, const std::filesystem::path& path, std::string& b
 }
 
 char EncodedByte(double linear) {
-  const double encoded = SrgbFromLinear(std::clamp(linear, 0.0, 1.0));
+  const double encoded = ClampedSrgb(linear);
   return static_cast<char>(static_cast<unsigned char>(std::lround(encoded * 255.0)));
 }
 

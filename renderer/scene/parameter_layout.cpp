@@ -80,7 +80,7 @@ void ParameterLayout::Add(ParameterKind kind, int object) {
   group.first_block = num_blocks_;
   group.first_scalar = num_scalars_;
   num_blocks_ += group.num_blocks;
-  num_scalars_ += static_cast<std::int64_t>(group.num_blocks) * group.block_size;
+  num_scalars_ += static_cast<std::int64_t>(group.NumScalars());
   groups_.push_back(std::move(group));
 }
 

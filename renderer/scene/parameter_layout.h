@@ -21,6 +21,10 @@ struct ParameterGroup {
   std::int32_t num_blocks = 0;    ///< > 0
   int block_size = 3;             ///< numbers per block: 1, 2 or 3
   std::int64_t first_scalar = 0;  ///< offset of the group in a flat vector of all parameters
+
+  [[nodiscard]] std::size_t NumScalars() const {
+    return static_cast<std::size_t>(num_blocks) * static_cast<std::size_t>(block_size);
+  }
 };
 
 /// Which parameters of a scene are active, in a fixed order, and where their values stand in a flat

@@ -89,12 +89,6 @@ class BsdfValidator {
   const std::string& where_;
 };
 
-bool HasRoughness(const Bsdf& bsdf) {
-  return std::holds_alternative<MetallicRoughnessBsdf>(bsdf) ||
-         std::holds_alternative<RoughConductorBsdf>(bsdf) ||
-         std::holds_alternative<RoughDielectricBsdf>(bsdf);
-}
-
 class SceneValidator {
  public:
   explicit SceneValidator(const Scene& scene)
