@@ -10,6 +10,7 @@
 #include "renderer/io/mesh_assembly.h"
 #include "renderer/io/obj_reader.h"
 #include "renderer/io/ply_file.h"
+#include "renderer/io/stl_reader.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -35,9 +36,10 @@ Mesh ReadGltfMesh(const std::filesystem::path& path) {
   return mesh;
 }
 
-constexpr std::array<MeshFormat, 3> kFormats = {
+constexpr std::array<MeshFormat, 4> kFormats = {
     {{"OBJ", {".obj", ".obj"}, ReadObj, ReadObjGroups, nullptr},
      {"PLY", {".ply", ".ply"}, ReadPly, nullptr, nullptr},
+     {"STL", {".stl", ".stl"}, ReadStl, nullptr, nullptr},
      {"glTF", {".gltf", ".glb"}, ReadGltfMesh, nullptr, ReadGltf}}};
 
 std::string Extensions(bool with_groups) {

@@ -23,7 +23,7 @@ struct SceneFile {
   std::vector<std::filesystem::path> files;  ///< all that were read, the file itself first
 };
 
-/// The formats that are read, for people: "OBJ, PLY or glTF".
+/// The formats that are read, for people: "OBJ, PLY, STL or glTF".
 std::string MeshFormatNames();
 
 /// The mesh of a file: positions welded and within kMaxCoordinate, polygons cut into triangles,

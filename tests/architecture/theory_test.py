@@ -12,7 +12,8 @@ FILE = re.compile(r"`((?:renderer|optim|app|tests|data)/[\w./{},]+)`")
 NAME = re.compile(r"`([A-Za-z_]\w*)`")
 CONSTANT = re.compile(r"\bconstexpr\s[^;(){}]*?\b(k[A-Z]\w*)\s*=\s*-?(?:0x)?[\d.]")
 # Names for bits and places of a list or a file format, and answers that are no number.
-NO_NUMBERS = {"kAbsent", "kNobody", "kFx", "kCx", "kTiffWidth", "kTiffHeight", "kTiffOrientation"}
+NO_NUMBERS = {"kAbsent", "kNobody", "kFx", "kCx", "kTiffWidth", "kTiffHeight", "kTiffOrientation",
+              "kHeaderBytes", "kTriangleBytes", "kNormalBytes"}
 
 
 def expanded(name):

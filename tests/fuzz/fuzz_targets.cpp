@@ -165,6 +165,17 @@ void AddMeshes(const fs::path& folder, std::vector<FuzzTarget>& targets) {
                        renderer::ReadMeshGroups(at / "m.obj");
                      },
                      {}});
+  const std::string stl_text =
+      "solid a\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1e0 0\n"
+      " endloop\nendfacet\nendsolid a\n";
+  std::string stl_bytes(84 + 2 * 50, '\x01');
+  stl_bytes.replace(80, 4, {'\x02', '\0', '\0', '\0'});
+  targets.push_back(
+      {"stl",
+       {{{"m.stl", stl_text}}, {{"m.stl", stl_bytes}}},
+       {"solid", "endsolid\n", "facet ", "outer loop\n", "vertex ", "endloop\n", "\n"},
+       [](const fs::path& at) { renderer::ReadMesh(at / "m.stl"); },
+       {}});
   targets.push_back({"gltf",
                      {{{"m.gltf", kGltf}}},
                      {"\"byteOffset\":",

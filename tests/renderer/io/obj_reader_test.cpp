@@ -195,7 +195,7 @@ TEST(ObjReader, SurvivesCutAndDamagedFiles) {
 TEST(MeshFile, ChoosesByExtension) {
   const TemporaryFolder folder;
   EXPECT_EQ(ReadMesh(folder.Write("A.OBJ", std::string(kSquare) + "f 1 2 3")).triangles.size(), 1U);
-  EXPECT_NE(IoErrorOf([&] { ReadMesh(folder.Write("a.stl", "")); }).find(".obj, .ply"),
+  EXPECT_NE(IoErrorOf([&] { ReadMesh(folder.Write("a.3ds", "")); }).find(".obj, .ply"),
             std::string::npos);
   EXPECT_NE(IoErrorOf([&] { ReadMeshGroups(folder.Write("a.ply", "")); }).find("have no groups"),
             std::string::npos);

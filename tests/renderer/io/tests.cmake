@@ -5,6 +5,7 @@ pathfit_test(renderer/io/text_scanner_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/mesh_assembly_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/obj_reader_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/ply_file_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/io/stl_reader_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/gltf_writer_test LABEL unit
   LINK pathfit_renderer nlohmann_json::nlohmann_json)
 pathfit_test(renderer/io/gltf_reader_test LABEL unit
