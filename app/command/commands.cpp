@@ -27,6 +27,7 @@ bool IsOneOf(const std::exception& error) {
   ROW(Fit)                    \
   ROW(Resume)                 \
   ROW(Render)                 \
+  ROW(List)                   \
   ROW(Export)                 \
   ROW(Report)                 \
   ROW(Serve)                  \

@@ -45,7 +45,7 @@ class Commands(unittest.TestCase):
             ["fit", self.config, "-o", self.own / "b", "--set", "stages.all.max_rounds=1"], ["resume", self.own / "b"],
             ["render", self.folder / "run", "--views", "0", "--spp", "1", "-o", self.own / "c"],
             ["export", self.folder / "run", "--to", "glb,transforms", "-o", self.own / "d"],
-            ["report", self.folder / "run", "-o", self.own / "e.html"],
+            ["report", self.folder / "run", "-o", self.own / "e.html"], ["list", self.own],
             ["compare", self.folder / "run", self.own / "b", "-o", self.own / "f.html"],
             ["eval", self.folder / "run", "--truth", self.folder / "set", "--spp", "2", "--points", "500"],
             ["sweep", self.config, "--seeds", "2", "--list"],
@@ -61,6 +61,35 @@ class Commands(unittest.TestCase):
         # All commands but those that print text, and the one that goes on (page_test.py).
         listed = re.findall(r"^  (\w+) ", self.done("--help").stdout.split("Subcommands:")[1], re.M)
         self.assertEqual(set(listed), {words[0] for words in commands} | {"completion", "help", "serve"})
+
+    def test_list_says_how_far_the_runs_in_a_folder_are(self):
+        for name in ("runs/a/1", "runs/a/2", "runs/b"):
+            shutil.copytree(self.folder / "run", self.own / name)
+        (self.own / "runs/a/latest").symlink_to("2")
+        (self.own / "runs/empty").mkdir()
+        record = json.loads((self.own / "runs/b/run.json").read_text())
+        record.update(status="running", started_utc="2020-01-01T00:00:00Z")
+        record["sessions"][-1]["pid"] = 2 ** 22 + 1  # above the largest
+        (self.own / "runs/b/run.json").write_text(json.dumps(record))
+        (self.own / "runs/a/2/run.json").write_text("{")
+        listed = json.loads(self.done("list", "--json", "-q", cwd=self.own).stdout)
+        self.assertEqual(listed["folder"], str(self.own / "runs"))
+        self.assertEqual([pathlib.Path(run["run"]).relative_to(self.own / "runs").as_posix() for run in listed["runs"]],
+                         ["a/2", "b", "a/1"], "what cannot be read, then by their start")
+        self.assertEqual([run["status"] for run in listed["runs"]], ["unreadable", "killed", "finished"])
+        broken, _, run = listed["runs"]
+        self.assertEqual(set(broken.values()) - {broken["run"]}, {None, "unreadable"})
+        history = json.loads((self.folder / "run/history.json").read_text())
+        self.assertEqual((run["name"], run["stages"], run["rounds"]), ("lamps", 1, len(history["rounds"])))
+        self.assertGreater(run["wall_s"], 0.0)
+        out = self.done("list", self.own / "runs/a")
+        lines = out.stdout.splitlines()
+        self.assertRegex(lines[0], "^Run +Name +Status +Started +Stages +Rounds +PSNR sRGB held out +Time$")
+        self.assertRegex(lines[1], "^2 +- +unreadable( +-)+$")
+        self.assertRegex(lines[2], r"^1 +lamps +finished +20\S+Z +1 +\d+ ")
+        self.assertIn("run.json: is not a run's record", out.stderr)
+        self.assertEqual(json.loads(self.done("list", self.own / "runs/empty", "--json").stdout)["runs"], [])
+        self.assertIn("is no folder", self.done("list", self.own / "none", status=4).stderr)
 
     def test_config_show_says_where_each_value_comes_from(self):
         out = self.done("config", "show", self.config, "--set", "render.spp=9", "--seed", "4").stdout
