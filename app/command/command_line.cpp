@@ -59,8 +59,11 @@ constexpr std::array<std::pair<const char*, ProgressMode>, 5> kModes = {
      {"none", ProgressMode::kNone}}};
 
 int ParseThreads(const std::string& command, const std::string& option, const std::string& text) {
-  if (const std::optional<int> value = ParseThreadCount(text)) return *value;
-  throw UsageError(command, option + ": '" + text + "' is not a whole number of at least 1");
+  try {
+    return RequireThreadCount(option, text);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(command, error.what());
+  }
 }
 
 // Options of every command, which may also stand before its name; there also stand those that only

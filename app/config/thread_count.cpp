@@ -1,6 +1,7 @@
 #include "app/config/thread_count.h"
 
 #include <charconv>
+#include <stdexcept>
 #include <system_error>
 
 #include "renderer/core/parallel.h"
@@ -13,6 +14,11 @@ std::optional<int> ParseThreadCount(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), last, value);
   if (error != std::errc() || end != last || value < 1) return std::nullopt;
   return value;
+}
+
+int RequireThreadCount(const std::string& name, const std::string& text) {
+  if (const std::optional<int> count = ParseThreadCount(text)) return *count;
+  throw std::invalid_argument(name + ": '" + text + "' is not a whole number of at least 1");
 }
 
 int NumThreads(std::optional<int> asked, int in_config, std::optional<int> in_environment) {

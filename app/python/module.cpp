@@ -204,11 +204,8 @@ class Scene {
       list.push_back({"overrides[" + name + "]", name + "=" + text});
     }
     const std::string variable = ProcessEnvironment(kThreadsVariable);
-    const std::optional<int> in_environment = ParseThreadCount(variable);
-    if (!variable.empty() && !in_environment) {
-      throw py::value_error(std::string(kThreadsVariable) + ": '" + variable +
-                            "' is not a whole number of at least 1");
-    }
+    std::optional<int> in_environment;
+    if (!variable.empty()) in_environment = RequireThreadCount(kThreadsVariable, variable);
     if (threads < 0) throw py::value_error("threads must be at least 0");
     const auto asked = threads > 0 ? std::optional(threads) : std::nullopt;
     const py::gil_scoped_release release;
