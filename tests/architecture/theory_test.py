@@ -64,13 +64,27 @@ def check_lines(root, lines):
     return errors, count, constants
 
 
+def check_contributing(root):
+    """The files that are named exist; in the table, other names stand in a file of their row, and `_fit` behind
+    `app/config/schema_input.cpp` means `app/config/schema_fit.cpp`."""
+    errors = []
+    for number, line in enumerate((root / "CONTRIBUTING.md").read_text().splitlines(), 1):
+        files = [name for match in FILE.findall(line) for name in expanded(match) if "NAME" not in name]
+        names = NAME.findall(FILE.sub("", line)) if line.startswith("|") else []
+        files += [re.sub(r"_[a-z]+(?=\.)", name, file) for name in names if name.startswith("_")
+                  for file in files if "/schema_" in file]
+        errors += [f"CONTRIBUTING.md:{number}: {name} does not exist" for name in files if not (root / name).exists()]
+        texts = [(root / name).read_text(errors="replace") for name in files if (root / name).is_file()]
+        errors += [f"CONTRIBUTING.md:{number}: {name} is in none of {', '.join(files)}" for name in names
+                   if not name.startswith("_") and texts and not any(re.search(rf"\b{name}\b", t) for t in texts)]
+    return errors
+
+
 def main(root):
     errors, count, constants = check_lines(root, (root / "renderer/THEORY.md").read_text().splitlines())
     if count == 0:
         errors.append("renderer/THEORY.md names no file")
-    for number, line in enumerate((root / "CONTRIBUTING.md").read_text().splitlines(), 1):
-        errors += [f"CONTRIBUTING.md:{number}: {name} does not exist" for match in FILE.findall(line)
-                   for name in expanded(match) if "NAME" not in name and not (root / name).exists()]
+    errors += check_contributing(root)
     for path in sorted((root / "renderer").rglob("*")):
         if path.suffix in {".h", ".cpp"}:
             name_of_file = str(path.relative_to(root))
