@@ -284,6 +284,12 @@ class TracedPath {
     if (!(sample.pdf > 0.0) || !p_.Accepts(sample.wi)) {
       return false;
     }
+    ray_.origin = RayStart(p_, sample.wi);
+    ray_.direction = sample.wi;
+    may_only_escape_ = IsLast() && !delta_ && !context_.lights.MayMeetArea(ray_, p_.offset);
+    if (may_only_escape_ && !context_.lights.environment) {
+      return false;
+    }
     const BsdfCosines cosines = p_.Cosines(sample.wi);
     pdf_ = sample.pdf;
     above_ = cosines.cos_i > 0.0;
@@ -295,17 +301,13 @@ class TracedPath {
     on_.transmit = cosines.cos_i < 0.0;
     bsdf_ = delta_ ? EvalDelta(p_.material->bsdf, p_.inputs, cosines.cos_o, on_.transmit).value
                    : EvalBsdf(p_.material->bsdf, p_.inputs, cosines);
-    ray_.origin = RayStart(p_, sample.wi);
-    ray_.direction = sample.wi;
     return true;
   }
 
   /// The next ray; after Turn.
   [[nodiscard]] const Ray& ray() const { return ray_; }
   /// Whether the path ends with the next ray, whatever that meets.
-  [[nodiscard]] bool MayOnlyEscape() const {
-    return IsLast() && context_.lights.areas.empty() && !on_.delta;
-  }
+  [[nodiscard]] bool MayOnlyEscape() const { return may_only_escape_; }
 
   /// Adds the environment where the ray escaped; else goes to the next vertex, unless there is no
   /// hit. False if the path ends.
@@ -390,6 +392,7 @@ class TracedPath {
   Rgb bsdf_;
   double pdf_ = 0.0;
   bool above_ = true;  // on the side of the normal
+  bool may_only_escape_ = false;
 };
 
 /// Calls add(see) for every light that a vertex samples: one sample of the environment and one of
