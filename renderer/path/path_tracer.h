@@ -356,7 +356,7 @@ class TracedPath {
     return context_.lights.AreaLightOf(id.mesh) != nullptr;
   }
   void Escape(const LightSet::Environment& environment) {
-    const Vec2 uv = EnvironmentUv(environment.light_from_world * on_.wi);
+    const Vec2 uv = UvTowards(environment, on_.wi);
     DirectContribution direct;
     direct.light.end = &environment;
     direct.light.w = on_.wi;
