@@ -82,13 +82,12 @@ Rgba MeanOfSamples(const PathContext& context,
   const auto pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(camera.camera().width) +
       static_cast<std::uint64_t>(x);
-  const CounterRng shift(options.seed, RandomDomain::kPixelShift, options.view, pixel);
+  const LatticeSampler::Shift shift(
+      CounterRng(options.seed, RandomDomain::kPixelShift, options.view, pixel));
+  const CounterRng::Family independent(options.seed, RandomDomain::kPixelSample, options.view);
   const auto numbers = [&](int s) {
     const auto index = static_cast<std::uint64_t>(s / group);
-    LatticeSampler sampler(
-        shift,
-        CounterRng(options.seed, RandomDomain::kPixelSample, options.view, pixel, index),
-        index);
+    LatticeSampler sampler(shift, CounterRng(independent, pixel, index), index);
     if (context.antithetic && s % 2 == 1) {
       sampler.ShiftLights(kGoldenStep);
     }
@@ -171,11 +170,15 @@ PixelDerivative::PixelDerivative(const AdjointContext& context,
       pair_(context.path.antithetic ? 2 : 1),
       points_(spread_ ? kMirrorGroup : 1),
       adjoint_(context, sum_) {
-  const CounterRng none(0);
+  static const LatticeSampler::Shift kNone{CounterRng(0)};
   const PathRecorder recorder = touches == nullptr ? PathRecorder() : PathRecorder(*touches);
   for (std::size_t i = 0; i <= kImageBatch; ++i) {  // the last: paths that are drawn again
-    samples_.push_back(
-        {ShiftedSampler(LatticeSampler(none, none, 0)), false, {}, false, false, recorder});
+    samples_.push_back({ShiftedSampler(LatticeSampler(kNone, CounterRng(0), 0)),
+                        false,
+                        {},
+                        false,
+                        false,
+                        recorder});
   }
 }
 PixelDerivative::~PixelDerivative() = default;
