@@ -23,10 +23,6 @@ Distribution1D::Distribution1D(const std::vector<double>& weights) : cumulative_
   std::partial_sum(first_of_bucket_.begin(), first_of_bucket_.end(), first_of_bucket_.begin());
 }
 
-std::size_t Distribution1D::BucketOf(double cumulative) const {
-  return std::min(static_cast<std::size_t>(cumulative * scale_), probability_.size());
-}
-
 int Distribution1D::Sample(double u, double& remainder) const {
   return SampleWithin(0, static_cast<int>(probability_.size()), u, remainder);
 }
