@@ -477,6 +477,14 @@ class PathBatch {
     paths_[i].emplace(context_, first, ray, sampler, listener, range);
     active_[count_++] = i;
   }
+  void Start(std::size_t i,
+             const SurfacePoint& first,
+             Sampler& sampler,
+             Listener& listener,
+             const PathRange& range) {
+    paths_[i].emplace(context_, first, sampler, listener, range);
+    active_[count_++] = i;
+  }
   /// All paths to their ends, once.
   void Trace() {
     while (count_ > 0) {
