@@ -39,8 +39,13 @@ double OwnCorners::NearnessAt(const SurfacePoint& p, double side) const {
         const auto triangles = caster_.TrianglesOf(mesh_);
         tree_.emplace(std::vector(triangles.begin(), triangles.end()));
       });
-      radius = static_cast<float>(caster_.SearchRadius(
-          t.Point(1.0 / 3.0, 1.0 / 3.0), n, {only_, reach_}, size, mesh_, *tree_));
+      const Vec3 middle = t.Point(1.0 / 3.0, 1.0 / 3.0);
+      double slack = 0.0;
+      for (const Vec3& corner : t.Corners()) {
+        slack = std::max(slack, Norm(corner - middle));
+      }
+      radius = static_cast<float>(
+          caster_.SearchRadius(middle, n, {only_, reach_}, slack, mesh_, *tree_));
       known.store(radius, std::memory_order_relaxed);
     }
   }
