@@ -96,7 +96,7 @@ class Runner {
                                    const Streams& streams,
                                    std::size_t w,
                                    std::int64_t num_pilots) const {
-    const CounterRng shift = Stream(streams.shift, w, 0);
+    const LatticeSampler::Shift shift(Stream(streams.shift, w, 0));
     return PrimaryGuide::Build(
         options_.guide,
         ways_[w].dimensions,
@@ -104,7 +104,7 @@ class Runner {
         [&](const std::array<double, 3>& u, std::int64_t index) {
           SplatBuffer splats;
           const CounterRng rng = Stream(streams.pilot, w, index);
-          technique.Sample(w, {u, 1.0, static_cast<std::uint64_t>(index), rng, shift}, splats);
+          technique.Sample(w, {u, 1.0, static_cast<std::uint64_t>(index), rng, &shift}, splats);
           return splats.MagnitudeSince({});
         });
   }
@@ -130,6 +130,7 @@ class Runner {
               const Streams& streams,
               std::size_t w,
               std::int64_t count) {
+    const LatticeSampler::Shift shift(Stream(streams.shift, w, 0));
     const std::int64_t rays = ways_[w].num_rays;
     const std::int64_t per_task = std::max<std::int64_t>(1, kRaysPerTask / rays);
     const std::int64_t tasks = (count + per_task - 1) / per_task;
@@ -143,7 +144,7 @@ class Runner {
         const std::int64_t end = std::min(count, begin + per_task);
         for (std::int64_t s = begin; s < end; ++s) {
           const SplatBuffer::Mark mark = splats.Position();
-          technique.Sample(w, DrawOf(streams, w, s, count), splats);
+          technique.Sample(w, DrawOf(streams, shift, w, s, count), splats);
           if (!std::isfinite(splats.MagnitudeSince(mark))) {
             splats.Rewind(mark);
             ++splats.stats.non_finite_samples;
@@ -160,20 +161,19 @@ class Runner {
 
   /// Sample s of `count`, spread evenly over the guide's cells.
   [[nodiscard]] BoundaryDraw DrawOf(const Streams& streams,
+                                    const LatticeSampler::Shift& shift,
                                     std::size_t w,
                                     std::int64_t s,
                                     std::int64_t count) const {
-    const CounterRng shift = Stream(streams.shift, w, 0);
-    CounterRng shifts = shift;
     CounterRng rng = Stream(streams.sample, w, s);
     const auto index = static_cast<double>(s);
     const double inverse = 1.0 / static_cast<double>(count);
     const auto wrapped = [](double x) { return x - std::floor(x); };
     const double u0 = (index + rng.Next()) * inverse;
-    const double u1 = wrapped(shifts.Next() + index * kStep1);
-    const double u2 = wrapped(shifts.Next() + index * kStep2);
+    const double u1 = wrapped(shift.Of(0) + index * kStep1);
+    const double u2 = wrapped(shift.Of(1) + index * kStep2);
     const PrimaryGuide::Draw draw = guides_[w].Sample(u0, u1, u2);
-    return {draw.u, inverse / draw.pdf, static_cast<std::uint64_t>(s), rng, shift};
+    return {draw.u, inverse / draw.pdf, static_cast<std::uint64_t>(s), rng, &shift};
   }
 
   const BoundaryContext& context_;

@@ -37,11 +37,11 @@ struct BoundaryDraw {
   double weight = 1.0;        ///< 1 / (number of the way's samples * density of u)
   std::uint64_t index = 0;    ///< of the sample among those of its way
   CounterRng rng;             ///< the sample's own further numbers
-  CounterRng shift;           ///< the same for all samples of the way
+  const LatticeSampler::Shift* shift = nullptr;  ///< the same for all samples of the way
 
   [[nodiscard]] IndependentSampler Independent() const { return IndependentSampler(rng); }
   /// Neighbours in index spread over lights and directions together.
-  [[nodiscard]] LatticeSampler Lattice() const { return {shift, rng, index}; }
+  [[nodiscard]] LatticeSampler Lattice() const { return {*shift, rng, index}; }
 };
 
 /// Estimator of one boundary integral by one or several ways to draw its samples. Guiding, random

@@ -16,7 +16,7 @@ double LongestEdge(const TriangleGeometry& t) {
 }  // namespace
 
 OwnCorners::OwnCorners(const RayCaster& caster, int mesh, std::size_t num_meshes, double reach)
-    : caster_(caster), only_(num_meshes, 0.0), reach_(reach) {
+    : caster_(caster), mesh_(mesh), only_(num_meshes, 0.0), reach_(reach) {
   only_[static_cast<std::size_t>(mesh)] = reach;
   const std::size_t count = 2 * caster.NumTriangles(mesh);
   radius_ = std::make_unique<std::atomic<float>[]>(count);
@@ -35,8 +35,17 @@ double OwnCorners::NearnessAt(const SurfacePoint& p, double side) const {
         radius_[2 * static_cast<std::size_t>(p.id.triangle) + (p.side * side > 0.0 ? 0 : 1)];
     radius = known.load(std::memory_order_relaxed);
     if (radius < 0.0F) {
+      std::call_once(tree_made_, [&] {
+        const auto triangles = caster_.TrianglesOf(mesh_);
+        tree_.emplace(std::vector(triangles.begin(), triangles.end()));
+      });
+      const Vec3 middle = t.Point(1.0 / 3.0, 1.0 / 3.0);
+      double slack = 0.0;
+      for (const Vec3& corner : t.Corners()) {
+        slack = std::max(slack, Norm(corner - middle));
+      }
       radius = static_cast<float>(
-          caster_.SearchRadius(t.Point(1.0 / 3.0, 1.0 / 3.0), n, {only_, reach_}, size));
+          caster_.SearchRadius(middle, n, {only_, reach_}, slack, mesh_, *tree_));
       known.store(radius, std::memory_order_relaxed);
     }
   }

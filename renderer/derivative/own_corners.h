@@ -2,9 +2,12 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "renderer/geometry/ray_caster.h"
+#include "renderer/geometry/triangle_tree.h"
 #include "renderer/path/surface_point.h"
 
 namespace pathfit::renderer {
@@ -22,10 +25,14 @@ class OwnCorners {
 
  private:
   const RayCaster& caster_;
+  const int mesh_;
   std::vector<double> only_;
   double reach_;
   // RayCaster::SearchRadius of front and back of each triangle; negative: not yet known.
   std::unique_ptr<std::atomic<float>[]> radius_;
+  // Of the mesh, made when a radius is asked for first.
+  mutable std::once_flag tree_made_;
+  mutable std::optional<TriangleTree> tree_;
 };
 
 }  // namespace pathfit::renderer

@@ -82,13 +82,12 @@ Rgba MeanOfSamples(const PathContext& context,
   const auto pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(camera.camera().width) +
       static_cast<std::uint64_t>(x);
-  const CounterRng shift(options.seed, RandomDomain::kPixelShift, options.view, pixel);
+  const LatticeSampler::Shift shift(
+      CounterRng(options.seed, RandomDomain::kPixelShift, options.view, pixel));
+  const CounterRng::Family independent(options.seed, RandomDomain::kPixelSample, options.view);
   const auto numbers = [&](int s) {
     const auto index = static_cast<std::uint64_t>(s / group);
-    LatticeSampler sampler(
-        shift,
-        CounterRng(options.seed, RandomDomain::kPixelSample, options.view, pixel, index),
-        index);
+    LatticeSampler sampler(shift, CounterRng(independent, pixel, index), index);
     if (context.antithetic && s % 2 == 1) {
       sampler.ShiftLights(kGoldenStep);
     }
@@ -153,12 +152,35 @@ Rgba EstimatePixel(const PathContext& context,
 }
 
 struct PixelDerivative::Recorded {
+  Recorded(const ShiftedSampler& sampler, const PathRecorder& recorder)
+      : numbers(sampler), path(recorder) {}
   ShiftedSampler numbers;  // from the first vertex on
-  bool mirrored = false;   // the second path of an antithetic pair
-  PixelSample pixel;       // where the path starts
+  PathRecorder path;
+  bool mirrored = false;  // the second path of an antithetic pair
+  PixelSample pixel;      // where the path starts, with its share of the weight
   bool missed = false;
   bool on_surface = false;  // the path has vertices, and its radiance is finite
-  PathRecorder path;
+  // Of a path that is drawn again.
+  const SurfacePoint* start = nullptr;
+  int first = 0;       // vertex from which on it is new
+  double share = 1.0;  // see NearMotion
+};
+
+struct PixelDerivative::Level {
+  explicit Level(const PathContext& context, const PathRecorder& recorder) : batch(context) {
+    static const LatticeSampler::Shift kNone{CounterRng(0)};
+    const ShiftedSampler none(LatticeSampler(kNone, CounterRng(0), 0));
+    samples.assign(kImageBatch, Recorded(none, recorder));
+    samplers.assign(kImageBatch, none);
+  }
+  std::vector<Recorded> samples;
+  struct Again {
+    const Recorded* sample = nullptr;
+    NearMotion::Split split;
+  };
+  std::vector<Again> again;  // what of them is to be drawn again
+  std::vector<ShiftedSampler> samplers;
+  PathBatch<kImageBatch, ShiftedSampler, PathRecorder> batch;
 };
 
 PixelDerivative::PixelDerivative(const AdjointContext& context,
@@ -170,22 +192,24 @@ PixelDerivative::PixelDerivative(const AdjointContext& context,
               context.camera.camera().filter.shape != PixelFilter::Shape::kBox),
       pair_(context.path.antithetic ? 2 : 1),
       points_(spread_ ? kMirrorGroup : 1),
-      adjoint_(context, sum_) {
-  const CounterRng none(0);
-  const PathRecorder recorder = touches == nullptr ? PathRecorder() : PathRecorder(*touches);
-  for (std::size_t i = 0; i <= kImageBatch; ++i) {  // the last: paths that are drawn again
-    samples_.push_back(
-        {ShiftedSampler(LatticeSampler(none, none, 0)), false, {}, false, false, recorder});
-  }
-}
+      recorder_(touches == nullptr ? PathRecorder() : PathRecorder(*touches)),
+      adjoint_(context, sum_) {}
 PixelDerivative::~PixelDerivative() = default;
+
+PixelDerivative::Level& PixelDerivative::LevelAt(std::size_t depth) {
+  while (levels_.size() <= depth) {
+    levels_.push_back(std::make_unique<Level>(context_.path, recorder_));
+  }
+  return *levels_[depth];
+}
 
 Rgba PixelDerivative::Estimate(int x, int y, RenderStats& stats) {
   sum_.Clear();
   const auto samples = [&](int first, const auto& numbers_of, std::span<Rgba> values) {
+    std::vector<Recorded>& recorded = LevelAt(0).samples;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const int s = first + static_cast<int>(i);
-      Recorded& sample = samples_[i];
+      Recorded& sample = recorded[i];
       sample.mirrored = s % pair_ == 1;
       sample.numbers = ShiftedSampler(numbers_of(s));
       sample.pixel = spread_
@@ -193,10 +217,9 @@ Rgba PixelDerivative::Estimate(int x, int y, RenderStats& stats) {
                          : FollowFilter(context_.camera, x, y, sample.numbers);
     }
     RecordTogether(values);
+    AddRecorded(0, values.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const Recorded& sample = samples_[i];
-      AddRecorded(sample, sample.pixel, 0, 1.0);
-      values[i] *= sample.pixel.weight;
+      values[i] *= recorded[i].pixel.weight;
     }
   };
   return MeanOfSamples<kImageBatch>(
@@ -206,20 +229,21 @@ Rgba PixelDerivative::Estimate(int x, int y, RenderStats& stats) {
 /// Records the paths of the first samples, and their values.
 void PixelDerivative::RecordTogether(std::span<Rgba> values) {
   const PathContext& path = context_.path;
+  std::vector<Recorded>& samples = LevelAt(0).samples;
   const std::size_t count = values.size();
   std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
   std::array<Ray, kImageBatch> rays;
   std::array<std::optional<Hit>, kImageBatch> hits;
   for (std::size_t i = 0; i < count; ++i) {
-    samplers[i] = samples_[i].numbers;
-    samples_[i].path.Clear();
-    rays[i] = samples_[i].pixel.ray;
+    samplers[i] = samples[i].numbers;
+    samples[i].path.Clear();
+    rays[i] = samples[i].pixel.ray;
   }
   path.world->caster().Intersect({rays.data(), count}, true, {hits.data(), count});
   PathBatch<kImageBatch, LatticeSampler, PathRecorder> batch(path);
   for (std::size_t i = 0; i < count; ++i) {
     if (hits[i]) {
-      Recorded& sample = samples_[i];
+      Recorded& sample = samples[i];
       batch.Start(i,
                   *hits[i],
                   rays[i],
@@ -231,62 +255,86 @@ void PixelDerivative::RecordTogether(std::span<Rgba> values) {
   batch.Trace();
   for (std::size_t i = 0; i < count; ++i) {
     values[i] = hits[i] ? Rgba(batch.radiance(i), 1.0) : ValueOfMiss(path, rays[i]);
-    samples_[i].on_surface = hits[i] && IsFinite(values[i].Color());
-    samples_[i].missed = !hits[i];
+    samples[i].on_surface = hits[i] && IsFinite(values[i].Color());
+    samples[i].missed = !hits[i];
   }
 }
 
-/// Records the path from `first` on with other numbers, as the last of samples_.
-void PixelDerivative::RecordAgain(const SurfacePoint& first,
-                                  bool mirrored,
-                                  ShiftedSampler numbers) {
-  Recorded& again = samples_.back();
-  again.numbers = numbers;
-  again.mirrored = mirrored;
-  again.path.Clear();
-  const Rgb radiance = TraceRadiance(
-      context_.path, first, numbers, again.path, {context_.path.max_bounces, true, mirrored});
-  again.on_surface = IsFinite(radiance);
+/// Records the first paths of a level and adds them.
+void PixelDerivative::RecordAgain(std::size_t depth, std::size_t count) {
+  Level& level = LevelAt(depth);
+  for (std::size_t i = 0; i < count; ++i) {
+    Recorded& sample = level.samples[i];
+    sample.path.Clear();
+    level.samplers[i] = sample.numbers;
+    level.batch.Start(i,
+                      *sample.start,
+                      level.samplers[i],
+                      sample.path,
+                      {context_.path.max_bounces, true, sample.mirrored});
+  }
+  level.batch.Trace();
+  for (std::size_t i = 0; i < count; ++i) {
+    level.samples[i].on_surface = IsFinite(level.batch.radiance(i));
+  }
+  AddRecorded(depth, count);
 }
 
-/// Adds the recorded path, or draws the rest of it again from each vertex (from `first` on) that is
-/// close to something that moves against it. `part`: where the path starts, with its share of the
-/// weight; `share`: see NearMotion.
-void PixelDerivative::AddRecorded(const Recorded& sample,
-                                  const PixelSample& part,
-                                  int first,
-                                  double share) {
-  if (!sample.on_surface) {
-    if (sample.missed && context_.path.lights.ShowsEnvironment()) {
-      adjoint_.AddMiss(part);
+/// Adds the first paths of a level, or draws the rest of them again from each vertex that is close
+/// to something that moves against it.
+void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
+  Level& level = LevelAt(depth);
+  level.again.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Recorded& sample = level.samples[i];
+    if (!sample.on_surface) {
+      if (sample.missed && context_.path.lights.ShowsEnvironment()) {
+        adjoint_.AddMiss(sample.pixel);
+      }
+      continue;
     }
-    return;
-  }
-  const PathRecord& record = sample.path.record();
-  const NearMotion::Split split = context_.near_motion->FirstSplit(
-      record, context_.path, first, sample.numbers.CanShift() ? share : 0.0);
-  if (split.count == 1) {
+    const PathRecord& record = sample.path.record();
+    const NearMotion::Split split = context_.near_motion->FirstSplit(
+        record, context_.path, sample.first, sample.numbers.CanShift() ? sample.share : 0.0);
+    if (split.count > 1) {
+      level.again.push_back({&sample, split});
+      continue;
+    }
     adjoint_.AddPath(
-        part,
+        sample.pixel,
         record,
         split.touches ? static_cast<std::size_t>(split.vertex) : PathAdjoint::kNoContact);
+  }
+  if (level.again.empty()) {
     return;
   }
-  const double each = 1.0 / split.count;
-  // The sample may be the one that is recorded again.
-  const ShiftedSampler numbers = sample.numbers;
-  const SurfacePoint first_vertex = record.vertices.front().p;
-  const bool mirrored = sample.mirrored;
-  for (int i = 0; i < split.count; ++i) {
-    ShiftedSampler shifted = numbers;
-    // Half of them evenly over all directions: where the surface grazes, the derivative does not
-    // vanish with the cosine.
-    shifted.ShiftDirection(split.vertex + 1,
-                           i / 2 * 2 * each,
-                           i / 2 * kGoldenStep,
-                           i % 2 == 0 ? DirectionDraw::kMixedBsdf : DirectionDraw::kMixedUniform);
-    RecordAgain(first_vertex, mirrored, shifted);
-    AddRecorded(samples_.back(), Scaled(part, each), split.vertex + 1, share * each);
+  std::vector<Recorded>& next = LevelAt(depth + 1).samples;
+  std::size_t filled = 0;
+  for (const auto& [sample, split] : level.again) {
+    const double each = 1.0 / split.count;
+    for (int i = 0; i < split.count; ++i) {
+      Recorded& again = next[filled++];
+      again.numbers = sample->numbers;
+      // Half of them evenly over all directions: where the surface grazes, the derivative does not
+      // vanish with the cosine.
+      again.numbers.ShiftDirection(
+          split.vertex + 1,
+          i / 2 * 2 * each,
+          i / 2 * kGoldenStep,
+          i % 2 == 0 ? DirectionDraw::kMixedBsdf : DirectionDraw::kMixedUniform);
+      again.mirrored = sample->mirrored;
+      again.pixel = Scaled(sample->pixel, each);
+      again.start = &sample->path.record().vertices.front().p;
+      again.first = split.vertex + 1;
+      again.share = sample->share * each;
+      if (filled == kImageBatch) {
+        RecordAgain(depth + 1, filled);
+        filled = 0;
+      }
+    }
+  }
+  if (filled > 0) {
+    RecordAgain(depth + 1, filled);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -42,16 +43,19 @@ class PixelDerivative {
 
  private:
   struct Recorded;  // a sample's path
+  struct Level;     // paths that have been drawn again so many times, recorded side by side
 
+  Level& LevelAt(std::size_t depth);
   void RecordTogether(std::span<Rgba> values);
-  void RecordAgain(const SurfacePoint& first, bool mirrored, ShiftedSampler numbers);
-  void AddRecorded(const Recorded& sample, const PixelSample& part, int first, double share);
+  void RecordAgain(std::size_t depth, std::size_t count);
+  void AddRecorded(std::size_t depth, std::size_t count);
 
   const AdjointContext& context_;
   const RenderOptions& options_;
   const bool spread_;  // over the filter's support
   const int pair_, points_;
-  std::vector<Recorded> samples_;  // recorded side by side
+  const PathRecorder recorder_;  // before it has heard anything
+  std::vector<std::unique_ptr<Level>> levels_;
   DerivativeAccumulator sum_;
   PathAdjoint adjoint_;
 };

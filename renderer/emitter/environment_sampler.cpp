@@ -78,25 +78,47 @@ DirectionSample EnvironmentSampler::Sample(const Vec3& normal, double u0, double
     const Vec3 local = SampleUniformHemisphere(u0, u1);
     return {Frame::FromNormal(normal).ToWorld(local), UniformHemispherePdf(), {}};
   }
-  double fx = 0.0;
-  double fy = 0.0;
-  const int y = rows_.Sample(u1, fy);
-  const int x = columns_[static_cast<std::size_t>(y)].Sample(u0, fx);
+  Draft draft = ChooseRow(u0, u1);
+  ChooseColumn(draft);
+  return Finish(draft);
+}
+
+EnvironmentSampler::Draft EnvironmentSampler::ChooseRow(double u0, double u1) const {
+  Draft draft;
+  draft.u0 = u0;
+  draft.row = rows_.Sample(u1, draft.in_row);
+  columns_[static_cast<std::size_t>(draft.row)].PrefetchBucket(u0);
+  return draft;
+}
+
+void EnvironmentSampler::LookForColumn(const Draft& draft) const {
+  columns_[static_cast<std::size_t>(draft.row)].PrefetchSums(draft.u0);
+}
+
+void EnvironmentSampler::ChooseColumn(Draft& draft) const {
+  draft.column = columns_[static_cast<std::size_t>(draft.row)].Sample(draft.u0, draft.in_column);
+  const int x = draft.column;
+  const int y = draft.row;
   const int texel = y * width_ + x;
-  // Maps do not fit into fast memory: what will be looked up is on its way meanwhile.
-  const int left = texel - (fx < 0.5 && x > 0 ? 1 : 0);
-  const int other_row = fy < 0.5 ? std::max(y - 1, 0) - y : std::min(y + 1, height_ - 1) - y;
+  // Maps do not fit into fast memory.
+  const int left = texel - (draft.in_column < 0.5 && x > 0 ? 1 : 0);
+  const int other_row =
+      draft.in_row < 0.5 ? std::max(y - 1, 0) - y : std::min(y + 1, height_ - 1) - y;
   __builtin_prefetch(&density_[static_cast<std::size_t>(texel)]);
   __builtin_prefetch(texels_ + left);
   __builtin_prefetch(texels_ + left + other_row * width_);
-  const double top = row_cos_[static_cast<std::size_t>(y)];
-  const double bottom = row_cos_[static_cast<std::size_t>(y) + 1];
-  const double cos_theta = std::clamp(top + fy * (bottom - top), -1.0, 1.0);
+}
+
+DirectionSample EnvironmentSampler::Finish(const Draft& draft) const {
+  const auto row = static_cast<std::size_t>(draft.row);
+  const double top = row_cos_[row];
+  const double bottom = row_cos_[row + 1];
+  const double cos_theta = std::clamp(top + draft.in_row * (bottom - top), -1.0, 1.0);
   const double sin_theta = std::sqrt(1.0 - cos_theta * cos_theta);
-  const double turn = (x + fx) / width_;
+  const double turn = (draft.column + draft.in_column) / width_;
   const auto [sine, cosine] = SineCosineOfTurn(turn);
   return {{sin_theta * sine, cos_theta, -sin_theta * cosine},
-          density_[static_cast<std::size_t>(texel)],
+          density_[static_cast<std::size_t>(draft.row * width_ + draft.column)],
           {turn, std::acos(cos_theta) * std::numbers::inv_pi}};
 }
 

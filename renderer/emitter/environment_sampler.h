@@ -22,6 +22,20 @@ class EnvironmentSampler {
 
   /// `normal` in the light's own frame: used by constant environments only.
   [[nodiscard]] DirectionSample Sample(const Vec3& normal, double u0, double u1) const;
+
+  /// The same of a map in steps, between which others' steps give memory time: each brings nearer
+  /// what the next one reads.
+  struct Draft {
+    double u0 = 0.0;
+    int row = 0, column = 0;
+    double in_row = 0.0, in_column = 0.0;  // in [0, 1) of the texel
+  };
+  [[nodiscard]] bool IsMap() const { return width_ * height_ > 1; }
+  [[nodiscard]] Draft ChooseRow(double u0, double u1) const;
+  void LookForColumn(const Draft& draft) const;
+  void ChooseColumn(Draft& draft) const;
+  [[nodiscard]] DirectionSample Finish(const Draft& draft) const;
+
   /// Density of a direction by its map coordinates. `above`: on the receiver's side; constant
   /// environments draw no others.
   [[nodiscard]] double Pdf(const Vec2& uv, bool above) const;

@@ -9,6 +9,7 @@
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/embree_compat.h"
 #include "renderer/geometry/mesh_checks.h"
+#include "renderer/geometry/triangle_tree.h"
 #include "renderer/math/median.h"
 
 namespace pathfit::renderer {
@@ -438,7 +439,6 @@ struct NearQuery {
   Vec3 x, n;
   double most;   // what is not nearer, over its rise and the reach, does not count
   double slack;  // seen from up to so much nearer
-  double radius = 0.0;
 };
 
 /// How near a triangle is to the query's point, how steeply it rises above its plane, and its
@@ -446,18 +446,30 @@ struct NearQuery {
 struct Corner {
   double distance = 0.0, rise = 0.0, reach = 0.0;
 };
-/// Whether bounds tell that a triangle does not count: no point of it is farther from its first
-/// corner, `distance` away, than its longer side from there, or higher than `height`.
-bool IsTooFarOrFlat(
-    const TriangleGeometry& t, double distance, double height, double limit, double slack) {
-  const double side = std::sqrt(std::max(SquaredNorm(t.e1), SquaredNorm(t.e2)));
-  const double least = distance / kAlmost - side - slack;
+/// Whether bounds tell that what is at least so far away, and not higher than `height`, does not
+/// count.
+bool IsTooFarOrFlat(double least, double height, double limit) {
   return least > 0.0 && (least >= limit || least * least >= limit * height * kAlmost ||
                          height * kAlmost <= kFlat * least);
 }
+/// No point of a triangle is farther from its first corner, `distance` away, than its longer side
+/// from there.
+bool IsTooFarOrFlat(
+    const TriangleGeometry& t, double distance, double height, double limit, double slack) {
+  const double side = std::sqrt(std::max(SquaredNorm(t.e1), SquaredNorm(t.e2)));
+  return IsTooFarOrFlat(distance / kAlmost - side - slack, height, limit);
+}
 
-Corner VisitedCorner(const RTCPointQueryFunctionArguments* arguments, const NearQuery& query) {
-  const TriangleId id = query.caster.TriangleOf(arguments->geomID, arguments->primID);
+/// The same of all triangles in a box.
+bool IsTooFarOrFlat(const Box& box, const NearQuery& query, double limit) {
+  const Vec3 half = box.Size() * 0.5;
+  const double height = Dot(query.n, box.Middle() - query.x) + std::abs(query.n.x) * half.x +
+                        std::abs(query.n.y) * half.y + std::abs(query.n.z) * half.z;
+  const double most = height + kRounding * query.caster.Offset(query.x);
+  return most <= 0.0 || IsTooFarOrFlat(box.Distance(query.x) / kAlmost - query.slack, most, limit);
+}
+
+Corner VisitedCorner(TriangleId id, const NearQuery& query) {
   const double reach = query.reach.Of(id.mesh);
   if (!(reach > 0.0)) {
     return {};
@@ -493,7 +505,8 @@ Corner VisitedCorner(const RTCPointQueryFunctionArguments* arguments, const Near
 
 bool VisitForNearness(RTCPointQueryFunctionArguments* arguments) {
   auto& query = *static_cast<NearQuery*>(arguments->userPtr);
-  const Corner corner = VisitedCorner(arguments, query);
+  const Corner corner =
+      VisitedCorner(query.caster.TriangleOf(arguments->geomID, arguments->primID), query);
   if (!(corner.rise > 0.0)) {
     return false;
   }
@@ -505,15 +518,6 @@ bool VisitForNearness(RTCPointQueryFunctionArguments* arguments) {
   }
   arguments->query->radius = static_cast<float>(radius);
   return true;
-}
-
-bool VisitForRadius(RTCPointQueryFunctionArguments* arguments) {
-  auto& query = *static_cast<NearQuery*>(arguments->userPtr);
-  const Corner corner = VisitedCorner(arguments, query);
-  if (corner.rise > 0.0) {
-    query.radius = std::max(query.radius, corner.distance + query.slack);
-  }
-  return false;
 }
 
 /// False if the bounds of the meshes alone tell that Nearness is `most`.
@@ -564,10 +568,20 @@ double RayCaster::Nearness(
 double RayCaster::SearchRadius(const Vec3& x,
                                const Vec3& n,
                                const Reach& reach,
-                               double slack) const {
-  NearQuery query{*this, reach, x, n, 1.0, slack};
-  VisitTriangles(handles_->scene, x - frame_.center, reach.most + slack, VisitForRadius, &query);
-  return query.radius;
+                               double slack,
+                               int mesh,
+                               const TriangleTree& tree) const {
+  const NearQuery query{*this, reach, x, n, 1.0, slack};
+  const double limit = reach.Of(mesh);
+  double radius = 0.0;
+  tree.Visit([&](const Box& box) { return !IsTooFarOrFlat(box, query, limit); },
+             [&](std::int32_t triangle) {
+               const Corner corner = VisitedCorner({mesh, triangle}, query);
+               if (corner.rise > 0.0) {
+                 radius = std::max(radius, corner.distance + slack);
+               }
+             });
+  return radius;
 }
 
 }  // namespace pathfit::renderer

@@ -16,6 +16,8 @@
 
 namespace pathfit::renderer {
 
+class TriangleTree;
+
 /// What rounding and offsets of rays are measured from.
 struct RayFrame {
   Vec3 center;                  ///< see RayCaster::Center()
@@ -89,11 +91,14 @@ class RayCaster {
                                 double most = 1.0,
                                 double radius = std::numeric_limits<double>::infinity()) const;
   /// Radius that is enough for Nearness from all points within `slack` of x in the plane through x
-  /// with normal n; 0 if these find nothing.
+  /// with normal n, where only a mesh with tree `tree` of its triangles counts; 0 if these find
+  /// nothing.
   [[nodiscard]] double SearchRadius(const Vec3& x,
                                     const Vec3& n,
                                     const Reach& reach,
-                                    double slack) const;
+                                    double slack,
+                                    int mesh,
+                                    const TriangleTree& tree) const;
 
   /// The triangle of which Embree's primitive is all or a piece.
   [[nodiscard]] TriangleId TriangleOf(unsigned geometry, unsigned primitive) const {
@@ -104,6 +109,12 @@ class RayCaster {
   [[nodiscard]] const TriangleGeometry& Geometry(TriangleId id) const {
     return triangles_[static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(id.mesh)] +
                                                id.triangle)];
+  }
+  /// All of a mesh.
+  [[nodiscard]] std::span<const TriangleGeometry> TrianglesOf(int mesh) const {
+    return std::span(triangles_)
+        .subspan(static_cast<std::size_t>(first_triangle_[static_cast<std::size_t>(mesh)]),
+                 NumTriangles(mesh));
   }
   [[nodiscard]] std::size_t NumTriangles(int mesh) const {
     const auto m = static_cast<std::size_t>(mesh);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/mesh_checks.h"
@@ -11,7 +12,6 @@ namespace pathfit::renderer {
 namespace {
 
 constexpr std::int32_t kLeafSize = 4;
-constexpr std::size_t kMostNodesAside = 64;  // halves of at most 2^31 triangles
 
 double SquaredDistance(const Vec3& x, const Box& box) {
   double sum = 0.0;
@@ -32,8 +32,10 @@ std::array<double, 3> WeightsOf(const Vec3& x, const TriangleGeometry& t) {
 
 }  // namespace
 
-TriangleTree::TriangleTree(const Mesh& mesh)
-    : triangles_(GeometryOf(mesh)), order_(mesh.triangles.size()) {
+TriangleTree::TriangleTree(const Mesh& mesh) : TriangleTree(GeometryOf(mesh)) {}
+
+TriangleTree::TriangleTree(std::vector<TriangleGeometry> triangles)
+    : triangles_(std::move(triangles)), order_(triangles_.size()) {
   std::vector<Vec3> middles;
   for (const TriangleGeometry& triangle : triangles_) {
     boxes_.push_back(BoxAround(triangle.Corners()));

@@ -36,6 +36,19 @@ struct Box {
     }
     return Norm(away);
   }
+  /// Whether a half-line comes within `margin` > 0 of the box along each axis.
+  [[nodiscard]] bool MayMeet(const Vec3& origin, const Vec3& direction, double margin) const {
+    double near = 0.0;
+    double far = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 3; ++i) {
+      const double inverse = 1.0 / direction[i];
+      const double to_low = (low[i] - margin - origin[i]) * inverse;
+      const double to_high = (high[i] + margin - origin[i]) * inverse;
+      near = std::max(near, std::min(to_low, to_high));
+      far = std::min(far, std::max(to_low, to_high));
+    }
+    return near <= far;
+  }
   [[nodiscard]] Vec3 Middle() const { return (low + high) * 0.5; }
   [[nodiscard]] Vec3 Size() const { return high - low; }
   [[nodiscard]] double HalfDiagonal() const { return 0.5 * Norm(Size()); }

@@ -23,28 +23,17 @@ Distribution1D::Distribution1D(const std::vector<double>& weights) : cumulative_
   std::partial_sum(first_of_bucket_.begin(), first_of_bucket_.end(), first_of_bucket_.begin());
 }
 
-std::size_t Distribution1D::BucketOf(double cumulative) const {
-  return std::min(static_cast<std::size_t>(cumulative * scale_), probability_.size());
-}
-
 int Distribution1D::Sample(double u, double& remainder) const {
   return SampleWithin(0, static_cast<int>(probability_.size()), u, remainder);
 }
 
-int Distribution1D::SampleWithin(int first, int end, double u, double& remainder) const {
-  const double begin = cumulative_[static_cast<std::size_t>(first)];
-  const double last = cumulative_[static_cast<std::size_t>(end)];
-  const double target = begin + u * (last - begin);
+std::size_t Distribution1D::Search(double target, int first, int end) const {
   const std::int32_t* const bucket = &first_of_bucket_[BucketOf(target)];
   const auto above = std::upper_bound(cumulative_.begin() + std::clamp(bucket[0], first, end),
                                       cumulative_.begin() + std::clamp(bucket[1], first, end),
                                       target);
-  const auto index = static_cast<std::size_t>(
+  return static_cast<std::size_t>(
       std::max<std::ptrdiff_t>(std::distance(cumulative_.begin(), above) - 1, first));
-  const double width = cumulative_[index + 1] - cumulative_[index];
-  remainder =
-      width > 0.0 ? std::clamp((target - cumulative_[index]) / width, 0.0, 1.0 - 1e-16) : 0.5;
-  return static_cast<int>(index);
 }
 
 double Distribution1D::Probability(int index) const {

@@ -47,10 +47,14 @@ struct SeenLight {
   bool is_visible = false;  ///< nothing lies between
 };
 
+/// EnvironmentUv of a world direction; not set for a constant environment, which needs none.
+inline Vec2 UvTowards(const LightSet::Environment& environment, const Vec3& w) {
+  return environment.light->texels.size() > 1 ? EnvironmentUv(environment.light_from_world * w)
+                                              : Vec2{};
+}
 inline Rgb EnvironmentRadianceInWorld(const LightSet::Environment& environment,
                                       const Vec3& direction) {
-  return EnvironmentRadianceAt(*environment.light,
-                               EnvironmentUv(environment.light_from_world * direction));
+  return EnvironmentRadianceAt(*environment.light, UvTowards(environment, direction));
 }
 
 /// For receivers that light may reach from everywhere.
@@ -185,7 +189,7 @@ inline DirectionSample SampleWithoutReceiver(const LightSet::Environment& enviro
 /// `w` in the world.
 inline double PdfWithoutReceiver(const LightSet::Environment& environment, const Vec3& w) {
   return environment.light->texels.size() > 1
-             ? environment.sampler->Pdf(EnvironmentUv(environment.light_from_world * w), true)
+             ? environment.sampler->Pdf(UvTowards(environment, w), true)
              : 0.25 * std::numbers::inv_pi;
 }
 

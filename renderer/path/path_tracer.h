@@ -172,6 +172,34 @@ void SkipLights(const PathContext& context, Sampler& sampler) {
   }
 }
 
+/// What a vertex finds of the environment; of a map in steps, too: see EnvironmentSampler.
+struct EnvironmentSight {
+  const LightSet::Environment& environment;
+
+  template <class Accepts, PathSampler Sampler>
+  [[gnu::always_inline]] std::optional<SeenLight> operator()(const SurfacePoint& p,
+                                                             const Accepts& accepts,
+                                                             Sampler& sampler) const {
+    const double u0 = sampler.NextLight();
+    const double u1 = sampler.NextLight();
+    const Vec3 normal = environment.light_from_world * p.n;
+    return SeeEnvironment(environment, environment.sampler->Sample(normal, u0, u1), accepts);
+  }
+
+  [[nodiscard]] bool HasSteps() const { return environment.sampler->IsMap(); }
+  template <PathSampler Sampler>
+  [[nodiscard]] EnvironmentSampler::Draft Draw(Sampler& sampler) const {
+    const double u0 = sampler.NextLight();
+    const double u1 = sampler.NextLight();
+    return environment.sampler->ChooseRow(u0, u1);
+  }
+  template <class Accepts>
+  [[gnu::always_inline]] std::optional<SeenLight> Finish(const EnvironmentSampler::Draft& draft,
+                                                         const Accepts& accepts) const {
+    return SeeEnvironment(environment, environment.sampler->Finish(draft), accepts);
+  }
+};
+
 /// One path on its way from the sensor, a vertex at a time, in stages between which its rays are
 /// traced.
 template <PathSampler Sampler, PathListener Listener>
@@ -251,6 +279,13 @@ class TracedPath {
       found(*light, factor, reflected, ShadowRay(context_.world->caster(), p_, *light));
     }
   }
+  /// The numbers that Look would draw first; whether it would.
+  bool Draw(const EnvironmentSight& sight, EnvironmentSampler::Draft& draft) {
+    if (lit_) {
+      draft = sight.Draw(sampler_);
+    }
+    return lit_;
+  }
   template <class Light>
   void AddLight(const Light& light, double factor, const Rgb& reflected) {
     if constexpr (Listener::kDifferentiates) {
@@ -273,6 +308,12 @@ class TracedPath {
     if (!(sample.pdf > 0.0) || !p_.Accepts(sample.wi)) {
       return false;
     }
+    ray_.origin = RayStart(p_, sample.wi);
+    ray_.direction = sample.wi;
+    may_only_escape_ = IsLast() && !delta_ && !context_.lights.MayMeetArea(ray_, p_.offset);
+    if (may_only_escape_ && !context_.lights.environment) {
+      return false;
+    }
     const BsdfCosines cosines = p_.Cosines(sample.wi);
     pdf_ = sample.pdf;
     above_ = cosines.cos_i > 0.0;
@@ -284,17 +325,13 @@ class TracedPath {
     on_.transmit = cosines.cos_i < 0.0;
     bsdf_ = delta_ ? EvalDelta(p_.material->bsdf, p_.inputs, cosines.cos_o, on_.transmit).value
                    : EvalBsdf(p_.material->bsdf, p_.inputs, cosines);
-    ray_.origin = RayStart(p_, sample.wi);
-    ray_.direction = sample.wi;
     return true;
   }
 
   /// The next ray; after Turn.
   [[nodiscard]] const Ray& ray() const { return ray_; }
   /// Whether the path ends with the next ray, whatever that meets.
-  [[nodiscard]] bool MayOnlyEscape() const {
-    return IsLast() && context_.lights.areas.empty() && !on_.delta;
-  }
+  [[nodiscard]] bool MayOnlyEscape() const { return may_only_escape_; }
 
   /// Adds the environment where the ray escaped; else goes to the next vertex, unless there is no
   /// hit. False if the path ends.
@@ -343,7 +380,7 @@ class TracedPath {
     return context_.lights.AreaLightOf(id.mesh) != nullptr;
   }
   void Escape(const LightSet::Environment& environment) {
-    const Vec2 uv = EnvironmentUv(environment.light_from_world * on_.wi);
+    const Vec2 uv = UvTowards(environment, on_.wi);
     DirectContribution direct;
     direct.light.end = &environment;
     direct.light.w = on_.wi;
@@ -379,6 +416,7 @@ class TracedPath {
   Rgb bsdf_;
   double pdf_ = 0.0;
   bool above_ = true;  // on the side of the normal
+  bool may_only_escape_ = false;
 };
 
 /// Calls add(see) for every light that a vertex samples: one sample of the environment and one of
@@ -388,13 +426,7 @@ template <PathSampler Sampler, class Add>
 void ForEachLight(const PathContext& context, Add add) {
   const LightSet& lights = context.lights;
   if (lights.environment) {
-    const auto& environment = *lights.environment;
-    add([&](const SurfacePoint& p, const auto& accepts, Sampler& sampler) {
-      const double u0 = sampler.NextLight();
-      const double u1 = sampler.NextLight();
-      const Vec3 normal = environment.light_from_world * p.n;
-      return SeeEnvironment(environment, environment.sampler->Sample(normal, u0, u1), accepts);
-    });
+    add(EnvironmentSight{*lights.environment});
   }
   if (!lights.areas.empty()) {
     add([&](const SurfacePoint& p, const auto& accepts, Sampler& sampler) {
@@ -435,6 +467,14 @@ class PathBatch {
     paths_[i].emplace(context_, make_first, sampler, listener, range);
     active_[count_++] = i;
   }
+  void Start(std::size_t i,
+             const SurfacePoint& first,
+             Sampler& sampler,
+             Listener& listener,
+             const PathRange& range) {
+    paths_[i].emplace(context_, first, sampler, listener, range);
+    active_[count_++] = i;
+  }
   /// All paths to their ends, once.
   void Trace() {
     while (count_ > 0) {
@@ -462,12 +502,45 @@ class PathBatch {
     count_ = kept;
   }
 
+  /// Choices of the active paths on a map, which is larger than fast memory, side by side.
+  void Draft(const EnvironmentSight& sight) {
+    const EnvironmentSampler& sampler = *sight.environment.sampler;
+    std::array<EnvironmentSampler::Draft*, N> drawn;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      drawn[count] = &drafts_[i];
+      count += paths_[active_[i]]->Draw(sight, drafts_[i]) ? 1 : 0;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      sampler.LookForColumn(*drawn[i]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      sampler.ChooseColumn(*drawn[i]);
+    }
+  }
+
   template <class See>
   void AddLight(const See& see) {
+    constexpr bool kMayHaveSteps = std::is_same_v<See, EnvironmentSight>;
+    bool has_steps = false;
+    if constexpr (kMayHaveSteps) {
+      has_steps = see.HasSteps();
+      if (has_steps) {
+        Draft(see);
+      }
+    }
     std::size_t count = 0;
     for (std::size_t i = 0; i < count_; ++i) {
       Path& path = *paths_[active_[i]];
-      path.Look(see,
+      const auto look = [&](const SurfacePoint& p, const auto& accepts, Sampler& sampler) {
+        if constexpr (kMayHaveSteps) {
+          if (has_steps) {
+            return see.Finish(drafts_[i], accepts);
+          }
+        }
+        return see(p, accepts, sampler);
+      };
+      path.Look(look,
                 [&](const auto& light, double factor, const Rgb& value, const Segment& shadow) {
                   sightings_[count] = Sighting(path, light, factor, value);
                   segments_[count++] = shadow;
@@ -532,6 +605,7 @@ class PathBatch {
   std::array<std::size_t, N> active_;  // the first count_: numbers of the paths that go on
   std::size_t count_ = 0;
   // Scratch space of a stage.
+  std::array<EnvironmentSampler::Draft, N> drafts_;  // by place in active_
   std::array<Sighting, N> sightings_;
   std::array<Ray, N> rays_;
   std::array<std::optional<Hit>, N> hits_;

@@ -46,15 +46,28 @@ constexpr RandomDomain OfWay(RandomDomain domain, std::size_t way) {
 /// [Steele et al. 2014].
 class CounterRng {
  public:
+  /// What many streams have in common.
+  class Family {
+   public:
+    explicit Family(std::uint64_t seed,
+                    RandomDomain domain = RandomDomain::kOwnSeed,
+                    std::uint64_t view = 0)
+        : key_(Mix(Mix(seed + kGolden * (static_cast<std::uint64_t>(domain) + 1)) ^
+                   (view + kGolden))) {}
+
+   private:
+    friend CounterRng;
+    std::uint64_t key_;
+  };
   /// `element` is a pixel or edge-sample index.
+  CounterRng(const Family& family, std::uint64_t element, std::uint64_t sample)
+      : state_(Mix(family.key_ ^ (element * kGolden + sample + 1))) {}
   explicit CounterRng(std::uint64_t seed,
                       RandomDomain domain = RandomDomain::kOwnSeed,
                       std::uint64_t view = 0,
                       std::uint64_t element = 0,
                       std::uint64_t sample = 0)
-      : state_(Mix(
-            Mix(Mix(seed + kGolden * (static_cast<std::uint64_t>(domain) + 1)) ^ (view + kGolden)) ^
-            (element * kGolden + sample + 1))) {}
+      : CounterRng(Family(seed, domain, view), element, sample) {}
 
   /// Uniform in [0, 1), the next dimension of the stream.
   double Next() {

@@ -44,9 +44,27 @@ class LatticeSampler {
  public:
   static constexpr int kDimensions = 7;
 
-  /// `shift` must be equal for all samples of a pixel and independent between pixels.
-  LatticeSampler(CounterRng shift, CounterRng independent, std::uint64_t sample)
-      : shift_(shift), independent_(independent), sample_(static_cast<double>(sample)) {}
+  /// The lattice of one pixel.
+  class Shift {
+   public:
+    /// `numbers` must be independent between pixels.
+    explicit Shift(CounterRng numbers) {
+      for (double& by : by_) {
+        by = numbers.Next();
+      }
+    }
+
+    /// By how much a dimension is shifted, in [0, 1).
+    [[nodiscard]] double Of(std::size_t dimension) const { return by_[dimension]; }
+
+   private:
+    std::array<double, kDimensions> by_{};
+  };
+  /// `shift`: that of all samples of the pixel; must outlive the sampler.
+  LatticeSampler(const Shift& shift, CounterRng independent, std::uint64_t sample)
+      : shift_(&shift), independent_(independent), sample_(static_cast<double>(sample)) {}
+
+  LatticeSampler(Shift&& shift, CounterRng independent, std::uint64_t sample) = delete;
 
   static DirectionDraw DrawAt(int /*bounce*/) { return DirectionDraw::kBsdf; }
   /// Moves all numbers that choose points on lights: the second path of a pair, which shares the
@@ -61,7 +79,8 @@ class LatticeSampler {
 
   double Next() {
     if (dimension_ >= kDimensions) return independent_.Next();
-    const double x = shift_.Next() + sample_ * kAlpha[static_cast<std::size_t>(dimension_++)];
+    const auto i = static_cast<std::size_t>(dimension_++);
+    const double x = shift_->Of(i) + sample_ * kAlpha[i];
     return x - std::floor(x);
   }
 
@@ -77,7 +96,8 @@ class LatticeSampler {
       kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi,
       kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi,
       kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi* kInversePhi};
-  CounterRng shift_, independent_;
+  const Shift* shift_;
+  CounterRng independent_;
   double sample_;
   int dimension_ = 0;
   double light_shift_ = 0.0;

@@ -114,6 +114,27 @@ struct LightAdder {
   }
 };
 
+// Rays are tested against the boxes of so many lights, and against one of all otherwise.
+constexpr std::size_t kFewAreas = 8;
+
+/// Boxes for LightSet::MayMeetArea: wider than what the ray caster rounds there.
+std::vector<Box> BoxesOf(const std::vector<LightSet::AreaLight>& areas, const RayCaster& caster) {
+  std::vector<Box> boxes;
+  for (const LightSet::AreaLight& area : areas) {
+    Box box = caster.Bounds(area.light->mesh);
+    const double far = 2.0 * box.HalfDiagonal() + Norm(box.low - caster.Center());
+    const double offset = std::max(RayCaster::kRayOffset * far, caster.Offset(box.low));
+    box.low -= Vec3{1, 1, 1} * offset;
+    box.high += Vec3{1, 1, 1} * offset;
+    if (boxes.empty() || areas.size() <= kFewAreas) {
+      boxes.push_back(box);
+    } else {
+      boxes.front().Include(box);
+    }
+  }
+  return boxes;
+}
+
 // The texture's value everywhere for lights without one.
 TextureLookup WhiteLookup() {
   TextureLookup lookup;
@@ -224,6 +245,7 @@ LightSet LightSet::Make(const World& world,
     }
     const AreaSampler& areas = world.light_samplers().AreasOf(world, emitters);
     set.area_sampler = areas.Empty() ? nullptr : &areas;
+    set.area_boxes = BoxesOf(set.areas, world.caster());
   }
   return set;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -9,6 +10,8 @@
 
 #include "renderer/emitter/area_sampler.h"
 #include "renderer/emitter/environment_sampler.h"
+#include "renderer/geometry/ray.h"
+#include "renderer/math/box.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::renderer {
@@ -73,6 +76,8 @@ struct LightSet {
   std::vector<AreaLight> areas;
   std::vector<int> area_of_mesh;  ///< index into `areas` by mesh, -1 where it does not shine
   const AreaSampler* area_sampler = nullptr;  ///< null without area lights
+  /// Around the area lights, for MayMeetArea: one each, or one of all.
+  std::vector<Box> area_boxes;
   bool environment_visible = true;
   /// Whether the sensor sees the environment behind the objects.
   [[nodiscard]] bool ShowsEnvironment() const { return environment && environment_visible; }
@@ -82,6 +87,14 @@ struct LightSet {
   static LightSet Make(const World& world,
                        const Transform& world_from_camera,
                        const std::vector<int>& lights_off = {});
+
+  /// False only if rays miss all area lights, as the ray caster finds them. `offset`:
+  /// RayCaster::Offset of the origin.
+  [[nodiscard]] bool MayMeetArea(const Ray& ray, double offset) const {
+    return std::any_of(area_boxes.begin(), area_boxes.end(), [&](const Box& box) {
+      return box.MayMeet(ray.origin, ray.direction, offset);
+    });
+  }
 
   /// The area light of a mesh, null if it does not shine.
   [[nodiscard]] const AreaLight* AreaLightOf(int mesh) const {

@@ -142,13 +142,6 @@ Vec2 CameraModel::Undistort(const Vec2& distorted) const {
   return u;
 }
 
-Ray CameraModel::RayThrough(double u, double v) const {
-  const Vec2 x = Undistort({(u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy});
-  if (IsOrthographic()) return {pose_.Point({x.x, -x.y, 0.0}), -pose_.linear.z};
-  const Vec3 direction = pose_.Direction({x.x, -x.y, -1.0});
-  return {Origin(), direction * (1.0 / Norm(direction))};
-}
-
 Ray CameraModel::RayTo(const Vec3& x_in_world, double& distance) const {
   const Vec3 to_center = Origin() - x_in_world;
   if (IsOrthographic()) {

@@ -93,7 +93,15 @@ class CameraModel {
   /// Ray of the world, with unit direction away from the camera, that is seen at pixel coordinates:
   /// from the centre, or from the plane of parallel rays. They may lie outside the image as far as
   /// the filter of a border pixel reaches.
-  [[nodiscard]] Ray RayThrough(double u, double v) const;
+  [[nodiscard]] Ray RayThrough(double u, double v) const {
+    const Vec2 distorted = {(u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy};
+    const Vec2 x = distorted_ ? Undistort(distorted) : distorted;
+    if (IsOrthographic()) {
+      return {pose_.Point({x.x, -x.y, 0.0}), -pose_.linear.z};
+    }
+    const Vec3 direction = pose_.Direction({x.x, -x.y, -1.0});
+    return {Origin(), direction * (1.0 / Norm(direction))};
+  }
   /// Where a world point is seen; whether something hides it does not matter. Empty unless the
   /// point is before the camera and within MaxTangent, that is inside the field of view where the
   /// distortion can be inverted; RayThrough(u, v) of the result leads through the point.

@@ -37,8 +37,8 @@ OUR_SETTINGS = {
 }
 # The setting that is compared with (None: the best unbiased one) and the ratio that is wanted.
 TARGETS = {
-    "soft_shadow": ("peer octree 256", 10.0), "bunny_direct": ("peer none 64", 3.0),
-    "bunny_two_bounces": ("peer none 64", 10.0), "cornell_four_bounces": (None, 100.0),
+    "soft_shadow": ("peer octree 256", 60.0), "bunny_direct": ("peer none 64", 8.0),
+    "bunny_two_bounces": ("peer none 64", 40.0), "cornell_four_bounces": (None, 1000.0),
 }
 # Ours is biased if its z-scores against the references are wider than this, the peer's (of which only
 # the mean square is known) if that differs from the references' by more than this share.

@@ -120,8 +120,10 @@ PeerCase SoftShadow(SceneBuilder builder) {
   return result;
 }
 
-/// The bunny above a floor under an environment map.
-PeerCase Bunny(SceneBuilder builder, int max_bounces) {
+enum class Sky { kMap, kConstant };
+
+/// The bunny above a floor under the sky.
+PeerCase Bunny(SceneBuilder builder, int max_bounces, Sky sky) {
   builder.Add("floor",
               "rectangle.obj",
               kGray,
@@ -130,7 +132,12 @@ PeerCase Bunny(SceneBuilder builder, int max_bounces) {
   PeerCase result;
   result.mover =
       builder.Add("mover", "bunny.ply", {0.6, 0.5, 0.4}, Place({0.0, -0.2, 0.0}, {6.5, 6.5, 6.5}));
-  builder.AddEnvironment("envmap2.exr");
+  if (sky == Sky::kMap) {
+    builder.AddEnvironment("envmap2.exr");
+  } else {
+    builder.scene.emitters.push_back(
+        {"environment", renderer::LightFrame::kWorld, {}, renderer::EnvironmentEmitter{}});
+  }
   builder.scene.sensors = {CameraAt({0.0, 0.6, 3.2}, {0.0, 0.0, 0.0}, 40.0)};
   result.scene = std::move(builder.scene);
   result.max_bounces = max_bounces;
@@ -176,7 +183,11 @@ PeerCase CornellFourBounces(SceneBuilder builder) {
 }  // namespace
 
 std::vector<std::string> PeerCaseNames() {
-  return {"soft_shadow", "bunny_direct", "bunny_two_bounces", "cornell_four_bounces"};
+  return {"soft_shadow",
+          "bunny_direct",
+          "bunny_two_bounces",
+          "bunny_constant_sky",
+          "cornell_four_bounces"};
 }
 
 PeerCase MakePeerCase(const std::string& name, const std::filesystem::path& meshes) {
@@ -185,15 +196,17 @@ PeerCase MakePeerCase(const std::string& name, const std::filesystem::path& mesh
   if (name == "soft_shadow") {
     result = SoftShadow(std::move(builder));
   } else if (name == "bunny_direct") {
-    result = Bunny(std::move(builder), 1);
+    result = Bunny(std::move(builder), 1, Sky::kMap);
   } else if (name == "bunny_two_bounces") {
-    result = Bunny(std::move(builder), 2);
+    result = Bunny(std::move(builder), 2, Sky::kMap);
+  } else if (name == "bunny_constant_sky") {
+    result = Bunny(std::move(builder), 2, Sky::kConstant);
   } else if (name == "cornell_four_bounces") {
     result = CornellFourBounces(std::move(builder));
   } else {
     throw std::invalid_argument("case '" + name +
                                 "': allowed are soft_shadow, bunny_direct, bunny_two_bounces, "
-                                "cornell_four_bounces");
+                                "bunny_constant_sky, cornell_four_bounces");
   }
   result.name = name;
   renderer::ValidateScene(result.scene);

@@ -20,7 +20,7 @@ struct PeerCase {
   double finite_difference_step = 2e-3;  ///< in units of the number; both sides together
 };
 
-/// soft_shadow, bunny_direct, bunny_two_bounces, cornell_four_bounces.
+/// soft_shadow, bunny_direct, bunny_two_bounces, bunny_constant_sky, cornell_four_bounces.
 std::vector<std::string> PeerCaseNames();
 
 /// The case built from the mesh files in `meshes`. Surfaces reflect on the side of their normals

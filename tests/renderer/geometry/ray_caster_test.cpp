@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "renderer/geometry/closest_point.h"
+#include "renderer/geometry/mesh_primitives.h"
+#include "renderer/geometry/triangle_tree.h"
 #include "renderer/math/warp.h"
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
@@ -179,6 +182,43 @@ TEST(RayCaster, NearnessIsTheLeastOfAllTriangles) {
     near += least < 1.0 ? 1 : 0;
   }
   EXPECT_GT(near, 100);
+}
+
+/// On a ball with dents, seen from all over each triangle.
+TEST(RayCaster, SearchRadiusIsEnoughForNearness) {
+  Mesh ball = MakeIcosphere(4, 1.0);
+  for (Vec3& p : ball.positions) {
+    p = p * (1.0 + 0.05 * std::sin(9.0 * p.x) * std::sin(8.0 * p.y) * std::sin(7.0 * p.z));
+  }
+  const RayCaster caster = CasterOf({&ball});
+  const auto triangles = caster.TrianglesOf(0);
+  const TriangleTree tree(std::vector(triangles.begin(), triangles.end()));
+  const std::vector<double> of_mesh = {0.4};
+  const RayCaster::Reach reach{of_mesh, 0.4};
+  CounterRng rng(4);
+  int empty = 0;
+  int shorter = 0;
+  for (const TriangleGeometry& t : triangles) {
+    for (const double side : {1.0, -1.0}) {
+      const Vec3 n = t.n * side;
+      const Vec3 middle = t.Point(1.0 / 3.0, 1.0 / 3.0);
+      double slack = 0.0;
+      for (const Vec3& corner : t.Corners()) slack = std::max(slack, Norm(corner - middle));
+      const double radius = caster.SearchRadius(middle, n, reach, slack, 0, tree);
+      const double u = std::sqrt(rng.Next());
+      const Vec3 x = t.Point(1.0 - u, u * rng.Next());
+      const double nearness = caster.Nearness(x, n, reach);
+      if (radius > 0.0) {
+        EXPECT_EQ(caster.Nearness(x, n, reach, 1.0, radius), nearness);
+      } else {
+        EXPECT_EQ(nearness, 1.0);
+      }
+      empty += radius > 0.0 ? 0 : 1;
+      shorter += radius > 0.0 && radius < 0.2 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(empty, 500);
+  EXPECT_GT(shorter, 500);
 }
 
 /// Embree's distances to thin triangles are inexact: what a large triangle is cut into must not be

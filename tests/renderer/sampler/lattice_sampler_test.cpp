@@ -9,18 +9,27 @@ namespace {
 constexpr int kAll = LatticeSampler::kDimensions + 2;
 constexpr int kSuite = 2 * kAll + LatticeSampler::kDimensions - 1;
 
-LatticeSampler SamplerOf(std::uint64_t seed, std::uint64_t pixel, std::uint64_t sample) {
-  return {CounterRng(seed, RandomDomain{1}, 0, pixel, 0),
-          CounterRng(seed, RandomDomain{2}, 0, pixel, sample),
-          sample};
-}
+/// A sampler together with its pixel's lattice.
+class OwningSampler {
+ public:
+  OwningSampler(std::uint64_t seed, std::uint64_t pixel, std::uint64_t sample)
+      : shift_(CounterRng(seed, RandomDomain{1}, 0, pixel, 0)),
+        sampler_(shift_, CounterRng(seed, RandomDomain{2}, 0, pixel, sample), sample) {}
+  OwningSampler(const OwningSampler&) = delete;
+  OwningSampler& operator=(const OwningSampler&) = delete;
+  double Next() { return sampler_.Next(); }
+
+ private:
+  LatticeSampler::Shift shift_;
+  LatticeSampler sampler_;
+};
 
 TEST(LatticeSampler, EveryDimensionIsUniformOverPixels) {
   constexpr std::uint64_t kPixels = 50000;
   for (const std::uint64_t sample : {0U, 13U}) {
     std::vector<std::vector<double>> counts(kAll, std::vector<double>(50));
     for (std::uint64_t pixel = 0; pixel < kPixels; ++pixel) {
-      LatticeSampler sampler = SamplerOf(5, pixel, sample);
+      OwningSampler sampler(5, pixel, sample);
       for (auto& c : counts) {
         const double u = sampler.Next();
         ASSERT_GE(u, 0.0);
@@ -39,7 +48,7 @@ TEST(LatticeSampler, ShiftsOfTwoDimensionsAreIndependent) {
   std::vector<std::vector<double>> counts(LatticeSampler::kDimensions - 1,
                                           std::vector<double>(100));
   for (std::uint64_t pixel = 0; pixel < kPixels; ++pixel) {
-    LatticeSampler sampler = SamplerOf(6, pixel, 3);
+    OwningSampler sampler(6, pixel, 3);
     double previous = sampler.Next();
     for (auto& c : counts) {
       const double u = sampler.Next();
@@ -58,7 +67,7 @@ TEST(LatticeSampler, SamplesOfOnePixelSpreadEvenly) {
   for (std::uint64_t pixel = 0; pixel < 50; ++pixel) {
     std::vector<std::vector<double>> values(LatticeSampler::kDimensions);
     for (int s = 0; s < kSamples; ++s) {
-      LatticeSampler sampler = SamplerOf(8, pixel, static_cast<std::uint64_t>(s));
+      OwningSampler sampler(8, pixel, static_cast<std::uint64_t>(s));
       for (auto& v : values) v.push_back(sampler.Next());
     }
     for (auto& v : values) {
@@ -72,8 +81,8 @@ TEST(LatticeSampler, SamplesOfOnePixelSpreadEvenly) {
 }
 
 TEST(LatticeSampler, LaterDimensionsDifferFromSampleToSample) {
-  LatticeSampler a = SamplerOf(1, 2, 0);
-  LatticeSampler b = SamplerOf(1, 2, 1);
+  OwningSampler a(1, 2, 0);
+  OwningSampler b(1, 2, 1);
   for (int i = 0; i < LatticeSampler::kDimensions; ++i) {
     a.Next();
     b.Next();

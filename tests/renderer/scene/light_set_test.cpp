@@ -6,6 +6,7 @@
 
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/math/frame.h"
+#include "renderer/sampler/counter_rng.h"
 #include "renderer/scene/world.h"
 #include "tests/support/finite_difference.h"
 
@@ -295,6 +296,45 @@ TEST(LightSet, SharesTheSamplerOfTheAreaLightsThatShine) {
   EXPECT_EQ(cube.area_sampler->Pdf({1, 0}), 0.0);
   EXPECT_EQ(none.area_sampler, nullptr);
   EXPECT_EQ(none.AreaLightOf(0), nullptr);
+}
+
+/// Rays to a lamp's border, where floats of the ray caster decide; the lamp is far from its centre.
+TEST(LightSet, FindsLampsWhereverTheRayCasterDoes) {
+  for (const int count : {1, 20}) {
+    Scene scene;
+    scene.materials = {{}};
+    scene.meshes = {{"ball", MakeIcosphere(1, 1.0), 0, {}}};
+    for (int i = 0; i < count; ++i) {
+      Mesh lamp = MakeRectangle();
+      ApplyTransform({{}, {30.0 + 3.0 * i, 20.0, 10.0}}, lamp);
+      scene.meshes.push_back({"lamp", lamp, 0, {}});
+      scene.emitters.push_back({"lamp", LightFrame::kWorld, {}, AreaEmitter{i + 1, {1, 1, 1}}});
+    }
+    const World world(scene);
+    const LightSet set = LightSet::Make(world, kCamera);
+    CounterRng rng(5);
+    int hits = 0;
+    int misses = 0;
+    int outside = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const Vec3 origin{8 * rng.Next() - 4, 8 * rng.Next() - 4, 8 * rng.Next() - 4};
+      Vec3 end{29.0, 19.0 + 2 * rng.Next(), 10.0};
+      end.x += 4e-5 * (rng.Next() - 0.5);
+      const Ray ray{origin, Normalized(end - origin)};
+      const auto hit = world.caster().Intersect(ray);
+      const double offset = world.caster().Offset(origin);
+      if (hit && hit->id.mesh > 0) {
+        ++hits;
+        outside += end.x < 29.0 ? 1 : 0;
+        EXPECT_TRUE(set.MayMeetArea(ray, offset));
+      }
+      const Ray away{origin, Normalized(Vec3{2.0 * end.x, -end.y, end.z})};
+      misses += set.MayMeetArea(away, offset) ? 0 : 1;
+    }
+    EXPECT_GT(hits, 5000);
+    EXPECT_GT(outside, 100);
+    EXPECT_EQ(misses, 20000);
+  }
 }
 
 TEST(AreaRadiance, DerivativeAgreesWithDifferencesAndIsZeroBehind) {
