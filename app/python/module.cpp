@@ -12,7 +12,6 @@
 #include <unordered_map>
 #include <vector>
 
-#include "docstrings.h"
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -31,6 +30,7 @@
 #include "app/output/figures.h"
 #include "app/output/terminal.h"
 #include "app/python/dict_document.h"
+#include "app/python/docstrings.h"
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/problem/jacobian_sink.h"
 #include "optim/problem/problem_size.h"

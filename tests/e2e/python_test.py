@@ -7,10 +7,12 @@ import csv
 import inspect
 import os
 import pathlib
+import runpy
 import subprocess
 import sys
 import tempfile
 import threading
+import types
 import unittest
 from unittest import mock
 
@@ -214,6 +216,39 @@ class Module(unittest.TestCase):
         np.testing.assert_array_equal(scene.values(parameters), [6, 6, 6])
         with self.assertRaisesRegex(ValueError, r"\(20, 24, 4\)"):
             scene.gradient(0, parameters, np.zeros((20, 24)))
+
+    def test_tutorial_s_autograd_function_without_torch(self):
+        class Tensor:
+            def __init__(self, array):
+                self.array = array
+
+            def detach(self):
+                return self
+
+            def numpy(self):
+                return self.array
+
+        class Context:
+            def save_for_backward(self, *tensors):
+                self.saved_tensors = tensors
+
+        stand_in = types.ModuleType("torch")
+        stand_in.autograd = types.SimpleNamespace(Function=object)
+        stand_in.from_numpy = Tensor
+        with mock.patch.dict(sys.modules, {"torch": stand_in}):
+            tutorial = runpy.run_path(str(SOURCE / "configs" / "tutorials" / "python" / "autograd.py"))
+        scene = pathfit.Scene(self.config)
+        rendering = tutorial["Rendering"](scene, ["lamp.intensity"])
+        context, values = Context(), Tensor(np.array([5.0, 6.0, 7.0]))
+        picture = tutorial["Pictures"].forward(context, values, rendering, "side").array
+        weights = Tensor(np.broadcast_to(1.0, picture.shape))
+        gradient, *others = tutorial["Pictures"].backward(context, weights)
+        self.assertEqual(others, [None, None])
+        self.assertEqual((picture.shape, gradient.array.shape), ((20, 24, 4), (3,)))
+        self.assertTrue(np.array_equal(picture, scene.render("side", seed=1)))
+        expected = scene.gradient("side", rendering.parameters, np.ones(picture.shape), seed=2)
+        self.assertTrue(np.array_equal(gradient.array, expected))
+        np.testing.assert_array_equal(rendering.values(), values.array)
 
     def test_other_threads_run_meanwhile(self):
         scene = pathfit.Scene(self.config)
