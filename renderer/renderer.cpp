@@ -50,6 +50,10 @@ const Scene& Renderer::scene() const { return world_->scene(); }
 void Renderer::SetParameters(const ParameterLayout& layout, const std::vector<double>& values) {
   world_->SetParameters(layout, values);
 }
+void Renderer::SetCheckedParameters(const ParameterLayout& layout,
+                                    const std::vector<double>& values) {
+  world_->SetCheckedParameters(layout, values);
+}
 
 Film Renderer::RenderPrimal(const Camera& camera,
                             const RenderOptions& options,

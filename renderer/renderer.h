@@ -30,6 +30,9 @@ class Renderer {
   [[nodiscard]] const Scene& scene() const;
   /// Writes parameter values into the scene and rebuilds what depends on them.
   void SetParameters(const ParameterLayout& layout, const std::vector<double>& values);
+  /// The same of any values: throws SceneError, and changes nothing, if the scene would not be
+  /// valid.
+  void SetCheckedParameters(const ParameterLayout& layout, const std::vector<double>& values);
 
   /// Image of `camera`, which need not be one of the scene's sensors (pyramid levels, crops).
   [[nodiscard]] Film RenderPrimal(const Camera& camera,

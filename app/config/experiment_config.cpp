@@ -88,7 +88,12 @@ double FocalLength(double fov, FovAxis axis, double width, double height) {
 
 ExperimentConfig LoadExperimentConfig(const std::filesystem::path& path,
                                       const std::vector<ConfigOverride>& overrides) {
-  YamlDocument document = LoadYamlFile(path);
+  return ReadExperimentConfig(LoadYamlFile(path), path, overrides);
+}
+
+ExperimentConfig ReadExperimentConfig(YamlDocument document,
+                                      const std::filesystem::path& path,
+                                      const std::vector<ConfigOverride>& overrides) {
   document.source.overrides = overrides;
   ConfigReading reading;
   reading.problems = std::move(document.problems);

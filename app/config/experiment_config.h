@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "app/config/config_error.h"
-#include "app/config/yaml_node.h"
+#include "app/config/yaml_document.h"
 #include "optim/diagnostics/gradient_check.h"
 #include "optim/observation/load_observations.h"
 #include "optim/round/fit_spec.h"
@@ -248,6 +248,12 @@ double FocalLength(double fov, FovAxis axis, double width, double height);
 /// Reads, overrides, validates. Throws ConfigError with all problems. Nothing but the file itself
 /// is opened.
 ExperimentConfig LoadExperimentConfig(const std::filesystem::path& path,
+                                      const std::vector<ConfigOverride>& overrides);
+
+/// The same of a document that was read already; relative paths begin beside `path`, which need not
+/// exist.
+ExperimentConfig ReadExperimentConfig(YamlDocument document,
+                                      const std::filesystem::path& path,
                                       const std::vector<ConfigOverride>& overrides);
 
 }  // namespace pathfit::app

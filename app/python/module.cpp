@@ -3,9 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -26,6 +29,9 @@
 #include "app/output/export_result.h"
 #include "app/output/figures.h"
 #include "app/output/terminal.h"
+#include "app/python/dict_document.h"
+#include "app/python/docstrings.h"
+#include "optim/checkpoint/checkpoint.h"
 #include "optim/problem/jacobian_sink.h"
 #include "optim/problem/problem_size.h"
 #include "optim/round/fit.h"
@@ -161,47 +167,150 @@ class Parameters {
   renderer::ParameterLayout layout_;
 };
 
-/// Hands what a fit reports to a function of Python, which stops it by returning False; a pending
-/// Ctrl-C or an exception of the function stops it, too.
+/// What the stub says of a name: one that it does not have is not compiled.
+consteval const char* Doc(std::string_view name) {
+  for (const Docstring& docstring : kDocstrings) {
+    if (docstring.name == name) return docstring.text;
+  }
+  throw "not in pathfit.pyi";
+}
+
+/// Functions of Python, or None.
+struct FitCallbacks {
+  py::object round, message, warning, stage, view;
+};
+
+/// Hands what a fit reports to functions of Python, which stop it by returning False; a pending
+/// Ctrl-C or an exception of a function stops it, too.
 class PythonObserver final : public optim::FitObserver {
  public:
-  PythonObserver(py::object on_round, renderer::CancelFlag& cancel)
-      : on_round_(std::move(on_round)), cancel_(cancel) {}
+  PythonObserver(FitCallbacks callbacks,
+                 const std::vector<optim::View>& views,
+                 renderer::CancelFlag& cancel)
+      : callbacks_(std::move(callbacks)), views_(views), cancel_(cancel) {}
 
-  void OnRound(const optim::RoundReport& report) override { Tell(report); }
-  void OnView(const std::string& /*stage*/,
-              std::size_t /*view*/,
-              const renderer::Film& /*image*/,
-              const optim::ViewLevel& /*observed*/) override {}
-  void OnStage(const optim::StageReport& /*report*/) override {}
-  void OnMessage(const std::string& text) override { messages.push_back(text); }
-  void OnWarning(const std::string& text) override { warnings.push_back(text); }
+  void OnRound(const optim::RoundReport& report) override {
+    Tell(callbacks_.round, [&](const py::object& call) { return call(DictOf(report)); });
+  }
+  void OnView(const std::string& stage,
+              std::size_t view,
+              const renderer::Film& image,
+              const optim::ViewLevel& observed) override {
+    Tell(callbacks_.view, [&](const py::object& call) {
+      return call(stage, views_[view].name, ArrayOf(image), ArrayOf(observed.photo));
+    });
+  }
+  void OnStage(const optim::StageReport& report) override {
+    Tell(callbacks_.stage, [&](const py::object& call) { return call(DictOf(report)); });
+  }
+  void OnMessage(const std::string& text) override {
+    messages.push_back(text);
+    Tell(callbacks_.message, [&](const py::object& call) { return call(text); });
+  }
+  void OnWarning(const std::string& text) override {
+    warnings.push_back(text);
+    Tell(callbacks_.warning, [&](const py::object& call) { return call(text); });
+  }
 
   std::vector<std::string> messages, warnings;
 
  private:
-  void Tell(const optim::RoundReport& report) {
+  template <class Call>
+  void Tell(const py::object& callback, const Call& call) {
     const py::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (on_round_.is_none()) return;
-    const py::object answer = on_round_(DictOf(report));
-    if (answer.is(py::bool_(false))) cancel_ = true;
+    if (callback.is_none()) return;
+    if (call(callback).is(py::bool_(false))) cancel_ = true;
   }
 
-  py::object on_round_;
+  FitCallbacks callbacks_;
+  const std::vector<optim::View>& views_;
   renderer::CancelFlag& cancel_;
 };
+
+/// Derivatives of a view as compressed sparse rows, one of each channel of each pixel. Index: what
+/// can count the entries.
+template <class Index>
+struct SparseRows {
+  std::vector<float> data;
+  std::vector<Index> columns, row_ends;
+
+  SparseRows(const optim::JacobianSink& sink,
+             const renderer::ParameterLayout& layout,
+             std::size_t num_pixels,
+             std::size_t num_entries) {
+    data.reserve(num_entries);
+    columns.reserve(num_entries);
+    row_ends.reserve(num_pixels * kChannels + 1);
+    row_ends.push_back(0);
+    for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
+      for (std::size_t channel = 0; channel < kChannels; ++channel) {
+        for (const optim::PixelDerivative& entry : sink.Pixel(pixel)) {
+          const std::int64_t first = layout.FirstScalarOfBlock(entry.block);
+          const int size = layout.GroupOfBlock(entry.block).block_size;
+          for (int c = 0; c < size; ++c) {
+            const float d = entry.d[static_cast<std::size_t>(c) * kChannels + channel];
+            if (d == 0.0F) continue;
+            data.push_back(d);
+            columns.push_back(static_cast<Index>(first + c));
+          }
+        }
+        row_ends.push_back(static_cast<Index>(data.size()));
+      }
+    }
+  }
+};
+
+/// Of scipy, without copies.
+template <class Index>
+py::object CsrMatrix(SparseRows<Index> rows, std::size_t num_columns) {
+  const auto count = static_cast<py::ssize_t>(rows.data.size());
+  const auto num_ends = static_cast<py::ssize_t>(rows.row_ends.size());
+  const py::tuple parts = py::make_tuple(ArrayOf(std::move(rows.data), {count}),
+                                         ArrayOf(std::move(rows.columns), {count}),
+                                         ArrayOf(std::move(rows.row_ends), {num_ends}));
+  return py::module_::import("scipy.sparse")
+      .attr("csr_matrix")(parts, py::make_tuple(num_ends - 1, num_columns));
+}
 
 /// The experiment of a config with a renderer of its scene's present state.
 class Scene {
  public:
-  Scene(const fs::path& path, const py::dict& overrides, int threads) {
+  using Load = std::function<ExperimentConfig(const std::vector<ConfigOverride>&)>;
+
+  static std::unique_ptr<Scene> FromFile(const fs::path& path,
+                                         const py::dict& overrides,
+                                         int threads) {
+    return std::make_unique<Scene>(
+        [&](const auto& list) { return LoadExperimentConfig(path, list); }, overrides, threads);
+  }
+  static std::unique_ptr<Scene> FromString(const std::string& text,
+                                           const fs::path& folder,
+                                           const py::dict& overrides,
+                                           int threads) {
+    const char* const name = "<string>";
+    const auto load = [&](const auto& list) {
+      return ReadExperimentConfig(ParseYaml(text, name), folder / name, list);
+    };
+    return std::make_unique<Scene>(load, overrides, threads);
+  }
+  static std::unique_ptr<Scene> FromDict(const py::dict& config,
+                                         const fs::path& folder,
+                                         const py::dict& overrides,
+                                         int threads) {
+    const char* const name = "<dict>";
+    YamlDocument document = DocumentOf(config, name);
+    const auto load = [&](const auto& list) {
+      return ReadExperimentConfig(std::move(document), folder / name, list);
+    };
+    return std::make_unique<Scene>(load, overrides, threads);
+  }
+
+  Scene(const Load& load, const py::dict& overrides, int threads) {
     std::vector<ConfigOverride> list;
     for (const auto& [key, value] : overrides) {
       const std::string name = py::str(key);
-      const bool is_bool = py::isinstance<py::bool_>(value);
-      const std::string text = is_bool ? (value.cast<bool>() ? "true" : "false") : py::str(value);
-      list.push_back({"overrides[" + name + "]", name + "=" + text});
+      list.push_back({"overrides[" + name + "]", name + "=" + OverrideText(value)});
     }
     const std::string variable = ProcessEnvironment(kThreadsVariable);
     std::optional<int> in_environment;
@@ -209,7 +318,7 @@ class Scene {
     if (threads < 0) throw py::value_error("threads must be at least 0");
     const auto asked = threads > 0 ? std::optional(threads) : std::nullopt;
     const py::gil_scoped_release release;
-    config_ = LoadExperimentConfig(path, list);
+    config_ = load(list);
     threads_ = NumThreads(asked, config_.threads, in_environment);
     const renderer::ThreadLimit limit(threads_);
     experiment_ = BuildExperiment(config_);
@@ -247,11 +356,10 @@ class Scene {
       throw py::value_error(std::to_string(values.size()) + " values for " +
                             std::to_string(parameters.size()) + " parameters");
     }
-    renderer::Scene changed = renderer_->scene();
-    parameters.layout().Scatter({values.data(), values.data() + values.size()}, changed);
+    const std::vector<double> numbers(values.data(), values.data() + values.size());
     const py::gil_scoped_release release;
     const renderer::ThreadLimit limit(threads_);
-    renderer_ = std::make_unique<renderer::Renderer>(std::move(changed));
+    renderer_->SetCheckedParameters(parameters.layout(), numbers);
   }
 
   [[nodiscard]] py::array_t<double> Render(const py::object& view,
@@ -310,48 +418,39 @@ class Scene {
     return ArrayOf(std::move(gradient), {size});
   }
 
-  /// Compressed sparse rows, one of each channel of each pixel.
   [[nodiscard]] py::object Jacobian(const py::object& view,
                                     const Parameters& parameters,
                                     std::optional<int> spp,
                                     std::optional<std::uint64_t> seed) const {
     const std::size_t index = IndexOf(view);
     const renderer::Camera& camera = CameraOf(index);
-    const std::size_t pixels =
+    const std::size_t num_pixels =
         static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-    std::vector<double> data;
-    std::vector<std::int64_t> columns;
-    std::vector<std::int64_t> row_ends{0};
+    const auto num_columns = static_cast<std::size_t>(parameters.size());
+    const renderer::ParameterLayout& layout = parameters.layout();
+    std::optional<SparseRows<std::int32_t>> narrow;
+    std::optional<SparseRows<std::int64_t>> wide;
     {
       const py::gil_scoped_release release;
-      const renderer::ParameterLayout& layout = parameters.layout();
       optim::JacobianSink sink(camera.width, camera.height);
       Differentiate(index, layout, spp, seed, sink);
       sink.Finish();
-      row_ends.reserve(pixels * kChannels + 1);
-      for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-        for (std::size_t channel = 0; channel < kChannels; ++channel) {
-          for (const optim::PixelDerivative& entry : sink.Pixel(pixel)) {
-            const std::int64_t first = layout.FirstScalarOfBlock(entry.block);
-            const int size = layout.GroupOfBlock(entry.block).block_size;
-            for (int c = 0; c < size; ++c) {
-              const float d = entry.d[static_cast<std::size_t>(c) * kChannels + channel];
-              if (d == 0.0F) continue;
-              data.push_back(static_cast<double>(d));
-              columns.push_back(first + c);
-            }
-          }
-          row_ends.push_back(static_cast<std::int64_t>(data.size()));
+      std::size_t count = 0;
+      for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
+        for (const optim::PixelDerivative& entry : sink.Pixel(pixel)) {
+          count += entry.d.size() - static_cast<std::size_t>(std::ranges::count(entry.d, 0.0F));
         }
       }
+      // scipy wants one type for columns and ends, and makes it the narrow one where that fits.
+      if (std::max({count, num_columns, num_pixels * kChannels}) <=
+          static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max())) {
+        narrow.emplace(sink, layout, num_pixels, count);
+      } else {
+        wide.emplace(sink, layout, num_pixels, count);
+      }
     }
-    const auto count = static_cast<py::ssize_t>(data.size());
-    const auto num_ends = static_cast<py::ssize_t>(row_ends.size());
-    const py::tuple parts = py::make_tuple(ArrayOf(std::move(data), {count}),
-                                           ArrayOf(std::move(columns), {count}),
-                                           ArrayOf(std::move(row_ends), {num_ends}));
-    return py::module_::import("scipy.sparse")
-        .attr("csr_matrix")(parts, py::make_tuple(pixels * kChannels, parameters.size()));
+    return narrow ? CsrMatrix(*std::move(narrow), num_columns)
+                  : CsrMatrix(*std::move(wide), num_columns);
   }
 
   [[nodiscard]] std::vector<std::string> NotInTheDerivative(const Parameters& parameters) const {
@@ -359,10 +458,14 @@ class Scene {
   }
 
   /// From the present state, which becomes that of the result.
-  py::dict Fit(py::object on_round, double time_limit_s) {
+  py::dict Fit(FitCallbacks callbacks,
+               double time_limit_s,
+               const std::optional<fs::path>& checkpoints,
+               bool resume) {
     RequireFittable(config_, "");
+    if (resume && !checkpoints) throw py::value_error("resume needs the folder of checkpoints");
     renderer::CancelFlag cancel = false;
-    PythonObserver observer(std::move(on_round), cancel);
+    PythonObserver observer(std::move(callbacks), experiment_.observations.views, cancel);
     optim::FitSpec spec = experiment_.fit;
     spec.time_limit_s = time_limit_s;
     optim::FitControls controls;
@@ -372,7 +475,10 @@ class Scene {
       const py::gil_scoped_release release;
       const renderer::ThreadLimit limit(threads_);
       experiment_.scene = renderer_->scene();
-      observer.warnings = CheckStart(config_, experiment_).warnings;
+      for (const std::string& text : CheckStart(config_, experiment_).warnings) {
+        observer.OnWarning(text);
+      }
+      if (checkpoints) PrepareCheckpoints(*checkpoints, resume, spec, controls, observer);
       result =
           optim::RunFit(renderer_->scene(), experiment_.observations, spec, observer, controls);
       renderer_ = std::make_unique<renderer::Renderer>(result.scene);
@@ -409,6 +515,25 @@ class Scene {
   }
 
  private:
+  void PrepareCheckpoints(const fs::path& folder,
+                          bool resume,
+                          const optim::FitSpec& spec,
+                          optim::FitControls& controls,
+                          PythonObserver& observer) const {
+    controls.checkpoint_folder = folder;
+    fs::create_directories(folder);
+    if (fs::is_empty(folder)) return;
+    if (!resume) {
+      throw renderer::IoError(folder.string() +
+                              ": is not empty; resume=True continues from the checkpoints there");
+    }
+    auto [state, damaged] =
+        optim::ReadNewestCheckpoint(folder, {renderer_->scene(), spec.unknowns});
+    for (const std::string& reason : damaged) {
+      observer.OnWarning("a checkpoint is left out, and an older one continued: " + reason);
+    }
+    controls.resume = std::move(state);
+  }
   [[nodiscard]] const renderer::Camera& CameraOf(std::size_t index) const {
     return renderer_->scene().sensors[index];
   }
@@ -468,49 +593,110 @@ class Scene {
 }  // namespace
 
 PYBIND11_MODULE(pathfit, m) {
-  m.doc() =
-      "Path-space differentiable rendering and fits to photographs. Scenes come from the configs "
-      "of the program; pathfit.pyi says what everything takes and gives.";
+  m.doc() = Doc("");
   m.attr("__version__") = PATHFIT_VERSION;
-  py::register_exception<ConfigError>(m, "ConfigError", PyExc_ValueError);
-  py::register_exception<renderer::SceneError>(m, "SceneError", PyExc_ValueError);
-  py::register_exception<renderer::IoError>(m, "IoError", PyExc_OSError);
-  py::register_exception<optim::MemoryError>(m, "MemoryError", PyExc_MemoryError);
-  py::register_exception<renderer::NumericalError>(m, "NumericalError", PyExc_ArithmeticError);
+  const auto error = [&]<class Error>(const char* name, PyObject* base, const char* doc) {
+    py::register_exception<Error>(m, name, base).attr("__doc__") = doc;
+  };
+  error.operator()<ConfigError>("ConfigError", PyExc_ValueError, Doc("ConfigError"));
+  error.operator()<renderer::SceneError>("SceneError", PyExc_ValueError, Doc("SceneError"));
+  error.operator()<renderer::IoError>("IoError", PyExc_OSError, Doc("IoError"));
+  error.operator()<optim::MemoryError>("MemoryError", PyExc_MemoryError, Doc("MemoryError"));
+  error.operator()<renderer::NumericalError>(
+      "NumericalError", PyExc_ArithmeticError, Doc("NumericalError"));
 
-  py::class_<Parameters>(m, "Parameters", "Which numbers of a scene are meant, in which order.")
-      .def("__len__", &Parameters::size)
-      .def_property_readonly("groups", &Parameters::Groups)
-      .def("name_of", &Parameters::NameOf, py::arg("index"));
+  py::class_<Parameters>(m, "Parameters", Doc("Parameters"))
+      .def("__len__", &Parameters::size, Doc("Parameters.__len__"))
+      .def_property_readonly("groups", &Parameters::Groups, Doc("Parameters.groups"))
+      .def("name_of", &Parameters::NameOf, Doc("Parameters.name_of"), py::arg("index"));
 
+  const auto view = py::arg("view");
+  const auto parameters = py::arg("parameters");
   const auto spp = py::arg("spp") = py::none();
   const auto seed = py::arg("seed") = py::none();
-  py::class_<Scene>(m, "Scene", "The scene of a config, its photos and stages.")
-      .def(py::init<const fs::path&, const py::dict&, int>(),
-           py::arg("config"),
-           py::arg("overrides") = py::dict(),
-           py::arg("threads") = 0)
-      .def_property_readonly("views", &Scene::Views)
-      .def_property_readonly("messages", &Scene::Messages)
-      .def_property_readonly("warnings", &Scene::Warnings)
-      .def("photo", &Scene::Photo, py::arg("view"))
-      .def("mask", &Scene::Mask, py::arg("view"))
-      .def("parameters", &Scene::ParametersNamed, py::arg("names"))
-      .def("values", &Scene::Values, py::arg("parameters"))
-      .def("set_values", &Scene::SetValues, py::arg("parameters"), py::arg("values"))
-      .def("render", &Scene::Render, py::arg("view"), spp, seed)
-      .def("derivative", &Scene::Derivative, py::arg("view"), py::arg("direction"), spp, seed)
+  const auto folder = py::arg("folder") = ".";
+  const auto overrides = py::arg("overrides") = py::dict();
+  const auto threads = py::arg("threads") = 0;
+  const auto none = [](const char* name) { return py::arg(name) = py::none(); };
+  const auto fit = [](Scene& scene,
+                      py::object on_round,
+                      double time_limit_s,
+                      py::object on_message,
+                      py::object on_warning,
+                      py::object on_stage,
+                      py::object on_view,
+                      const std::optional<fs::path>& checkpoints,
+                      bool resume) {
+    return scene.Fit({std::move(on_round),
+                      std::move(on_message),
+                      std::move(on_warning),
+                      std::move(on_stage),
+                      std::move(on_view)},
+                     time_limit_s,
+                     checkpoints,
+                     resume);
+  };
+  py::class_<Scene>(m, "Scene", Doc("Scene"))
+      .def(py::init(&Scene::FromFile), Doc("Scene.__init__"), py::arg("config"), overrides, threads)
+      .def_static("from_string",
+                  &Scene::FromString,
+                  Doc("Scene.from_string"),
+                  py::arg("text"),
+                  folder,
+                  overrides,
+                  threads)
+      .def_static("from_dict",
+                  &Scene::FromDict,
+                  Doc("Scene.from_dict"),
+                  py::arg("config"),
+                  folder,
+                  overrides,
+                  threads)
+      .def_property_readonly("views", &Scene::Views, Doc("Scene.views"))
+      .def_property_readonly("messages", &Scene::Messages, Doc("Scene.messages"))
+      .def_property_readonly("warnings", &Scene::Warnings, Doc("Scene.warnings"))
+      .def("photo", &Scene::Photo, Doc("Scene.photo"), view)
+      .def("mask", &Scene::Mask, Doc("Scene.mask"), view)
+      .def("parameters", &Scene::ParametersNamed, Doc("Scene.parameters"), py::arg("names"))
+      .def("values", &Scene::Values, Doc("Scene.values"), parameters)
+      .def("set_values", &Scene::SetValues, Doc("Scene.set_values"), parameters, py::arg("values"))
+      .def("render", &Scene::Render, Doc("Scene.render"), view, spp, seed)
+      .def("derivative",
+           &Scene::Derivative,
+           Doc("Scene.derivative"),
+           view,
+           py::arg("direction"),
+           spp,
+           seed)
       .def("gradient",
            &Scene::Gradient,
-           py::arg("view"),
-           py::arg("parameters"),
+           Doc("Scene.gradient"),
+           view,
+           parameters,
            py::arg("weights"),
            spp,
            seed)
-      .def("jacobian", &Scene::Jacobian, py::arg("view"), py::arg("parameters"), spp, seed)
-      .def("not_in_the_derivative", &Scene::NotInTheDerivative, py::arg("parameters"))
-      .def("fit", &Scene::Fit, py::arg("on_round") = py::none(), py::arg("time_limit_s") = 0.0)
-      .def("write_meshes", &Scene::WriteMeshes, py::arg("folder"), py::arg("format") = "glb");
+      .def("jacobian", &Scene::Jacobian, Doc("Scene.jacobian"), view, parameters, spp, seed)
+      .def("not_in_the_derivative",
+           &Scene::NotInTheDerivative,
+           Doc("Scene.not_in_the_derivative"),
+           parameters)
+      .def("fit",
+           fit,
+           Doc("Scene.fit"),
+           none("on_round"),
+           py::arg("time_limit_s") = 0.0,
+           none("on_message"),
+           none("on_warning"),
+           none("on_stage"),
+           none("on_view"),
+           none("checkpoints"),
+           py::arg("resume") = false)
+      .def("write_meshes",
+           &Scene::WriteMeshes,
+           Doc("Scene.write_meshes"),
+           py::arg("folder"),
+           py::arg("format") = "glb");
 }
 
 }  // namespace pathfit::app

@@ -4,7 +4,8 @@ Scenes come from the configs of the program (configs/README.md lists their keys)
 float64 of shape (height, width, 4): red, green, blue of linear Rec.709, and coverage; the first row is the
 top one. Parameters have the units of the configs and are neither scaled nor bounded. Samples are a function
 of the seed: the same numbers give the same bits as the program, for any number of threads. Long calls let
-other threads of Python run; one Scene must not be used by two at once.
+other threads of Python run; one Scene must not be used by two at once. Arrays that come back own their numbers:
+nothing else changes them.
 """
 import builtins
 import os
@@ -33,7 +34,9 @@ class MemoryError(builtins.MemoryError):
 class Parameters:
     """Which numbers of a scene are meant, in which order."""
 
-    def __len__(self) -> int: ...
+    def __len__(self) -> int:
+        """How many numbers."""
+
     @property
     def groups(self) -> list[dict[str, Any]]:
         """One per name: `name`, `first` (index of its first number), `shape` (blocks, numbers of each): the
@@ -50,6 +53,23 @@ class Scene:
     ) -> None:
         """`overrides` replaces values of the config: {"render.spp": 64}. threads: 0 = those of the config,
         else PATHFIT_THREADS, else all that may be used."""
+
+    @staticmethod
+    def from_string(
+        text: str, folder: str | os.PathLike[str] = ".", overrides: dict[str, Any] = {}, threads: int = 0
+    ) -> Scene:
+        """The same of a config's text; what it names by relative paths begins in `folder`. Messages call it
+        <string>."""
+
+    @staticmethod
+    def from_dict(
+        config: dict[str, Any], folder: str | os.PathLike[str] = ".", overrides: dict[str, Any] = {}, threads: int = 0
+    ) -> Scene:
+        """The same of dicts, lists and numbers under the keys of a config; messages name what is wrong by its
+        keys. Lists may be arrays: a mesh of one's own is
+        {"scene": {"geometry": {"ball": {"mesh": {"vertices": positions, "triangles": triangles}, ...}}}} with
+        positions of shape (n, 3) and triangles of shape (m, 3), counter-clockwise from outside. Vertices in the
+        same place become one, unused ones go: parameters(["ball.vertices"]) counts what is left, in order."""
 
     @property
     def views(self) -> list[str]:
@@ -76,7 +96,8 @@ class Scene:
         """A copy of their present values."""
 
     def set_values(self, parameters: Parameters, values: np.ndarray) -> None:
-        """Changes the scene. SceneError, and nothing changed, if it could not be rendered."""
+        """Changes the scene. SceneError, and nothing changed, if it could not be rendered. Takes float64 without
+        a copy if it is contiguous."""
 
     def render(self, view: int | str, spp: int | None = None, seed: int | None = None) -> np.ndarray:
         """The picture; samples per pixel and seed are those of the config unless given."""
@@ -90,7 +111,8 @@ class Scene:
     def jacobian(
         self, view: int | str, parameters: Parameters, spp: int | None = None, seed: int | None = None
     ) -> scipy.sparse.csr_matrix:
-        """Derivative of picture.reshape(-1) by all parameters."""
+        """Derivative of picture.reshape(-1) by all parameters: float32, as fits keep it, with int32 indices where
+        these suffice. Products with float64 are float64."""
 
     def gradient(
         self,
@@ -111,12 +133,26 @@ class Scene:
         self,
         on_round: Callable[[dict[str, Any]], bool | None] | None = None,
         time_limit_s: float = 0.0,
+        on_message: Callable[[str], bool | None] | None = None,
+        on_warning: Callable[[str], bool | None] | None = None,
+        on_stage: Callable[[dict[str, Any]], bool | None] | None = None,
+        on_view: Callable[[str, str, np.ndarray, np.ndarray], bool | None] | None = None,
+        checkpoints: str | os.PathLike[str] | None = None,
+        resume: bool = False,
     ) -> dict[str, Any]:
-        """Runs the stages of the config from the present state, which becomes that of the result. `on_round`
-        gets the figures of each round by their names in metrics.csv; the fit stops when it returns False, and ends
-        with its exception. Refuses a start that cannot be fitted as the program does.
-        Returns `status` ('finished', 'stopped' or 'time limit'), `rounds`, `wall_s`, `stages` (figures),
-        `standard_errors` by unknown, `messages` and `warnings`."""
+        """Runs the stages of the config from the present state, which becomes that of the result. Refuses a start
+        that cannot be fitted as the program does.
+
+        `on_round` gets the figures of each round by their names in metrics.csv, `on_stage` those of the start and of
+        each stage's end, `on_view` stage, view, its picture then and its photo at that size, `on_message` and
+        `on_warning` sentences. The fit stops after the round in which one returns False, and ends with its
+        exception: then the state stays what it was, and the checkpoints are the way on.
+
+        `checkpoints` is a folder for the state after each round, new or empty unless `resume`: then the newest state
+        there is continued, if there is one. A Scene that resumes must be what the fit began with.
+
+        Returns `status` ('finished', 'stopped' or 'time limit'), `rounds` (of all sessions), `wall_s`, `stages`
+        (figures), `standard_errors` by unknown, `messages` and `warnings`."""
 
     def write_meshes(self, folder: str | os.PathLike[str], format: str = "glb") -> list[os.PathLike[str]]:
         """One file per mesh, where their poses place them: glb, ply or obj."""

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "renderer/core/error.h"
+
 namespace pathfit::renderer {
 
 World::World(Scene scene, const std::optional<RayFrame>& ray_frame) : scene_(std::move(scene)) {
@@ -43,6 +45,22 @@ const EdgeContacts& World::contacts() const {
 
 void World::SetParameters(const ParameterLayout& layout, const std::vector<double>& values) {
   layout.Scatter(values, scene_);
+  Rebuild(layout);
+}
+
+void World::SetCheckedParameters(const ParameterLayout& layout, const std::vector<double>& values) {
+  const std::vector<double> before = layout.Gather(scene_);
+  layout.Scatter(values, scene_);
+  try {
+    ValidateScene(scene_);
+  } catch (const SceneError&) {
+    layout.Scatter(before, scene_);
+    throw;
+  }
+  Rebuild(layout);
+}
+
+void World::Rebuild(const ParameterLayout& layout) {
   const bool meshes_moved = layout.AnyKind(MovesMeshes);
   if (meshes_moved) {
     PlaceMeshes();

@@ -55,8 +55,13 @@ class World {
   /// Writes parameter values, in the layout's order and units, into the scene and rebuilds what
   /// depends on them.
   void SetParameters(const ParameterLayout& layout, const std::vector<double>& values);
+  /// The same of any values: throws SceneError, and changes nothing, if the scene would not be
+  /// valid.
+  void SetCheckedParameters(const ParameterLayout& layout, const std::vector<double>& values);
 
  private:
+  /// What depends on the parameters of the layout.
+  void Rebuild(const ParameterLayout& layout);
   void PlaceMeshes(const std::optional<RayFrame>& ray_frame = {});
 
   Scene scene_;

@@ -1,7 +1,11 @@
 if(NOT PATHFIT_QUICK_TESTS)
+  if(PATHFIT_PYTHON)
+    set(with_python_tutorial $<TARGET_FILE:Python::Interpreter> $<TARGET_FILE_DIR:pathfit_python>)
+  endif()
   foreach(test program render truth command page sfm tutorial gltf)
     add_test(NAME e2e/${test}
-      COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/${test}_test.py $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR})
+      COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/${test}_test.py $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR}
+        ${with_python_${test}})
     set_tests_properties(e2e/${test} PROPERTIES LABELS e2e TIMEOUT 1200)
   endforeach()
   set_tests_properties(e2e/gltf PROPERTIES SKIP_RETURN_CODE 77)

@@ -1,6 +1,7 @@
 """Runs the pages of configs/tutorials: every command, in small where a page says so, and compares what they print.
 
-Usage: tutorial_test.py PATHFIT SOURCE_DIR. Unittest output; exits 1 if anything fails.
+Usage: tutorial_test.py PATHFIT SOURCE_DIR [PYTHON MODULE_FOLDER]. Unittest output; exits 1 if anything fails. Without the
+Python module its page is skipped.
 
 A page's blocks of `sh` run in one empty folder with `configs/tutorials` and `data` in it; a comment `<!-- CI adds: WORDS -->`
 before a block adds options to its one command. Blocks of `text` are what the commands before them printed, without times
@@ -17,6 +18,7 @@ import unittest
 
 PATHFIT = pathlib.Path(sys.argv[1]).resolve()
 SOURCE = pathlib.Path(sys.argv[2]).resolve()
+PYTHON, MODULE = sys.argv[3:5] if len(sys.argv) > 3 else (None, "")
 TUTORIALS = SOURCE / "configs" / "tutorials"
 HEADINGS = ("## With your own data", "## What may go wrong")
 MOST_BYTES_OF_PICTURE = 60000
@@ -66,10 +68,14 @@ class Tutorials(unittest.TestCase):
         programs = self.folder / "programs"
         programs.mkdir()
         (programs / "pathfit").symlink_to(PATHFIT)
+        if PYTHON:
+            (programs / "python3").write_text(f'#!/bin/sh\nexec "{PYTHON}" "$@"\n')
+            (programs / "python3").chmod(0o755)
         for name, text in (("sbatch", SBATCH), ("srun", SRUN)):
             (programs / name).write_text(text)
             (programs / name).chmod(0o755)
         self.environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}", "LC_ALL": "C",
+                            "PYTHONPATH": MODULE,
                             "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
     def run_block(self, text, added):
@@ -121,6 +127,10 @@ class Tutorials(unittest.TestCase):
 
     def test_scene_with_derivatives(self):
         self.run_page("scene_with_derivatives")
+
+    @unittest.skipUnless(PYTHON, "built without the Python module")
+    def test_python(self):
+        self.run_page("python")
 
     def test_on_a_cluster(self):
         self.run_page("on_a_cluster")

@@ -1,6 +1,7 @@
 #include "renderer/renderer.h"
 
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -184,6 +185,19 @@ TEST_F(RendererOfAllParameters, SettingParametersEqualsANewRenderer) {
   const Renderer fresh(scene);
   EXPECT_EQ(renderer_.RenderPrimal(Sensor(), options_).pixels,
             fresh.RenderPrimal(scene.sensors[0], options_).pixels);
+}
+
+TEST_F(RendererOfAllParameters, ValuesThatAreNotValidChangeNothing) {
+  const std::vector<double> before = layout_.Gather(renderer_.scene());
+  const Film film = renderer_.RenderPrimal(Sensor(), options_);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    std::vector<double> values = before;
+    for (double& value : values) value *= 1.01;
+    values[i] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(renderer_.SetCheckedParameters(layout_, values), SceneError) << i;
+  }
+  EXPECT_EQ(layout_.Gather(renderer_.scene()), before);
+  EXPECT_EQ(renderer_.RenderPrimal(Sensor(), options_).pixels, film.pixels);
 }
 
 TEST_F(RendererOfAllParameters, GainScalesColorNotCoverage) {
