@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -69,8 +70,10 @@ class ImageProblem {
   [[nodiscard]] bool UsesSparseGram() const { return uses_sparse_gram_; }
   /// Of this round's photos, to be used up; empty unless UsesSparseGram.
   [[nodiscard]] SparseGram TakeSparseGram() { return std::move(sparse_gram_); }
-  /// Unless normal equations are used.
-  [[nodiscard]] const SupportRoots& roots() const { return roots_; }
+  /// J^T r of this round's photos, to be used up with the former.
+  [[nodiscard]] std::vector<double> TakeGradient() { return std::move(sums_.gradient); }
+  /// Unless normal equations, dense or sparse, are used.
+  [[nodiscard]] const SupportRoots& roots() const { return *roots_; }
   [[nodiscard]] const GramRoot& gram() const { return gram_root_; }
   /// Of this and the earlier rounds; empty without normal equations.
   [[nodiscard]] const QuadraticModel& model() const { return model_; }
@@ -132,7 +135,7 @@ class ImageProblem {
   std::vector<std::vector<unsigned char>> censored_;
   std::vector<ViewQuality> quality_;  // by fitted view
   SplitMeter split_meter_;
-  SupportRoots roots_;
+  std::optional<SupportRoots> roots_;  // unless there are normal equations
   SparseGram sparse_gram_;
   GradientSums sums_;
   std::vector<double> start_theta_;

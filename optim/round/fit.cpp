@@ -437,7 +437,7 @@ class FitDriver {
     std::vector<double> theta = model.set.ThetaFromValues(model.set.layout().Gather(state_.scene));
     std::vector<bool> free(n);
     for (std::size_t i = 0; i < n; ++i) {
-      free[i] = theta[i] > model.set.lower()[i] && theta[i] < model.set.upper()[i];
+      free[i] = theta[i] > model.set.Lower(i) && theta[i] < model.set.Upper(i);
     }
     const std::vector<double> step = StepToMinimum(state_.model,
                                                    theta,
@@ -449,7 +449,7 @@ class FitDriver {
     }
     for (std::size_t i = 0; i < n; ++i) {
       theta[i] += step[i];
-      if (theta[i] < model.set.lower()[i] || theta[i] > model.set.upper()[i]) {
+      if (theta[i] < model.set.Lower(i) || theta[i] > model.set.Upper(i)) {
         return;
       }
     }

@@ -216,7 +216,7 @@ void RecordErrors(const ParameterSet& set,
       const double told =
           std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
       const double of_theta = std::hypot(told, errors.of_ranges[i]);
-      const double between_bounds = (set.upper()[i] - set.lower()[i]) / std::sqrt(12.0);
+      const double between_bounds = (set.Upper(i) - set.Lower(i)) / std::sqrt(12.0);
       // Without bounds of its own it lies as far away as those of others let it.
       const bool is_led = std::isinf(between_bounds) && errors.of_ranges[i] > told;
       if (is_led || of_theta >= kAnywhere * between_bounds) {
@@ -265,9 +265,9 @@ void Judge(const StageContext& context,
   // The first steps of a noisy round are within their error, however far they lead.
   const bool is_within = outcome.accepted && explained && motion < kStillPixels;
   state.within_error = is_within ? state.within_error + 1 : 0;
-  std::vector<double> ranges = context.set.upper();
+  std::vector<double> ranges(context.set.NumScalars());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
-    ranges[i] -= context.set.lower()[i];
+    ranges[i] = context.set.Upper(i) - context.set.Lower(i);
   }
   const StandardErrors errors =
       EstimateErrors(model,
