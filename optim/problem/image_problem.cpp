@@ -124,6 +124,9 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   if (uses_sparse_gram_) {
     CheckFits(size_, LinearSolverKind::kSparseGram, options_.max_memory_bytes);
     sparse_gram_ = SparseGram(set_);
+    if (options_.draws_gradients) {
+      gradient_draws_ = GradientDraws(set_.NumScalars(), options_.samples.a.seed);
+    }
   }
   source_.SetValues(values);
   sums_ = GradientSums(set_.NumScalars());
@@ -141,7 +144,7 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   if (uses_gram_) {
     MakeNormalEquations(values);
   } else if (uses_sparse_gram_) {
-    sparse_gram_.Deflate(sums_.gradient);
+    sparse_gram_.Deflate(options_.draws_gradients ? std::vector<double>() : sums_.gradient);
   } else {
     roots_->Finish();
     if (options_.expected_views <= views_.fitted.size()) {
@@ -158,6 +161,7 @@ void ImageProblem::TakeLinearized(std::size_t index, const LinearizedPart& part)
   if (!part.sums) {
     if (uses_sparse_gram_) {
       sparse_gram_.Add(part.rows);
+      if (!gradient_draws_.Empty()) gradient_draws_.Add(part.rows, set_, index);
     } else {
       roots_->Add(part.rows);
     }

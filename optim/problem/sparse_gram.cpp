@@ -307,7 +307,8 @@ void SparseGram::Add(const PixelRows& rows) {
 }
 
 void SparseGram::Deflate(const std::vector<double>& gradient) {
-  const std::vector<double> paired_gradient = paired_.Shorten(gradient);
+  const std::vector<double> paired_gradient =
+      gradient.empty() ? std::vector<double>() : paired_.Shorten(gradient);
   // What a block is scaled by takes the place of its noise.
   renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
     const ChunkRange range = RangeOf(chunk, rows_.size());
@@ -318,12 +319,13 @@ void SparseGram::Deflate(const std::vector<double>& gradient) {
       }
       const std::size_t size = sizes_[b];
       double squares = 0.0;  // of the gradient in its standard deviations
-      for (std::size_t p = 0; p < size; ++p) {
+      for (std::size_t p = 0; p < size && !gradient.empty(); ++p) {
         const double g = paired_gradient[offsets_[b] + p];
         squares += g == 0.0 ? 0.0 : g * g / row.noise->gradient[p];
       }
       // As means are shrunk by their noise [James and Stein 1961].
-      const double share = std::max(0.0, 1.0 - static_cast<double>(size) / squares);
+      const double share =
+          gradient.empty() ? 1.0 : std::max(0.0, 1.0 - static_cast<double>(size) / squares);
       Eigen::Map<Eigen::Matrix3d>(row.noise->square.data()) =
           ScaleWithout(share, row.noise->square, row.cells, static_cast<Eigen::Index>(size));
     }

@@ -82,7 +82,8 @@ class SparseGram {
   /// Once after all rows: scales each block's rows and columns so that those on the diagonal are
   /// without what the noise of derivatives adds to them, where the rows have spreads; of no
   /// direction less than kLeastTrueShare is left. The matrix stays positive. Where `gradient` is
-  /// noise itself, the matrix keeps what noise adds, and so damps the step.
+  /// noise itself, the matrix keeps what noise adds, and so damps the step; without a gradient all
+  /// that noise adds goes.
   void Deflate(const std::vector<double>& gradient);
   /// Adds a product of the sizes of the blocks, row-major, row_block <= column_block; of spread
   /// blocks a bound of it.

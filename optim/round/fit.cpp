@@ -18,6 +18,7 @@
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/mesh_levels.h"
 #include "optim/round/persistence.h"
+#include "optim/round/recorded_errors.h"
 #include "optim/round/round_policy.h"
 #include "optim/round/round_runner.h"
 #include "optim/round/surface_levels.h"
@@ -302,6 +303,25 @@ class FitDriver {
     return SameShapes(state_.level_scene, state_.scene) ? state_.level_scene : state_.scene;
   }
 
+  [[nodiscard]] StageContext ContextOf(const StageSpec& stage,
+                                       double scale,
+                                       const FitViews& views,
+                                       const Model& model) {
+    return {
+        spec_,
+        state_.stage,
+        views,
+        model.set,
+        exposure_,
+        start_,
+        model.priors,
+        fits_exposure_,
+        scale,
+        SampleFactor(
+            stage, scale, views.num_channels / 3.0, MovesSomething(model.set), IsFew(model.set)),
+        division_};
+  }
+
   /// False when the time limit ended it.
   bool RunLevel(const StageSpec& stage, const std::vector<double>& scales) {
     const double scale = scales[static_cast<std::size_t>(state_.level)];
@@ -313,21 +333,8 @@ class FitDriver {
         observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
         return true;
       }
-      end = RunRounds(
-          {spec_,
-           state_.stage,
-           views,
-           model.set,
-           exposure_,
-           start_,
-           model.priors,
-           fits_exposure_,
-           scale,
-           SampleFactor(
-               stage, scale, views.num_channels / 3.0, MovesSomething(model.set), IsFew(model.set)),
-           division_},
-          stage,
-          static_cast<int>(scales.size()));
+      end =
+          RunRounds(ContextOf(stage, scale, views, model), stage, static_cast<int>(scales.size()));
     }
     return end == RoundsEnd::kDone;
   }
@@ -359,6 +366,14 @@ class FitDriver {
     report.folded_edges = folds.folded_edges;
     report.crossing_triangles = folds.crossing_triangles;
     ShareState();
+    if (in_time && state_.accepted > 0) {
+      const auto source = evaluation_.MakeSource(state_.scene, model.set.layout(), views);
+      RecordErrorsOfMany(ContextOf(stage, stage.image_scale, views, model),
+                         *source,
+                         state_,
+                         state_.standard_errors);
+      ShareState();
+    }
     const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
     Report(std::move(report),
            last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <span>
 
@@ -13,6 +14,7 @@
 #include "optim/problem/sparse_gram.h"
 #include "optim/solver/step_bounds.h"
 #include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
 namespace {
@@ -22,6 +24,12 @@ constexpr int kMaxIterations = 200;
 constexpr double kLeastDamping = 1e-6;  // of a scaled diagonal, over the radius
 constexpr double kLargestDamping = 1e32;
 constexpr double kLeastRelativeDecrease = 1e-3;
+
+// Of standard errors, which weakly told directions make: solved further than steps.
+constexpr double kEtaOfErrors = 1e-3;
+constexpr int kMaxIterationsOfErrors = 1000;
+constexpr double kSmallestShare = 1e-9;      // of the diagonal: keeps the matrix positive
+constexpr std::uint64_t kPriorDrawSeed = 1;  // there is no other draw of priors
 
 using Vector = std::vector<double>;
 
@@ -81,12 +89,13 @@ class BlockJacobi {
 };
 
 /// The short step that (matrix + damping) step = -gradient, until an iteration adds less than the
-/// share `eta` of the mean iteration's decrease [Nash and Sofer 1990]. False where the matrix is
-/// not positive.
+/// share `eta` of the mean iteration's decrease [Nash and Sofer 1990], in `most` iterations. False
+/// where the matrix is not positive.
 bool SolveByConjugateGradients(const SparseGram& matrix,
                                const Vector& damping,
                                const Vector& gradient,
                                double eta,
+                               int most,
                                Vector& step) {
   const std::size_t n = gradient.size();
   const BlockJacobi preconditioner(matrix, damping);
@@ -94,7 +103,7 @@ bool SolveByConjugateGradients(const SparseGram& matrix,
   std::ranges::transform(gradient, residual.begin(), std::negate<>());
   step.assign(n, 0.0);
   double rho = 1.0, decrease = 0.0;
-  for (int i = 1; i <= kMaxIterations; ++i) {
+  for (int i = 1; i <= most; ++i) {
     preconditioner.Apply(residual, preconditioned);
     const double last_rho = rho;
     rho = Dot(residual, preconditioned);
@@ -211,7 +220,8 @@ class SparseRound {
       }
     }
     if (paired.NumScalars() > 0 &&
-        !SolveByConjugateGradients(matrix_, damping, gradient, options_.eta, step)) {
+        !SolveByConjugateGradients(
+            matrix_, damping, gradient, options_.eta, kMaxIterations, step)) {
       return 0.0;
     }
     Vector product;
@@ -289,6 +299,53 @@ SolveOutcome SolveSparseRound(ImageProblem& problem,
                               const std::vector<double>& theta,
                               const SolveOptions& options) {
   return SparseRound(problem, priors, proximal, theta, options).Solve();
+}
+
+StandardErrors EstimateErrorsOfMany(ImageProblem& problem,
+                                    const std::vector<PriorTerm>& priors,
+                                    const std::vector<double>& theta,
+                                    double residual) {
+  const ParameterSet& set = problem.set();
+  const std::size_t n = theta.size();
+  SparseGram matrix = problem.TakeSparseGram();
+  Vector gradient(n);
+  LinearizePriors(priors,
+                  set,
+                  theta,
+                  gradient,
+                  [&](std::int32_t row, std::int32_t column, std::span<const double> product) {
+                    if (row <= column) matrix.Add(row, column, product);
+                  });
+  std::vector<Vector> draws = problem.gradient_draws().draws();
+  DrawPriorGradients(priors, set, theta, residual, kPriorDrawSeed, draws);
+  Vector damping;
+  for (std::size_t b = 0; b < matrix.paired().NumBlocks(); ++b) {
+    const auto cells = matrix.Diagonal(b);
+    for (std::size_t p = 0; p * SparseGram::kStride < cells.size(); ++p) {
+      const double square = cells[p * SparseGram::kStride + p];
+      damping.push_back(square > 0.0 ? kSmallestShare * square : 1.0);
+    }
+  }
+  renderer::ParallelFor(static_cast<std::int64_t>(draws.size()), [&](std::int64_t k) {
+    Vector& draw = draws[static_cast<std::size_t>(k)];
+    Vector step;
+    if (!SolveByConjugateGradients(
+            matrix, damping, draw, kEtaOfErrors, kMaxIterationsOfErrors, step)) {
+      step.assign(n, std::numeric_limits<double>::quiet_NaN());
+    }
+    draw = std::move(step);
+  });
+  StandardErrors errors{Vector(n), Vector(n), Vector(n), Vector(n)};
+  for (std::size_t i = 0; i < n; ++i) {
+    for (const Vector& draw : draws) {
+      errors.of_photos[i] += draw[i] * draw[i] / static_cast<double>(draws.size());
+    }
+    errors.of_photos[i] = std::sqrt(errors.of_photos[i]);
+    if (problem.sums().diagonal[i] == 0.0) {
+      errors.of_ranges[i] = std::numeric_limits<double>::infinity();
+    }
+  }
+  return errors;
 }
 
 }  // namespace pathfit::optim
