@@ -105,6 +105,7 @@ ExitStatus RunInDirectory(CommandContext& context,
                  recorder.history().parameters,
                  experiment.observations.metres_per_unit);
     WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
+    WriteTexelErrors(run.Result(), result.scene, experiment.fit, result.standard_errors);
     record.SetTimes(result.wall_s, 0.0);
     if (result.gauge) {
       record.SetGauge(result.gauge);

@@ -270,6 +270,32 @@ void WriteTexelSights(const fs::path& folder,
   }
 }
 
+void WriteTexelErrors(const fs::path& folder,
+                      const Scene& scene,
+                      const optim::FitSpec& fit,
+                      const StandardErrorsByName& errors) {
+  std::vector<std::string> names;
+  for (const renderer::Texture& texture : scene.textures) names.push_back(texture.name);
+  const std::vector<std::string> files = ViewFolderNames(names);
+  for (const optim::UnknownSpec& unknown : fit.unknowns) {
+    if (unknown.kind != renderer::ParameterKind::kTextureTexels ||
+        optim::IsReplaced(scene, unknown, fit.unknowns)) {
+      continue;
+    }
+    const auto index = static_cast<std::size_t>(unknown.object);
+    const renderer::Texture& texture = scene.textures[index];
+    const std::vector<double> roots =
+        BlockErrors(scene, unknown.kind, unknown.object, texture.texels.size(), errors);
+    if (roots.empty()) continue;
+    renderer::Image image(texture.width, texture.height, 1);
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      image.data[i] = std::isfinite(roots[i]) ? static_cast<float>(roots[i]) : 1.0F;
+    }
+    renderer::CreateFolders(folder / "textures");
+    renderer::WriteExr(folder / "textures" / (files[index] + "_standard_error.exr"), image);
+  }
+}
+
 std::string LightsJson(const Scene& scene) {
   Json lights = Json::array();
   for (int e = 0; e < static_cast<int>(scene.emitters.size()); ++e) {

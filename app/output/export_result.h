@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/output/fit_history.h"
+#include "app/output/parameter_table.h"
 #include "optim/observation/observation.h"
 #include "optim/round/fit_spec.h"
 #include "renderer/scene/scene.h"
@@ -64,6 +65,13 @@ void WriteTexelSights(const std::filesystem::path& folder,
                       const renderer::Scene& scene,
                       const optim::FitSpec& fit,
                       const optim::ObservationSet& observations);
+
+/// textures/<name>_standard_error.exr of each texture with unknown texels whose errors are known:
+/// the root of the channels' summed squares, 1 where no photo tells the texel.
+void WriteTexelErrors(const std::filesystem::path& folder,
+                      const renderer::Scene& scene,
+                      const optim::FitSpec& fit,
+                      const StandardErrorsByName& errors);
 
 std::string LightsJson(const renderer::Scene& scene);
 std::string ExposureCsv(const renderer::Scene& scene, const std::vector<ExportedView>& views);

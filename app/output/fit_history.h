@@ -17,7 +17,7 @@ struct ParameterSummary {
   double initial = 0.0;  ///< value, or mean of the group (NaN for positions)
   double value = 0.0;    ///< the same at the end
   /// Of the value, by what is left unexplained in the photos and by the renderings' noise; NaN
-  /// where it is not known, infinite where no photo tells it.
+  /// where it is not known, infinite where no photo tells it. Of a group the median of those known.
   double standard_error = 0.0;
   double minimum = 0.0;  ///< of the final values
   double maximum = 0.0;

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "optim/parameter/promotion.h"
+#include "renderer/math/median.h"
 #include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::app {
@@ -133,12 +134,16 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
           renderer::TraitsOf(unknown.kind, result, std::max(0, unknown.object));
       summary.unit = traits.unit;
       summary.held = unknown.hold;
-      const bool is_single = !whole || final.size() == 1;
-      summary.standard_error = is_single && i < known.size() ? known[i] : std::nan("");
+      std::vector<double> told;
       const std::size_t end = std::min(i + step, known.size());
       for (std::size_t k = i; k < end; ++k) {
         summary.num_undetermined += std::isinf(known[k]) ? 1 : 0;
+        if (std::isfinite(known[k])) told.push_back(known[k]);
       }
+      const bool is_single = end == i + 1;
+      summary.standard_error = is_single      ? known[i]
+                               : told.empty() ? std::nan("")
+                                              : renderer::Median(told);
       if (whole && final.size() > 1 && traits.IsPlace()) {
         summary.initial = summary.value = std::nan("");
       }
@@ -153,6 +158,33 @@ std::vector<double> GainErrors(const Scene& scene, const StandardErrorsByName& e
   gains.kind = ParameterKind::kExposure;
   gains.object = -1;
   return ErrorsOf(gains, scene, errors);
+}
+
+std::vector<double> BlockErrors(const Scene& scene,
+                                ParameterKind kind,
+                                int object,
+                                std::size_t num_blocks,
+                                const StandardErrorsByName& errors) {
+  if (num_blocks == 0) return {};
+  renderer::ParameterLayout layout(scene);
+  layout.Add(kind, object);
+  const renderer::ParameterGroup& group = layout.groups().front();
+  const auto size = static_cast<std::size_t>(group.block_size);
+  const auto known = errors.find(group.name);
+  if (known == errors.end() || known->second.size() != size * num_blocks) return {};
+  const auto is_known = [](double error) { return !std::isnan(error); };
+  if (std::ranges::none_of(known->second, is_known)) return {};
+  std::vector<double> roots;
+  for (std::size_t b = 0; b < num_blocks; ++b) {
+    // The root keeps what is infinite and what is not a number.
+    double squares = 0.0;
+    for (std::size_t c = 0; c < size; ++c) {
+      const double error = known->second[size * b + c];
+      squares += error * error;
+    }
+    roots.push_back(std::sqrt(squares));
+  }
+  return roots;
 }
 
 }  // namespace pathfit::app

@@ -25,4 +25,12 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
 /// Standard errors of the sensors' gains, NaN where they are not known.
 std::vector<double> GainErrors(const renderer::Scene& scene, const StandardErrorsByName& errors);
 
+/// Of each block of one object's unknowns of a kind the root of its components' summed squares,
+/// infinite and NaN as those; empty unless any of `num_blocks` is known.
+std::vector<double> BlockErrors(const renderer::Scene& scene,
+                                renderer::ParameterKind kind,
+                                int object,
+                                std::size_t num_blocks,
+                                const StandardErrorsByName& errors);
+
 }  // namespace pathfit::app

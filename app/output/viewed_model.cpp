@@ -81,32 +81,6 @@ Json TextureJson(int index, const Scene& scene) {
           {"repeat", texture.wrap == renderer::TextureWrap::kRepeat}};
 }
 
-/// Of each block the root of its components' summed squares; empty unless any is known.
-std::vector<float> BlockErrors(const Scene& scene,
-                               ParameterKind kind,
-                               std::size_t mesh,
-                               std::size_t num_blocks,
-                               const StandardErrorsByName& errors) {
-  if (num_blocks == 0) return {};
-  renderer::ParameterLayout layout(scene);
-  layout.Add(kind, static_cast<int>(mesh));
-  const auto known = errors.find(layout.groups().front().name);
-  if (known == errors.end() || known->second.size() != 3 * num_blocks) return {};
-  const auto is_known = [](double error) { return !std::isnan(error); };
-  if (std::ranges::none_of(known->second, is_known)) return {};
-  std::vector<float> roots;
-  for (std::size_t b = 0; b < num_blocks; ++b) {
-    // The root keeps what is infinite and what is not a number.
-    double squares = 0.0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double error = known->second[3 * b + c];
-      squares += error * error;
-    }
-    roots.push_back(static_cast<float>(std::sqrt(squares)));
-  }
-  return roots;
-}
-
 /// How many fitted photos show each vertex, mesh after mesh.
 std::vector<std::vector<int>> VertexCounts(const Scene& scene,
                                            const optim::ObservationSet& observations,
@@ -239,10 +213,12 @@ Json MeshJson(std::size_t index,
                               ParameterKind kind,
                               std::size_t num_blocks,
                               std::int32_t renderer::SplitVertex::*at) {
-    const std::vector<float> roots = BlockErrors(scene, kind, index, num_blocks, errors);
+    const std::vector<double> roots =
+        BlockErrors(scene, kind, static_cast<int>(index), num_blocks, errors);
     if (roots.empty()) return;
-    json[key] = Gathered<float>(
-        split, at, [&](std::size_t i, auto& values) { values.push_back(roots[i]); });
+    json[key] = Gathered<float>(split, at, [&](std::size_t i, auto& values) {
+      values.push_back(static_cast<float>(roots[i]));
+    });
   };
   add_errors("position_error",
              ParameterKind::kVertexPositions,

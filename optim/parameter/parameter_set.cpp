@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "optim/parameter/promotion.h"
@@ -81,20 +82,22 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
     upper = start + exposure.prior.max_ev * std::log(2.0);
   }
   const auto block_size = static_cast<std::size_t>(group.block_size);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(group.num_blocks); ++i) {
-    block_offset_.push_back(mapping_.size() + i * block_size);
-    block_size_.push_back(group.block_size);
-  }
+  const auto num_blocks = static_cast<std::size_t>(group.num_blocks);
   const std::size_t count = mapping_.size() + group.NumScalars();
+  if (count > std::numeric_limits<std::uint32_t>::max()) {
+    throw renderer::SceneError("more than 2^32 numbers are free at once");
+  }
+  for (std::size_t i = 0; i < num_blocks; ++i) {
+    block_offset_.push_back(static_cast<std::uint32_t>(mapping_.size() + i * block_size));
+  }
+  block_size_.resize(block_size_.size() + num_blocks, static_cast<std::uint8_t>(block_size));
   mapping_.resize(count, is_log ? Mapping::kLog : Mapping::kIdentity);
-  lower_.resize(count, lower);
-  upper_.resize(count, upper);
   if (unknown.kind == renderer::ParameterKind::kSpotAngles) {
     mapping_[count - 2] = Mapping::kCone;
-    lower_[count - 2] = kSmallestRatio;
-    upper_[count - 2] = kLargestRatio;
-    lower_[count - 1] = kSmallestOuterAngle;
-    upper_[count - 1] = kLargestOuterAngle;
+    runs_.push_back({count - 1, kSmallestRatio, kLargestRatio});
+    runs_.push_back({count, kSmallestOuterAngle, kLargestOuterAngle});
+  } else {
+    runs_.push_back({count, lower, upper});
   }
 }
 
@@ -108,6 +111,7 @@ std::array<double, 2> ParameterSet::ConeSlopes(double inner, double outer) {
 std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& values) const {
   PATHFIT_CHECK_EQ(values.size(), NumScalars());
   std::vector<double> theta(values.size());
+  auto run = runs_.begin();
   for (std::size_t i = 0; i < values.size(); ++i) {
     double t = values[i];
     if (IsLog(i)) {
@@ -115,7 +119,10 @@ std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& val
     } else if (mapping_[i] == Mapping::kCone) {
       t = OneMinusCos(t) / OneMinusCos(std::max(values[i + 1], kSmallestOuterAngle));
     }
-    theta[i] = std::clamp(t, lower_[i], upper_[i]);
+    if (i == run->end) {
+      ++run;
+    }
+    theta[i] = std::clamp(t, run->lower, run->upper);
   }
   return theta;
 }

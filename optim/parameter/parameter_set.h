@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -52,8 +53,8 @@ class ParameterSet {
   /// d inner / d ratio and d inner / d outer of a cone at these angles.
   static std::array<double, 2> ConeSlopes(double inner, double outer);
   /// Bounds of theta, infinite where there is none.
-  [[nodiscard]] const std::vector<double>& lower() const { return lower_; }
-  [[nodiscard]] const std::vector<double>& upper() const { return upper_; }
+  [[nodiscard]] double Lower(std::size_t scalar) const { return RunOf(scalar).lower; }
+  [[nodiscard]] double Upper(std::size_t scalar) const { return RunOf(scalar).upper; }
 
   /// Theta of the scene's values, moved into the bounds.
   [[nodiscard]] std::vector<double> ThetaFromValues(const std::vector<double>& values) const;
@@ -70,14 +71,24 @@ class ParameterSet {
     kCone,  ///< of the inner angle; the outer one follows
   };
 
+  /// Scalars with the same bounds: from the end of the run before on.
+  struct Run {
+    std::size_t end = 0;
+    double lower = 0.0, upper = 0.0;
+  };
+  [[nodiscard]] const Run& RunOf(std::size_t scalar) const {
+    return *std::ranges::upper_bound(runs_, scalar, {}, &Run::end);
+  }
+
   void AddGroup(const UnknownSpec& unknown, int index, int object, const ExposureModel& exposure);
 
   renderer::ParameterLayout layout_;
   std::vector<int> unknown_of_group_;
-  std::vector<int> block_size_;
-  std::vector<std::size_t> block_offset_;
+  // Of many texels: small numbers.
+  std::vector<std::uint8_t> block_size_;
+  std::vector<std::uint32_t> block_offset_;
   std::vector<Mapping> mapping_;
-  std::vector<double> lower_, upper_;
+  std::vector<Run> runs_;
 };
 
 }  // namespace pathfit::optim

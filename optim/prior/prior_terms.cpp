@@ -15,6 +15,7 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_topology.h"
 #include "renderer/geometry/texel_places.h"
+#include "renderer/sampler/counter_rng.h"
 #include "renderer/scene/texture_surface.h"
 
 namespace pathfit::optim {
@@ -584,56 +585,110 @@ std::unique_ptr<ceres::LossFunction> MakePriorLossFunction(const PriorTerm& term
   return term.edge > 0.0 ? std::make_unique<EdgeLoss>(term.edge) : nullptr;
 }
 
-void LinearizePriors(const std::vector<PriorTerm>& terms,
-                     const ParameterSet& set,
-                     const std::vector<double>& theta,
-                     std::vector<double>& gradient,
-                     const BlockProductSink& add) {
-  std::vector<const double*> blocks;
-  std::vector<std::vector<double>> jacobians;
-  std::vector<double*> targets;
-  std::vector<double> product;
-  for (const PriorTerm& term : terms) {
-    blocks.clear();
+namespace {
+
+/// A term about a point: residual, rho' and derivatives by each of its blocks.
+class LinearTerm {
+ public:
+  LinearTerm(const ParameterSet& set, const std::vector<double>& theta)
+      : set_(set), theta_(theta) {}
+
+  void Linearize(const PriorTerm& term) {
+    blocks_.clear();
     jacobians.clear();
-    targets.clear();
+    targets_.clear();
     for (const std::int32_t block : term.blocks) {
-      blocks.push_back(theta.data() + set.BlockOffset(block));
-      jacobians.emplace_back(kMaxPriorRows * static_cast<std::size_t>(set.BlockSize(block)));
+      blocks_.push_back(theta_.data() + set_.BlockOffset(block));
+      jacobians.emplace_back(kMaxPriorRows * static_cast<std::size_t>(set_.BlockSize(block)));
     }
     for (std::vector<double>& jacobian : jacobians) {
-      targets.push_back(jacobian.data());
+      targets_.push_back(jacobian.data());
     }
-    std::array<double, kMaxPriorRows> residual{};
-    EvalPrior(term, set, blocks.data(), residual.data(), targets.data());
-    double slope = 1.0;
+    residual = {};
+    EvalPrior(term, set_, blocks_.data(), residual.data(), targets_.data());
+    slope = 1.0;
     if (term.edge > 0.0) {
       double rho[3];
       EdgeLoss(term.edge).Evaluate(
           std::inner_product(residual.begin(), residual.end(), residual.begin(), 0.0), rho);
       slope = rho[1];
     }
-    const std::size_t rows =
-        term.NumGroups() * static_cast<std::size_t>(set.BlockSize(term.blocks.front()));
-    for (std::size_t a = 0; a < blocks.size(); ++a) {
-      const auto size_a = static_cast<std::size_t>(set.BlockSize(term.blocks[a]));
-      for (std::size_t i = 0; i < rows * size_a; ++i) {
-        gradient[set.BlockOffset(term.blocks[a]) + i % size_a] +=
-            slope * jacobians[a][i] * residual[i / size_a];
+    rows = term.NumGroups() * static_cast<std::size_t>(set_.BlockSize(term.blocks.front()));
+  }
+
+  /// Adds factor * J^T r to the gradient.
+  void AddGradient(const PriorTerm& term,
+                   double factor,
+                   const std::array<double, kMaxPriorRows>& r,
+                   std::vector<double>& gradient) const {
+    for (std::size_t a = 0; a < jacobians.size(); ++a) {
+      const auto size = static_cast<std::size_t>(set_.BlockSize(term.blocks[a]));
+      for (std::size_t i = 0; i < rows * size; ++i) {
+        gradient[set_.BlockOffset(term.blocks[a]) + i % size] +=
+            factor * jacobians[a][i] * r[i / size];
       }
-      for (std::size_t b = 0; b < blocks.size(); ++b) {
+    }
+  }
+
+  std::array<double, kMaxPriorRows> residual{};
+  std::vector<std::vector<double>> jacobians;  ///< rows x components, row-major
+  double slope = 1.0;
+  std::size_t rows = 0;
+
+ private:
+  const ParameterSet& set_;
+  const std::vector<double>& theta_;
+  std::vector<const double*> blocks_;
+  std::vector<double*> targets_;
+};
+
+}  // namespace
+
+void LinearizePriors(const std::vector<PriorTerm>& terms,
+                     const ParameterSet& set,
+                     const std::vector<double>& theta,
+                     std::vector<double>& gradient,
+                     const BlockProductSink& add) {
+  LinearTerm linear(set, theta);
+  std::vector<double> product;
+  for (const PriorTerm& term : terms) {
+    linear.Linearize(term);
+    linear.AddGradient(term, linear.slope, linear.residual, gradient);
+    for (std::size_t a = 0; a < term.blocks.size(); ++a) {
+      const auto size_a = static_cast<std::size_t>(set.BlockSize(term.blocks[a]));
+      for (std::size_t b = 0; b < term.blocks.size(); ++b) {
         const auto size_b = static_cast<std::size_t>(set.BlockSize(term.blocks[b]));
         product.assign(size_a * size_b, 0.0);
         for (std::size_t i = 0; i < product.size(); ++i) {
           double sum = 0.0;
-          for (std::size_t row = 0; row < rows; ++row) {
-            sum +=
-                jacobians[a][row * size_a + i / size_b] * jacobians[b][row * size_b + i % size_b];
+          for (std::size_t row = 0; row < linear.rows; ++row) {
+            sum += linear.jacobians[a][row * size_a + i / size_b] *
+                   linear.jacobians[b][row * size_b + i % size_b];
           }
-          product[i] = slope * sum;
+          product[i] = linear.slope * sum;
         }
         add(term.blocks[a], term.blocks[b], product);
       }
+    }
+  }
+}
+
+void DrawPriorGradients(const std::vector<PriorTerm>& terms,
+                        const ParameterSet& set,
+                        const std::vector<double>& theta,
+                        double residual,
+                        std::uint64_t seed,
+                        std::vector<std::vector<double>>& draws) {
+  LinearTerm linear(set, theta);
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    linear.Linearize(terms[t]);
+    const double deviation = terms[t].is_belief ? kGaussianResidual : residual;
+    for (std::size_t k = 0; k < draws.size(); ++k) {
+      renderer::CounterRng rng(seed, renderer::RandomDomain::kPriorSign, t, k);
+      std::array<double, kMaxPriorRows> signs{};
+      for (std::size_t row = 0; row < linear.rows; ++row)
+        signs[row] = rng.Next() < 0.5 ? -1.0 : 1.0;
+      linear.AddGradient(terms[t], std::sqrt(linear.slope) * deviation, signs, draws[k]);
     }
   }
 }

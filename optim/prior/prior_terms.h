@@ -117,6 +117,17 @@ void LinearizePriors(const std::vector<PriorTerm>& terms,
                      std::vector<double>& gradient,
                      const BlockProductSink& add);
 
+/// Adds to each of the draws the gradient that the terms would have if each row's residual were
+/// `residual` (kGaussianResidual of beliefs) with a random sign. Their covariance is the
+/// uncertainty that terms bring which are as wrong as that; together with draws of the photos',
+/// divided by the whole matrix, they are draws of the unknowns.
+void DrawPriorGradients(const std::vector<PriorTerm>& terms,
+                        const ParameterSet& set,
+                        const std::vector<double>& theta,
+                        double residual,
+                        std::uint64_t seed,
+                        std::vector<std::vector<double>>& draws);
+
 /// Second derivatives of the terms' costs by theta (Gauss-Newton, NumScalars^2, row-major).
 std::vector<double> PriorHessian(const std::vector<PriorTerm>& terms,
                                  const ParameterSet& set,

@@ -64,9 +64,14 @@ ImageProblem::ImageProblem(ImageSource& source,
       options_(options),
       uses_gram_(FormsNormalEquations(options.linear_solver, set.NumScalars())),
       uses_sparse_gram_(FormsSparseNormalEquations(options.linear_solver, set.NumScalars())),
-      split_meter_(set),
-      roots_(set, std::max(views.fitted.size(), options.expected_views)) {
+      split_meter_(options.num_measured > 0 ? SplitMeter(set) : SplitMeter()) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
+  if (uses_sparse_gram_) {
+    size_.num_spread_scalars = static_cast<double>(PairedBlocks(set).NumSpreadScalars());
+    size_.sparse_gram_empty = static_cast<double>(SparseGram::BytesOfEmpty(set));
+  } else if (!uses_gram_) {
+    roots_.emplace(set, std::max(views.fitted.size(), options.expected_views));
+  }
   for (const int view : views.fitted) {
     size_.images_bytes += BytesOfView(views.levels[static_cast<std::size_t>(view)], uses_gram_);
   }
@@ -117,7 +122,11 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
     start_pixel_costs_.resize(views_.fitted.size());
   }
   if (uses_sparse_gram_) {
+    CheckFits(size_, LinearSolverKind::kSparseGram, options_.max_memory_bytes);
     sparse_gram_ = SparseGram(set_);
+    if (options_.draws_gradients) {
+      gradient_draws_ = GradientDraws(set_.NumScalars(), options_.samples.a.seed);
+    }
   }
   source_.SetValues(values);
   sums_ = GradientSums(set_.NumScalars());
@@ -135,25 +144,26 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   if (uses_gram_) {
     MakeNormalEquations(values);
   } else if (uses_sparse_gram_) {
-    sparse_gram_.Deflate(sums_.gradient);
+    sparse_gram_.Deflate(options_.draws_gradients ? std::vector<double>() : sums_.gradient);
   } else {
-    roots_.Finish();
+    roots_->Finish();
     if (options_.expected_views <= views_.fitted.size()) {
-      size_.roots = roots_.Size();
+      size_.roots = roots_->Size();
     }
-    offset_squared_ = roots_.residual_squared() + costs_.noise_squared + 1e-12;
+    offset_squared_ = roots_->residual_squared() + costs_.noise_squared + 1e-12;
   }
 }
 
 void ImageProblem::TakeLinearized(std::size_t index, const LinearizedPart& part) {
-  for (; num_begun_ <= index; ++num_begun_) {
-    roots_.BeginView();
+  for (; roots_ && num_begun_ <= index; ++num_begun_) {
+    roots_->BeginView();
   }
   if (!part.sums) {
     if (uses_sparse_gram_) {
       sparse_gram_.Add(part.rows);
+      if (!gradient_draws_.Empty()) gradient_draws_.Add(part.rows, set_, index);
     } else {
-      roots_.Add(part.rows);
+      roots_->Add(part.rows);
     }
     return;
   }
@@ -171,7 +181,7 @@ void ImageProblem::TakeLinearized(std::size_t index, const LinearizedPart& part)
     size_.sparse_gram_bytes = static_cast<double>(sparse_gram_.MemoryBytes());
     size_.sparse_gram_seen = static_cast<double>(sparse_gram_.NumSeen());
   } else {
-    size_.roots = roots_.Size();
+    size_.roots = roots_->Size();
   }
   sizes_.push_back(size_);
   CheckFits(size_, least, options_.max_memory_bytes);

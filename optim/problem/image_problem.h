@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "optim/parameter/parameter_set.h"
 #include "optim/problem/fit_views.h"
+#include "optim/problem/gradient_draws.h"
 #include "optim/problem/gram_system.h"
 #include "optim/problem/image_source.h"
 #include "optim/problem/problem_size.h"
@@ -32,6 +34,9 @@ struct ImageProblemOptions {
   std::size_t num_measured = 0, first_measured = 0;
   /// More than are fitted: the size is that of a problem with so many views like these.
   std::size_t expected_views = 0;
+  /// Whether the sparse normal equations are for standard errors: with draws of their gradient, and
+  /// without all that noise adds.
+  bool draws_gradients = false;
   /// Among whom views are divided; null: nobody. Must outlive the problem.
   Division* division = nullptr;
 };
@@ -69,8 +74,12 @@ class ImageProblem {
   [[nodiscard]] bool UsesSparseGram() const { return uses_sparse_gram_; }
   /// Of this round's photos, to be used up; empty unless UsesSparseGram.
   [[nodiscard]] SparseGram TakeSparseGram() { return std::move(sparse_gram_); }
-  /// Unless normal equations are used.
-  [[nodiscard]] const SupportRoots& roots() const { return roots_; }
+  /// J^T r of this round's photos, to be used up with the former.
+  [[nodiscard]] std::vector<double> TakeGradient() { return std::move(sums_.gradient); }
+  /// Empty unless asked for.
+  [[nodiscard]] const GradientDraws& gradient_draws() const { return gradient_draws_; }
+  /// Unless normal equations, dense or sparse, are used.
+  [[nodiscard]] const SupportRoots& roots() const { return *roots_; }
   [[nodiscard]] const GramRoot& gram() const { return gram_root_; }
   /// Of this and the earlier rounds; empty without normal equations.
   [[nodiscard]] const QuadraticModel& model() const { return model_; }
@@ -132,8 +141,9 @@ class ImageProblem {
   std::vector<std::vector<unsigned char>> censored_;
   std::vector<ViewQuality> quality_;  // by fitted view
   SplitMeter split_meter_;
-  SupportRoots roots_;
+  std::optional<SupportRoots> roots_;  // unless there are normal equations
   SparseGram sparse_gram_;
+  GradientDraws gradient_draws_;
   GradientSums sums_;
   std::vector<double> start_theta_;
   QuadraticModel round_model_, model_;

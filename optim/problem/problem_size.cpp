@@ -15,7 +15,8 @@ constexpr double kFillPerUnknown =
     60.0;  // nonzeros of a surface mesh's factor per n log2 n, upper end measured
 constexpr double kBytesPerTerm = 200.0;      // with what the heap adds
 constexpr double kBytesPerTermBlock = 12.0;  // place and weight
-constexpr int kSparseVectors = 24;           // iterates, sums of pieces, inverses of blocks
+constexpr int kSparseVectors = 14;           // iterates, sums of pieces, inverses of blocks
+constexpr int kFullVectors = 10;             // points, gradient and step, also of spread unknowns
 constexpr int kGramCopies = 40;  // partial sums, models, root, and the solver's own matrices
 
 std::string Megabytes(double bytes) {
@@ -58,11 +59,13 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
     return {images, view, {"dense normal equations", 8.0 * n * n * kGramCopies}};
   }
   if (kind == LinearSolverKind::kSparseGram) {
-    return {images,
-            view,
-            {"sparse normal equations", size.sparse_gram_bytes},
-            priors,
-            {"vectors of conjugate gradients", 8.0 * n * kSparseVectors}};
+    return {
+        images,
+        view,
+        {"sparse normal equations", size.sparse_gram_empty + size.sparse_gram_bytes},
+        priors,
+        {"vectors of unknowns", 8.0 * n * kFullVectors},
+        {"vectors of conjugate gradients", 8.0 * (n - size.num_spread_scalars) * kSparseVectors}};
   }
   const RootSize& roots = size.roots;
   const std::vector<MemoryItem> linearising = {
@@ -88,7 +91,7 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
 }
 
 double JacobianBytes(const ProblemSize& size, bool uses_gram) {
-  return size.roots.kept_bytes + size.sparse_gram_bytes +
+  return size.roots.kept_bytes + size.sparse_gram_empty + size.sparse_gram_bytes +
          (uses_gram ? 8.0 * size.num_scalars * size.num_scalars : 0.0);
 }
 

@@ -24,7 +24,9 @@ class MemoryError : public std::runtime_error {
 struct ProblemSize {
   double num_scalars = 0.0;
   RootSize roots;
-  double sparse_gram_bytes = 0.0;
+  double num_spread_scalars = 0.0;  ///< of them, those of spread blocks (PairedBlocks)
+  double sparse_gram_empty = 0.0;   ///< bytes before any row comes
+  double sparse_gram_bytes = 0.0;   ///< of what is seen
   double sparse_gram_seen = 0.0;    ///< blocks in it
   double largest_view_bytes = 0.0;  ///< derivatives and rows of one view
   double images_bytes = 0.0;

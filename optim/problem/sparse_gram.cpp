@@ -35,23 +35,30 @@ struct Incidences {
   std::vector<Incidence> list;
 };
 
-Incidences SortByBlock(const PixelRows& rows, std::size_t num_blocks) {
+Incidences SortByBlock(const PixelRows& rows, const PairedBlocks& paired) {
+  const std::size_t num_blocks = paired.NumBlocks();
   Incidences sorted;
   sorted.first.assign(num_blocks + 1, 0);
+  std::size_t num_entries = 0;
   for (const RowEntry& entry : rows.entries) {
-    ++sorted.first[static_cast<std::size_t>(entry.block) + 1];
+    const std::int32_t row = paired.RowOf(entry.block);
+    if (row < 0) continue;
+    ++sorted.first[static_cast<std::size_t>(row) + 1];
+    ++num_entries;
   }
   for (std::size_t b = 0; b < num_blocks; ++b) {
     sorted.first[b + 1] += sorted.first[b];
   }
-  sorted.list.resize(rows.entries.size());
+  sorted.list.resize(num_entries);
   std::vector<std::size_t> next(sorted.first.begin(), sorted.first.end() - 1);
   for (std::size_t u = 0; u < rows.units.size(); ++u) {
     const RowUnit& unit = rows.units[u];
     for (std::size_t e = 0; e < static_cast<std::size_t>(unit.num_entries); ++e) {
       const std::size_t index = unit.first_entry + e;
-      sorted.list[next[static_cast<std::size_t>(rows.entries[index].block)]++] = {
-          static_cast<std::uint32_t>(u), static_cast<std::uint32_t>(index)};
+      const std::int32_t row = paired.RowOf(rows.entries[index].block);
+      if (row < 0) continue;
+      sorted.list[next[static_cast<std::size_t>(row)]++] = {static_cast<std::uint32_t>(u),
+                                                            static_cast<std::uint32_t>(index)};
     }
   }
   return sorted;
@@ -93,12 +100,81 @@ Eigen::Matrix3d ScaleWithout(
 
 }  // namespace
 
-SparseGram::SparseGram(const ParameterSet& set)
-    : set_(&set), rows_(set.NumBlocks()), noise_(set.NumBlocks()) {
-  for (std::size_t b = 0; b < rows_.size(); ++b) {
-    const auto block = static_cast<std::int32_t>(b);
-    Append(block, static_cast<std::size_t>(set.BlockSize(block)) * kStride, rows_[b]);
+PairedBlocks::PairedBlocks(const ParameterSet& set)
+    : num_blocks_(set.NumBlocks()),
+      num_scalars_(set.NumScalars()),
+      num_all_scalars_(set.NumScalars()) {
+  const auto is_texels = [](const renderer::ParameterGroup& group) {
+    return group.kind == renderer::ParameterKind::kTextureTexels;
+  };
+  std::int64_t num_texels = 0;
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    num_texels += is_texels(group) ? group.num_blocks : 0;
   }
+  if (num_texels <= kMaxPairedTexels) return;
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    if (!is_texels(group)) continue;
+    const auto num_blocks = static_cast<std::size_t>(group.num_blocks);
+    const auto first = static_cast<std::size_t>(group.first_scalar);
+    const std::size_t num_scalars = num_blocks * static_cast<std::size_t>(group.block_size);
+    spread_.push_back(
+        {group.first_block, group.first_block + group.num_blocks, first, first + num_scalars});
+    num_blocks_ -= num_blocks;
+    num_scalars_ -= num_scalars;
+  }
+}
+
+std::size_t PairedBlocks::NumSpreadScalars() const { return num_all_scalars_ - num_scalars_; }
+
+std::int32_t PairedBlocks::BlockOf(std::size_t row) const {
+  auto block = static_cast<std::int32_t>(row);
+  for (const Spread& spread : spread_) {
+    if (block < spread.first_block) break;
+    block += spread.end_block - spread.first_block;
+  }
+  return block;
+}
+
+std::vector<double> PairedBlocks::Shorten(const std::vector<double>& full) const {
+  std::vector<double> values;
+  values.reserve(num_scalars_);
+  ForPaired([&](std::size_t first, std::size_t end) {
+    values.insert(values.end(),
+                  full.begin() + static_cast<std::ptrdiff_t>(first),
+                  full.begin() + static_cast<std::ptrdiff_t>(end));
+  });
+  return values;
+}
+
+SparseGram::SparseGram(const ParameterSet& set)
+    : set_(&set),
+      paired_(set),
+      rows_(paired_.NumBlocks()),
+      spread_diagonal_(paired_.NumSpreadScalars() > 0 ? set.NumScalars() : 0) {
+  sizes_.reserve(rows_.size());
+  offsets_.reserve(rows_.size());
+  std::size_t offset = 0;
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    const int size = set.BlockSize(paired_.BlockOf(row));
+    sizes_.push_back(static_cast<std::uint8_t>(size));
+    offsets_.push_back(offset);
+    offset += static_cast<std::size_t>(size);
+  }
+}
+
+SparseGram::Row& SparseGram::Begun(std::size_t row) {
+  Row& begun = rows_[row];
+  if (begun.columns.empty()) {
+    Append(static_cast<std::int32_t>(row), sizes_[row] * kStride, begun);
+  }
+  return begun;
+}
+
+std::span<const double> SparseGram::Diagonal(std::size_t row) const {
+  static constexpr std::array<double, kStride * kStride> kUnseen{};
+  const std::span<const double> cells =
+      rows_[row].cells.empty() ? std::span<const double>(kUnseen) : rows_[row].cells;
+  return cells.first(sizes_[row] * kStride);
 }
 
 std::size_t SparseGram::Append(std::int32_t column, std::size_t num_cells, Row& row) {
@@ -114,8 +190,52 @@ std::size_t SparseGram::Append(std::int32_t column, std::size_t num_cells, Row& 
   return position;
 }
 
+double SparseGram::WeightOf(const PixelRows& rows, const RowUnit& unit) const {
+  if (spread_diagonal_.empty()) {
+    return 1.0;
+  }
+  bool any_spread = false, any_paired = false;
+  for (std::int32_t e = 0; e < unit.num_entries; ++e) {
+    const RowEntry& entry = rows.entries[unit.first_entry + static_cast<std::size_t>(e)];
+    (paired_.RowOf(entry.block) < 0 ? any_spread : any_paired) = true;
+  }
+  return any_spread && any_paired ? 2.0 : 1.0;
+}
+
+void SparseGram::Spread(const PixelRows& rows) {
+  if (spread_diagonal_.empty()) {
+    return;
+  }
+  for (const RowUnit& unit : rows.units) {
+    const double weight = WeightOf(rows, unit);
+    const auto num_rows = static_cast<std::size_t>(unit.NumRows());
+    const auto for_entries = [&](const auto& body) {
+      for (std::int32_t e = 0; e < unit.num_entries; ++e) {
+        const RowEntry& entry = rows.entries[unit.first_entry + static_cast<std::size_t>(e)];
+        if (paired_.RowOf(entry.block) < 0) {
+          body(entry, static_cast<std::size_t>(set_->BlockSize(entry.block)));
+        }
+      }
+    };
+    std::array<double, 3> sums{};  // by row
+    for_entries([&](const RowEntry& entry, std::size_t size) {
+      for (std::size_t k = 0; k < num_rows * size; ++k) {
+        sums[k / size] += std::abs(static_cast<double>(entry.jacobian[k]));
+      }
+    });
+    for_entries([&](const RowEntry& entry, std::size_t size) {
+      double* diagonal = spread_diagonal_.data() + set_->BlockOffset(entry.block);
+      for (std::size_t k = 0; k < num_rows * size; ++k) {
+        diagonal[k % size] +=
+            weight * std::abs(static_cast<double>(entry.jacobian[k])) * sums[k / size];
+      }
+    });
+  }
+}
+
 void SparseGram::Add(const PixelRows& rows) {
-  const Incidences sorted = SortByBlock(rows, rows_.size());
+  Spread(rows);
+  const Incidences sorted = SortByBlock(rows, paired_);
   renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
     std::vector<std::int32_t> position(rows_.size(), -1);  // of a column in the row
     const ChunkRange range = RangeOf(chunk, rows_.size());
@@ -123,9 +243,12 @@ void SparseGram::Add(const PixelRows& rows) {
       if (sorted.first[b] == sorted.first[b + 1]) {
         continue;
       }
-      Row& row = rows_[b];
-      const auto size = static_cast<std::size_t>(set_->BlockSize(static_cast<std::int32_t>(b)));
+      Row& row = Begun(b);
+      const std::size_t size = sizes_[b];
       const std::size_t num_cells = size * kStride;
+      if (!rows.spreads.empty() && row.noise == nullptr) {
+        row.noise = std::make_unique<Noise>();
+      }
       for (std::size_t k = 0; k < row.columns.size(); ++k) {
         position[static_cast<std::size_t>(row.columns[k])] = static_cast<std::int32_t>(k);
       }
@@ -134,17 +257,18 @@ void SparseGram::Add(const PixelRows& rows) {
         const auto num_rows = static_cast<std::size_t>(unit.NumRows());
         const RowEntry& own = rows.entries[sorted.list[i].entry];
         const std::size_t end = unit.first_entry + static_cast<std::size_t>(unit.num_entries);
+        const double weight = WeightOf(rows, unit);
         if (!rows.spreads.empty()) {
           const EntrySpread& spread = rows.spreads[sorted.list[i].entry];
           for (std::size_t p = 0; p < size; ++p) {
             const auto of_gradient = static_cast<double>(spread.gradient[p]);
-            noise_[b].gradient[p] += of_gradient * of_gradient;
+            row.noise->gradient[p] += of_gradient * of_gradient;
           }
           for (std::size_t r = 0; r < num_rows; ++r) {
             for (std::size_t p = 0; p < size; ++p) {
               for (std::size_t q = 0; q < size; ++q) {
-                noise_[b].square[p * kStride + q] +=
-                    static_cast<double>(spread.jacobian[r * size + p]) *
+                row.noise->square[p * kStride + q] +=
+                    weight * static_cast<double>(spread.jacobian[r * size + p]) *
                     static_cast<double>(spread.jacobian[r * size + q]);
               }
             }
@@ -152,15 +276,19 @@ void SparseGram::Add(const PixelRows& rows) {
         }
         for (std::size_t e = sorted.list[i].entry; e < end; ++e) {
           const RowEntry& other = rows.entries[e];
-          auto& place = position[static_cast<std::size_t>(other.block)];
+          const std::int32_t column = paired_.RowOf(other.block);
+          if (column < 0) {
+            continue;
+          }
+          auto& place = position[static_cast<std::size_t>(column)];
           if (place < 0) {
-            place = static_cast<std::int32_t>(Append(other.block, num_cells, row));
+            place = static_cast<std::int32_t>(Append(column, num_cells, row));
           }
           double* cells = row.cells.data() + static_cast<std::size_t>(place) * num_cells;
           const auto width = static_cast<std::size_t>(set_->BlockSize(other.block));
           for (std::size_t r = 0; r < num_rows; ++r) {
             for (std::size_t p = 0; p < size; ++p) {
-              const auto left = static_cast<double>(own.jacobian[r * size + p]);
+              const double left = weight * static_cast<double>(own.jacobian[r * size + p]);
               if (left == 0.0) {
                 continue;  // colours and lights act on a channel each
               }
@@ -179,54 +307,81 @@ void SparseGram::Add(const PixelRows& rows) {
 }
 
 void SparseGram::Deflate(const std::vector<double>& gradient) {
-  std::vector<Eigen::Matrix3d> scales(rows_.size());
-  renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
-    const ChunkRange range = RangeOf(chunk, rows_.size());
-    for (std::size_t b = range.first; b < range.end; ++b) {
-      const auto block = static_cast<std::int32_t>(b);
-      const auto size = static_cast<std::size_t>(set_->BlockSize(block));
-      double squares = 0.0;  // of the gradient in its standard deviations
-      for (std::size_t p = 0; p < size; ++p) {
-        const double g = gradient[set_->BlockOffset(block) + p];
-        squares += g == 0.0 ? 0.0 : g * g / noise_[b].gradient[p];
-      }
-      // As means are shrunk by their noise [James and Stein 1961].
-      const double share = std::max(0.0, 1.0 - static_cast<double>(size) / squares);
-      scales[b] =
-          ScaleWithout(share, noise_[b].square, rows_[b].cells, static_cast<Eigen::Index>(size));
-    }
-  });
+  const std::vector<double> paired_gradient =
+      gradient.empty() ? std::vector<double>() : paired_.Shorten(gradient);
+  // What a block is scaled by takes the place of its noise.
   renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
     const ChunkRange range = RangeOf(chunk, rows_.size());
     for (std::size_t b = range.first; b < range.end; ++b) {
       Row& row = rows_[b];
-      const auto size = static_cast<Eigen::Index>(set_->BlockSize(static_cast<std::int32_t>(b)));
+      if (row.noise == nullptr) {
+        continue;
+      }
+      const std::size_t size = sizes_[b];
+      double squares = 0.0;  // of the gradient in its standard deviations
+      for (std::size_t p = 0; p < size && !gradient.empty(); ++p) {
+        const double g = paired_gradient[offsets_[b] + p];
+        squares += g == 0.0 ? 0.0 : g * g / row.noise->gradient[p];
+      }
+      // As means are shrunk by their noise [James and Stein 1961].
+      const double share =
+          gradient.empty() ? 1.0 : std::max(0.0, 1.0 - static_cast<double>(size) / squares);
+      Eigen::Map<Eigen::Matrix3d>(row.noise->square.data()) =
+          ScaleWithout(share, row.noise->square, row.cells, static_cast<Eigen::Index>(size));
+    }
+  });
+  renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
+    const ChunkRange range = RangeOf(chunk, rows_.size());
+    const auto scale_of = [&](std::size_t row) {
+      const auto& noise = rows_[row].noise;
+      return noise == nullptr ? Eigen::Matrix3d::Identity().eval()
+                              : Eigen::Map<const Eigen::Matrix3d>(noise->square.data()).eval();
+    };
+    for (std::size_t b = range.first; b < range.end; ++b) {
+      Row& row = rows_[b];
+      const Eigen::Index size{sizes_[b]};
+      const Eigen::Matrix3d left = scale_of(b);
       for (std::size_t k = 0; k < row.columns.size(); ++k) {
-        const auto width = static_cast<Eigen::Index>(set_->BlockSize(row.columns[k]));
+        const auto column = static_cast<std::size_t>(row.columns[k]);
+        const Eigen::Index width{sizes_[column]};
         CellMap cell(row.cells.data() + k * static_cast<std::size_t>(size) * kStride,
                      size,
                      width,
                      Eigen::OuterStride<>(kStride));
-        const auto& right = scales[static_cast<std::size_t>(row.columns[k])];
-        cell = (scales[b].topLeftCorner(size, size) * cell *
-                right.topLeftCorner(width, width).transpose())
+        cell = (left.topLeftCorner(size, size) * cell *
+                scale_of(column).topLeftCorner(width, width).transpose())
                    .eval();
       }
     }
   });
+  for (Row& row : rows_) {
+    row.noise.reset();
+  }
 }
 
 void SparseGram::Add(std::int32_t row_block,
                      std::int32_t column_block,
                      std::span<const double> product) {
   PATHFIT_DCHECK(row_block <= column_block);
-  Row& row = rows_[static_cast<std::size_t>(row_block)];
   const auto size = static_cast<std::size_t>(set_->BlockSize(row_block));
   const auto width = static_cast<std::size_t>(set_->BlockSize(column_block));
-  const auto found = std::ranges::find(row.columns, column_block);
+  const std::int32_t at = paired_.RowOf(row_block), column = paired_.RowOf(column_block);
+  if (at < 0 || column < 0) {
+    // Dominant diagonals. Priors are of one kind of blocks each.
+    PATHFIT_DCHECK(at < 0 && column < 0);
+    double* of_row = spread_diagonal_.data() + set_->BlockOffset(row_block);
+    double* of_column = spread_diagonal_.data() + set_->BlockOffset(column_block);
+    for (std::size_t k = 0; k < size * width; ++k) {
+      of_row[k / width] += std::abs(product[k]);
+      of_column[k % width] += row_block == column_block ? 0.0 : std::abs(product[k]);
+    }
+    return;
+  }
+  Row& row = Begun(static_cast<std::size_t>(at));
+  const auto found = std::ranges::find(row.columns, column);
   const std::size_t place = found != row.columns.end()
                                 ? static_cast<std::size_t>(found - row.columns.begin())
-                                : Append(column_block, size * kStride, row);
+                                : Append(column, size * kStride, row);
   double* cells = row.cells.data() + place * size * kStride;
   for (std::size_t p = 0; p < size; ++p) {
     for (std::size_t q = 0; q < width; ++q) {
@@ -242,14 +397,14 @@ void SparseGram::Multiply(const std::vector<double>& x, std::vector<double>& y) 
     part.assign(x.size(), 0.0);
     const ChunkRange range = RangeOf(chunk, rows_.size());
     for (std::size_t b = range.first; b < range.end; ++b) {
-      const auto block = static_cast<std::int32_t>(b);
-      const auto size = static_cast<std::size_t>(set_->BlockSize(block));
-      const std::size_t offset = set_->BlockOffset(block);
+      const std::size_t size = sizes_[b];
+      const std::size_t offset = offsets_[b];
       const Row& row = rows_[b];
       for (std::size_t k = 0; k < row.columns.size(); ++k) {
         const double* cells = row.cells.data() + k * size * kStride;
-        const auto width = static_cast<std::size_t>(set_->BlockSize(row.columns[k]));
-        const std::size_t other = set_->BlockOffset(row.columns[k]);
+        const auto column = static_cast<std::size_t>(row.columns[k]);
+        const std::size_t width = sizes_[column];
+        const std::size_t other = offsets_[column];
         for (std::size_t p = 0; p < size; ++p) {
           for (std::size_t q = 0; q < width; ++q) {
             const double cell = cells[p * kStride + q];
@@ -279,11 +434,19 @@ std::size_t SparseGram::NumSeen() const {
 }
 
 std::size_t SparseGram::MemoryBytes() const {
-  std::size_t bytes = rows_.capacity() * sizeof(Row) + noise_.capacity() * sizeof(noise_[0]);
+  std::size_t bytes = 0;
   for (const Row& row : rows_) {
-    bytes += row.columns.capacity() * sizeof(std::int32_t) + row.cells.capacity() * sizeof(double);
+    bytes += row.columns.capacity() * sizeof(std::int32_t) + row.cells.capacity() * sizeof(double) +
+             (row.noise == nullptr ? 0 : sizeof(Noise));
   }
   return bytes;
+}
+
+std::size_t SparseGram::BytesOfEmpty(const ParameterSet& set) {
+  const PairedBlocks paired(set);
+  const std::size_t spread = paired.NumSpreadScalars() > 0 ? set.NumScalars() : 0;
+  return paired.NumBlocks() * (sizeof(Row) + sizeof(sizes_[0]) + sizeof(offsets_[0])) +
+         spread * sizeof(spread_diagonal_[0]);
 }
 
 }  // namespace pathfit::optim

@@ -18,6 +18,7 @@
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/mesh_levels.h"
 #include "optim/round/persistence.h"
+#include "optim/round/recorded_errors.h"
 #include "optim/round/round_policy.h"
 #include "optim/round/round_runner.h"
 #include "optim/round/surface_levels.h"
@@ -306,6 +307,25 @@ class FitDriver {
     return SameShapes(state_.level_scene, state_.scene) ? state_.level_scene : state_.scene;
   }
 
+  [[nodiscard]] StageContext ContextOf(const StageSpec& stage,
+                                       double scale,
+                                       const FitViews& views,
+                                       const Model& model) {
+    return {
+        spec_,
+        state_.stage,
+        views,
+        model.set,
+        exposure_,
+        start_,
+        model.priors,
+        fits_exposure_,
+        scale,
+        SampleFactor(
+            stage, scale, views.num_channels / 3.0, MovesSomething(model.set), IsFew(model.set)),
+        division_};
+  }
+
   /// False when the time limit ended it.
   bool RunLevel(const StageSpec& stage, const std::vector<double>& scales) {
     const double scale = scales[static_cast<std::size_t>(state_.level)];
@@ -317,21 +337,8 @@ class FitDriver {
         observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
         return true;
       }
-      end = RunRounds(
-          {spec_,
-           state_.stage,
-           views,
-           model.set,
-           exposure_,
-           start_,
-           model.priors,
-           fits_exposure_,
-           scale,
-           SampleFactor(
-               stage, scale, views.num_channels / 3.0, MovesSomething(model.set), IsFew(model.set)),
-           division_},
-          stage,
-          static_cast<int>(scales.size()));
+      end =
+          RunRounds(ContextOf(stage, scale, views, model), stage, static_cast<int>(scales.size()));
     }
     return end == RoundsEnd::kDone;
   }
@@ -365,6 +372,14 @@ class FitDriver {
     report.folded_edges = folds.folded_edges;
     report.crossing_triangles = folds.crossing_triangles;
     ShareState();
+    if (in_time && state_.accepted > 0) {
+      const auto source = evaluation_.MakeSource(state_.scene, model.set.layout(), views);
+      RecordErrorsOfMany(ContextOf(stage, stage.image_scale, views, model),
+                         *source,
+                         state_,
+                         state_.standard_errors);
+      ShareState();
+    }
     const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
     Report(std::move(report),
            last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp);
@@ -443,7 +458,7 @@ class FitDriver {
     std::vector<double> theta = model.set.ThetaFromValues(model.set.layout().Gather(state_.scene));
     std::vector<bool> free(n);
     for (std::size_t i = 0; i < n; ++i) {
-      free[i] = theta[i] > model.set.lower()[i] && theta[i] < model.set.upper()[i];
+      free[i] = theta[i] > model.set.Lower(i) && theta[i] < model.set.Upper(i);
     }
     const std::vector<double> step = StepToMinimum(state_.model,
                                                    theta,
@@ -455,7 +470,7 @@ class FitDriver {
     }
     for (std::size_t i = 0; i < n; ++i) {
       theta[i] += step[i];
-      if (theta[i] < model.set.lower()[i] || theta[i] > model.set.upper()[i]) {
+      if (theta[i] < model.set.Lower(i) || theta[i] > model.set.Upper(i)) {
         return;
       }
     }

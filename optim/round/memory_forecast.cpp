@@ -23,7 +23,7 @@ namespace pathfit::optim {
 namespace {
 
 constexpr std::size_t kNumSampled = 8;  // views that are linearised
-constexpr double kSceneCopies = 4.0;    // states, their average, and what is shown
+constexpr double kSceneCopies = 4.0;    // states, their averages, and what is rendered
 
 /// Evenly over all that are fitted, and the first half of them as well.
 std::vector<int> SampleViews(const std::vector<int>& fitted) {
@@ -93,6 +93,15 @@ double SecondsOf(Function function) {
   const auto start = renderer::Clock::now();
   function();
   return renderer::SecondsSince(start);
+}
+
+/// Of a scene that shares nothing else with others.
+double BytesOfValues(const renderer::ParameterLayout& layout) {
+  double bytes = 0.0;
+  for (const renderer::ParameterGroup& group : layout.groups()) {
+    bytes += static_cast<double>(group.num_blocks) * sizeof(renderer::Rgb);
+  }
+  return bytes;
 }
 
 /// From two numbers of samples. `samples_of` makes those of a round.
@@ -190,10 +199,8 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   renderer::ReturnFreedMemory();
   const double before = renderer::ProcessMemory("VmRSS:");
   SceneImageSource source(refined, set.layout(), cameras, spec.estimators, nullptr);
-  const double with_source = renderer::ProcessMemory("VmRSS:");
-  const std::vector<renderer::Scene> copies(1, refined);
   const double scene_bytes =
-      kSceneCopies * (renderer::ProcessMemory("VmRSS:") - with_source) + with_source - before;
+      renderer::ProcessMemory("VmRSS:") - before + kSceneCopies * BytesOfValues(set.layout());
   ImageProblemOptions options;
   options.loss = spec.loss;
   options.linear_solver = spec.linear_solver;
@@ -213,10 +220,16 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   if (!HasAllBudgets(stage_spec.samples) && set.layout().AnyKind(renderer::MovesGeometry)) {
     options.num_measured = std::min(kMeasuredViews, views.fitted.size());
   }
-  ImageProblem problem(source, views, set, options);
-  problem.Linearize(set.layout().Gather(refined));
-  ProblemSize size = SizeOfAll(problem.sizes(), fitted.size(), set.NumBlocks());
   const std::vector<double> values = set.layout().Gather(refined);
+  bool uses_gram = false, uses_sparse_gram = false;
+  ProblemSize size;
+  {
+    ImageProblem problem(source, views, set, options);
+    problem.Linearize(values);
+    uses_gram = problem.UsesGram();
+    uses_sparse_gram = problem.UsesSparseGram();
+    size = SizeOfAll(problem.sizes(), fitted.size(), set.NumBlocks());
+  }
   for (const auto& terms :
        {BuildPriorTerms(scene, refined, spec.unknowns, set, exposure, views.num_channels),
         BuildProximalTerms(refined, spec.unknowns, set, values, 1.0)}) {
@@ -234,14 +247,14 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     }
     size.images_bytes += observations.views[i].validation
                              ? static_cast<double>(level.MemoryBytes())
-                             : ImageProblem::BytesOfView(level, problem.UsesGram());
+                             : ImageProblem::BytesOfView(level, uses_gram);
   }
 
   StageMemory memory;
   memory.num_scalars = size.num_scalars;
-  memory.jacobian_bytes = JacobianBytes(size, problem.UsesGram());
-  if (problem.UsesGram() || problem.UsesSparseGram()) {
-    memory.solver = problem.UsesGram() ? LinearSolverKind::kGram : LinearSolverKind::kSparseGram;
+  memory.jacobian_bytes = JacobianBytes(size, uses_gram);
+  if (uses_gram || uses_sparse_gram) {
+    memory.solver = uses_gram ? LinearSolverKind::kGram : LinearSolverKind::kSparseGram;
     CheckFits(size, memory.solver, spec.max_memory_bytes);
   } else {
     memory.solver = SolverOfRows(spec.linear_solver, size, spec.max_memory_bytes);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -18,6 +17,7 @@
 #include "optim/round/color_gauge.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
+#include "optim/round/recorded_errors.h"
 #include "optim/round/round_policy.h"
 #include "optim/solver/trust_region_solver.h"
 #include "renderer/core/clock.h"
@@ -30,8 +30,6 @@ namespace {
 // the error by photos and beliefs, are not worth more samples.
 constexpr double kPrecision = 2e-3;
 constexpr double kShareOfOthers = 0.5;
-// Errors that leave a number anywhere between its bounds, in their standard deviation.
-constexpr double kAnywhere = 0.95;
 // A step pays that lowers the cost by this share, if the cost is not noise itself.
 constexpr double kPayingStep = 0.03;
 constexpr double kHidingNoise = 0.5;
@@ -198,54 +196,6 @@ bool ArePrecise(const StandardErrors& errors,
   return true;
 }
 
-/// In units of the unknowns, by group.
-void RecordErrors(const ParameterSet& set,
-                  const std::vector<double>& theta,
-                  const StandardErrors& errors,
-                  std::map<std::string, std::vector<double>>& recorded) {
-  const std::vector<double> values = set.ValuesFromTheta(theta);
-  for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    std::vector<double>& of_group = recorded[group.name];
-    of_group.clear();
-    const auto first = static_cast<std::size_t>(group.first_scalar);
-    const std::size_t size = group.NumScalars();
-    for (std::size_t i = first; i < first + size; ++i) {
-      const double told =
-          std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
-      const double of_theta = std::hypot(told, errors.of_ranges[i]);
-      const double between_bounds = (set.upper()[i] - set.lower()[i]) / std::sqrt(12.0);
-      // Without bounds of its own it lies as far away as those of others let it.
-      const bool is_led = std::isinf(between_bounds) && errors.of_ranges[i] > told;
-      if (is_led || of_theta >= kAnywhere * between_bounds) {
-        of_group.push_back(std::numeric_limits<double>::infinity());
-        continue;
-      }
-      // By differences, since what a scalar stands for may depend on another one (cones).
-      const double step = 1e-4 * std::max(1.0, std::abs(theta[i]));
-      std::vector<double> moved = theta;
-      moved[i] += step;
-      const double slope = std::abs(set.ValuesFromTheta(moved)[i] - values[i]) / step;
-      of_group.push_back(slope * of_theta);
-    }
-  }
-}
-
-/// Of many unknowns no errors are known, but what no pixel depends on.
-void RecordUnseen(const ParameterSet& set,
-                  const std::vector<double>& diagonal,
-                  std::map<std::string, std::vector<double>>& recorded) {
-  for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    std::vector<double>& of_group = recorded[group.name];
-    of_group.clear();
-    const auto first = static_cast<std::size_t>(group.first_scalar);
-    const std::size_t size = group.NumScalars();
-    for (std::size_t i = first; i < first + size; ++i) {
-      of_group.push_back(diagonal[i] > 0.0 ? std::numeric_limits<double>::quiet_NaN()
-                                           : std::numeric_limits<double>::infinity());
-    }
-  }
-}
-
 /// What the model says of the step just taken and of the point it leads to.
 void Judge(const StageContext& context,
            const std::vector<double>& before,
@@ -261,9 +211,9 @@ void Judge(const StageContext& context,
   // The first steps of a noisy round are within their error, however far they lead.
   const bool is_within = outcome.accepted && explained && motion < kStillPixels;
   state.within_error = is_within ? state.within_error + 1 : 0;
-  std::vector<double> ranges = context.set.upper();
+  std::vector<double> ranges(context.set.NumScalars());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
-    ranges[i] -= context.set.lower()[i];
+    ranges[i] = context.set.Upper(i) - context.set.Lower(i);
   }
   const StandardErrors errors =
       EstimateErrors(model,
@@ -289,10 +239,7 @@ RoundReport BeginReport(const StageContext& context, const FitState& state) {
   report.round = state.round + 1;
   report.max_rounds = stage.max_rounds;
   report.image_scale = context.image_scale;
-  report.samples = BudgetOfRound(stage.samples,
-                                 SamplesOfRound(stage, state.growths, context.sample_factor),
-                                 state.split,
-                                 context.spec.estimators);
+  report.samples = BudgetOfRound(context, state);
   return report;
 }
 
@@ -422,6 +369,14 @@ void Learn(const StageContext& context,
 }
 
 }  // namespace
+
+renderer::SampleBudget BudgetOfRound(const StageContext& context, const FitState& state) {
+  const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
+  return BudgetOfRound(stage.samples,
+                       SamplesOfRound(stage, state.growths, context.sample_factor),
+                       state.split,
+                       context.spec.estimators);
+}
 
 RoundReport RunRound(const StageContext& context, ImageSource& source, FitState& state) {
   RoundReport report = BeginReport(context, state);

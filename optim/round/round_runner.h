@@ -25,6 +25,9 @@ struct StageContext {
   Division& division;          ///< of views
 };
 
+/// Samples of the next round.
+renderer::SampleBudget BudgetOfRound(const StageContext& context, const FitState& state);
+
 /// One round: fresh samples, a linearisation of every fitted view, one accepted step (or none), the
 /// gauge. Moves state.scene, the step control, averages and histories. `source` must show
 /// state.scene, and does again afterwards. The report's costs and PSNR are of the round's start

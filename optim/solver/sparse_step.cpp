@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 #include <span>
 
@@ -13,6 +15,7 @@
 #include "optim/solver/step_bounds.h"
 #include "renderer/core/clock.h"
 #include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
 namespace {
@@ -21,6 +24,12 @@ namespace {
 constexpr double kLeastDamping = 1e-6;  // of a scaled diagonal, over the radius
 constexpr double kLargestDamping = 1e32;
 constexpr double kLeastRelativeDecrease = 1e-3;
+
+// Of standard errors, which weakly told directions make: solved further than steps.
+constexpr double kEtaOfErrors = 1e-3;
+constexpr int kMaxIterationsOfErrors = 1000;
+constexpr double kSmallestShare = 1e-9;      // of the diagonal: keeps the matrix positive
+constexpr std::uint64_t kPriorDrawSeed = 1;  // there is no other draw of priors
 
 using Vector = std::vector<double>;
 
@@ -35,32 +44,31 @@ void AddScaled(double factor, const Vector& b, Vector& a) {
   }
 }
 
-/// Inverses of the damped blocks on the diagonal.
+/// Inverses of the damped blocks on the diagonal, for short vectors.
 class BlockJacobi {
  public:
-  BlockJacobi(const SparseGram& matrix, const ParameterSet& set, const Vector& damping)
-      : set_(set) {
-    for (std::size_t b = 0; b < set.NumBlocks(); ++b) {
-      const auto block = static_cast<std::int32_t>(b);
-      const int size = set.BlockSize(block);
-      const auto cells = matrix.Diagonal(block);
+  BlockJacobi(const SparseGram& matrix, const Vector& damping) {
+    std::size_t offset = 0;
+    for (std::size_t b = 0; b < matrix.paired().NumBlocks(); ++b) {
+      const auto cells = matrix.Diagonal(b);
+      const std::size_t size = cells.size() / SparseGram::kStride;
       Eigen::Matrix3d full = Eigen::Matrix3d::Identity();
-      for (int p = 0; p < size; ++p) {
-        for (int q = 0; q < size; ++q) {
-          full(p, q) = cells[static_cast<std::size_t>(p) * SparseGram::kStride +
-                             static_cast<std::size_t>(q)];
+      for (std::size_t p = 0; p < size; ++p) {
+        for (std::size_t q = 0; q < size; ++q) {
+          full(static_cast<int>(p), static_cast<int>(q)) = cells[p * SparseGram::kStride + q];
         }
-        full(p, p) += damping[set.BlockOffset(block) + static_cast<std::size_t>(p)];
+        full(static_cast<int>(p), static_cast<int>(p)) += damping[offset + p];
       }
       inverses_.push_back(full.inverse());
+      sizes_.push_back(static_cast<std::uint8_t>(size));
+      offset += size;
     }
   }
 
   void Apply(const Vector& x, Vector& y) const {
-    for (std::size_t b = 0; b < inverses_.size(); ++b) {
-      const auto block = static_cast<std::int32_t>(b);
-      const std::size_t offset = set_.BlockOffset(block);
-      const auto size = static_cast<std::size_t>(set_.BlockSize(block));
+    std::size_t offset = 0;
+    for (std::size_t b = 0; b < inverses_.size(); offset += sizes_[b++]) {
+      const std::size_t size = sizes_[b];
       for (std::size_t p = 0; p < size; ++p) {
         double sum = 0.0;
         for (std::size_t q = 0; q < size; ++q) {
@@ -72,26 +80,26 @@ class BlockJacobi {
   }
 
  private:
-  const ParameterSet& set_;
   std::vector<Eigen::Matrix3d> inverses_;
+  std::vector<std::uint8_t> sizes_;
 };
 
-/// The step that (matrix + damping) step = -gradient, until an iteration adds less than the share
-/// `eta` of the mean iteration's decrease [Nash and Sofer 1990]. False where the matrix is not
-/// positive.
+/// The short step that (matrix + damping) step = -gradient, until an iteration adds less than the
+/// share `eta` of the mean iteration's decrease [Nash and Sofer 1990], in `most` iterations. False
+/// where the matrix is not positive.
 bool SolveByConjugateGradients(const SparseGram& matrix,
-                               const ParameterSet& set,
                                const Vector& damping,
                                const Vector& gradient,
                                double eta,
+                               int most,
                                Vector& step) {
   const std::size_t n = gradient.size();
-  const BlockJacobi preconditioner(matrix, set, damping);
+  const BlockJacobi preconditioner(matrix, damping);
   Vector residual(n), direction(n), product(n), preconditioned(n);
   std::ranges::transform(gradient, residual.begin(), std::negate<>());
   step.assign(n, 0.0);
   double rho = 1.0, decrease = 0.0;
-  for (int i = 1; i <= kMaxConjugateSteps; ++i) {
+  for (int i = 1; i <= most; ++i) {
     preconditioner.Apply(residual, preconditioned);
     const double last_rho = rho;
     rho = Dot(residual, preconditioned);
@@ -139,9 +147,7 @@ class SparseRound {
         theta_(theta),
         options_(options),
         matrix_(problem.TakeSparseGram()),
-        gradient_(problem.sums().gradient),
-        bounds_(set_, theta),
-        damping_(theta.size()) {}
+        gradient_(problem.TakeGradient()) {}
 
   SolveOutcome Solve() {
     const auto start = renderer::Clock::now();
@@ -200,23 +206,46 @@ class SparseRound {
   /// Into step_; returns by how much the quadratic model falls, which is not positive if there is
   /// none.
   double FindStep(double radius) {
-    for (std::size_t b = 0; b < set_.NumBlocks(); ++b) {
-      const auto block = static_cast<std::int32_t>(b);
-      const auto cells = matrix_.Diagonal(block);
-      for (std::size_t p = 0; p < static_cast<std::size_t>(set_.BlockSize(block)); ++p) {
-        const double square = cells[p * SparseGram::kStride + p];
-        const double scale = 1.0 / (1.0 + std::sqrt(square));
-        damping_[set_.BlockOffset(block) + p] =
-            std::clamp(square * scale * scale, kLeastDamping, kLargestDamping) /
-            (radius * scale * scale);
+    const PairedBlocks& paired = matrix_.paired();
+    Vector damping, gradient = paired.Shorten(gradient_), step;
+    damping.reserve(paired.NumScalars());
+    for (std::size_t b = 0; b < paired.NumBlocks(); ++b) {
+      const auto cells = matrix_.Diagonal(b);
+      for (std::size_t p = 0; p * SparseGram::kStride < cells.size(); ++p) {
+        damping.push_back(Damping(cells[p * SparseGram::kStride + p], radius));
       }
     }
-    if (!SolveByConjugateGradients(matrix_, set_, damping_, gradient_, options_.eta, step_)) {
+    if (paired.NumScalars() > 0 &&
+        !SolveByConjugateGradients(
+            matrix_, damping, gradient, options_.eta, kMaxConjugateSteps, step)) {
       return 0.0;
     }
     Vector product;
-    matrix_.Multiply(step_, product);
-    return -Dot(gradient_, step_) - 0.5 * Dot(step_, product);
+    matrix_.Multiply(step, product);
+    double linear = Dot(gradient, step), square = Dot(step, product);
+    step_.assign(gradient_.size(), 0.0);
+    auto next = step.begin();
+    paired.ForPaired([&](std::size_t first, std::size_t end) {
+      const auto count = static_cast<std::ptrdiff_t>(end - first);
+      std::copy_n(next, count, step_.begin() + static_cast<std::ptrdiff_t>(first));
+      next += count;
+    });
+    paired.ForSpread([&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) {
+        const double diagonal = matrix_.spread_diagonal()[i];
+        step_[i] = -gradient_[i] / (diagonal + Damping(diagonal, radius));
+        linear += gradient_[i] * step_[i];
+        square += diagonal * step_[i] * step_[i];
+      }
+    });
+    return -linear - 0.5 * square;
+  }
+
+  /// What is added to a cell of the diagonal.
+  static double Damping(double square, double radius) {
+    const double scale = 1.0 / (1.0 + std::sqrt(square));
+    return std::clamp(square * scale * scale, kLeastDamping, kLargestDamping) /
+           (radius * scale * scale);
   }
 
   /// The fall of the cost by the step within the bounds, and the point that was rendered; negative
@@ -224,7 +253,8 @@ class SparseRound {
   double Try(double cost, Vector& trial) {
     trial = theta_;
     for (std::size_t i = 0; i < trial.size(); ++i) {
-      trial[i] = std::clamp(trial[i] + step_[i], bounds_.lower[i], bounds_.upper[i]);
+      const auto [lower, upper] = BoundsOfStep(set_, theta_, i);
+      trial[i] = std::clamp(trial[i] + step_[i], lower, upper);
     }
     const auto start = renderer::Clock::now();
     double decrease = -1.0;
@@ -253,8 +283,7 @@ class SparseRound {
   const SolveOptions& options_;
   SparseGram matrix_;
   Vector gradient_;
-  StepBounds bounds_;
-  Vector damping_, step_;
+  Vector step_;
   double render_s_ = 0.0;
 };
 
@@ -266,6 +295,53 @@ SolveOutcome SolveSparseRound(ImageProblem& problem,
                               const std::vector<double>& theta,
                               const SolveOptions& options) {
   return SparseRound(problem, priors, proximal, theta, options).Solve();
+}
+
+StandardErrors EstimateErrorsOfMany(ImageProblem& problem,
+                                    const std::vector<PriorTerm>& priors,
+                                    const std::vector<double>& theta,
+                                    double residual) {
+  const ParameterSet& set = problem.set();
+  const std::size_t n = theta.size();
+  SparseGram matrix = problem.TakeSparseGram();
+  Vector gradient(n);
+  LinearizePriors(priors,
+                  set,
+                  theta,
+                  gradient,
+                  [&](std::int32_t row, std::int32_t column, std::span<const double> product) {
+                    if (row <= column) matrix.Add(row, column, product);
+                  });
+  std::vector<Vector> draws = problem.gradient_draws().draws();
+  DrawPriorGradients(priors, set, theta, residual, kPriorDrawSeed, draws);
+  Vector damping;
+  for (std::size_t b = 0; b < matrix.paired().NumBlocks(); ++b) {
+    const auto cells = matrix.Diagonal(b);
+    for (std::size_t p = 0; p * SparseGram::kStride < cells.size(); ++p) {
+      const double square = cells[p * SparseGram::kStride + p];
+      damping.push_back(square > 0.0 ? kSmallestShare * square : 1.0);
+    }
+  }
+  renderer::ParallelFor(static_cast<std::int64_t>(draws.size()), [&](std::int64_t k) {
+    Vector& draw = draws[static_cast<std::size_t>(k)];
+    Vector step;
+    if (!SolveByConjugateGradients(
+            matrix, damping, draw, kEtaOfErrors, kMaxIterationsOfErrors, step)) {
+      step.assign(n, std::numeric_limits<double>::quiet_NaN());
+    }
+    draw = std::move(step);
+  });
+  StandardErrors errors{Vector(n), Vector(n), Vector(n), Vector(n)};
+  for (std::size_t i = 0; i < n; ++i) {
+    for (const Vector& draw : draws) {
+      errors.of_photos[i] += draw[i] * draw[i] / static_cast<double>(draws.size());
+    }
+    errors.of_photos[i] = std::sqrt(errors.of_photos[i]);
+    if (problem.sums().diagonal[i] == 0.0) {
+      errors.of_ranges[i] = std::numeric_limits<double>::infinity();
+    }
+  }
+  return errors;
 }
 
 }  // namespace pathfit::optim

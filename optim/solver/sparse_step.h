@@ -15,4 +15,16 @@ SolveOutcome SolveSparseRound(ImageProblem& problem,
                               const std::vector<double>& theta,
                               const SolveOptions& options);
 
+/// Standard errors of many unknowns by theta (of_photos, of_ranges) at the point where `problem` is
+/// linearised with draws of its gradient, which it uses up; no block is spread (PairedBlocks): root
+/// mean squares of A^-1 g over draws g of the photos' gradient and of the priors'
+/// (DrawPriorGradients), A the matrix of both. So what photos hardly tell is as uncertain as its
+/// neighbours and `residual`, the size of a residual that nothing explains, leave it. With
+/// GradientDraws::kCount draws they are known to a sixth of themselves. Infinite (of_ranges) for
+/// scalars that no pixel depends on.
+StandardErrors EstimateErrorsOfMany(ImageProblem& problem,
+                                    const std::vector<PriorTerm>& priors,
+                                    const std::vector<double>& theta,
+                                    double residual);
+
 }  // namespace pathfit::optim

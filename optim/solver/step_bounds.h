@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "optim/parameter/parameter_set.h"
@@ -10,18 +12,17 @@ namespace pathfit::optim {
 /// What is linear in a value is not linear in its logarithm: a step changes it fourfold at most.
 inline constexpr double kLargestLogStep = 1.386;
 
-/// Where a step from `theta` may lead, by scalar; infinite where there is no bound.
-struct StepBounds {
-  StepBounds(const ParameterSet& set, const std::vector<double>& theta)
-      : lower(set.lower()), upper(set.upper()) {
-    for (std::size_t i = 0; i < theta.size(); ++i) {
-      if (set.IsLog(i)) {
-        lower[i] = std::max(lower[i], theta[i] - kLargestLogStep);
-        upper[i] = std::min(upper[i], theta[i] + kLargestLogStep);
-      }
-    }
+/// Where a step from `theta` may lead a scalar: lower and upper end, infinite where there is none.
+inline std::pair<double, double> BoundsOfStep(const ParameterSet& set,
+                                              const std::vector<double>& theta,
+                                              std::size_t scalar) {
+  const double lower = set.Lower(scalar);
+  const double upper = set.Upper(scalar);
+  if (!set.IsLog(scalar)) {
+    return {lower, upper};
   }
-  std::vector<double> lower, upper;
-};
+  return {std::max(lower, theta[scalar] - kLargestLogStep),
+          std::min(upper, theta[scalar] + kLargestLogStep)};
+}
 
 }  // namespace pathfit::optim

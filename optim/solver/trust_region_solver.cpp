@@ -171,14 +171,12 @@ class ProblemBuilder {
 
   void SetBounds() {
     const ParameterSet& set = image_.set();
-    const StepBounds bounds(set, theta_);
     for (std::size_t b = 0; b < used_.size(); ++b) {
       const auto block = static_cast<std::int32_t>(b);
       for (int c = 0; used_[b] != 0 && c < set.BlockSize(block); ++c) {
         const std::size_t scalar = set.BlockOffset(block) + static_cast<std::size_t>(c);
         double* pointer = theta_.data() + set.BlockOffset(block);
-        const double lower = bounds.lower[scalar];
-        const double upper = bounds.upper[scalar];
+        const auto [lower, upper] = BoundsOfStep(set, theta_, scalar);
         if (std::isfinite(lower)) {
           problem_.SetParameterLowerBound(pointer, c, lower);
         }

@@ -29,6 +29,9 @@ enum class RandomDomain : std::uint64_t {
   kFitSeed = 0x5EED,
   kValidationSeed = 0x5EEE,
   kEvaluationSeed = 0x5EEF,
+  // Signs of shares of the gradient, for standard errors.
+  kGradientSign = 0x5EF0,  ///< by pixel
+  kPriorSign = 0x5EF1,     ///< by term
   kPhotoNoise = 0x70686f74,     ///< of synthetic photos
   kPhotoExposure = 0x70686f75,  ///< of synthetic photos
   kPhotoPose = 0x70686f76,      ///< what is believed of their cameras

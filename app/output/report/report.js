@@ -566,7 +566,7 @@ function parametersSection(data) {
     ["Range", (p) => (many(p) ? `${number(num(p.minimum))} … ${number(num(p.maximum))}` : "")],
     ["RMS change", (p) => number(num(p.rms_change))], ["Bounds", bounds], ["", state]];
   return section("parameters", "Parameters", h("div", { class: "card scroll" }, table(columns, parameters),
-    note("Groups of many scalars show their mean, range and root mean square change. No photo tells what is " +
+    note("Groups of many scalars show their mean, the median of their standard errors, range and root mean square change. No photo tells what is " +
       "not determined: it may lie anywhere between its bounds."),
     data.run.gauge ? note(data.run.gauge.sentence) : null));
 }

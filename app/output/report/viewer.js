@@ -513,7 +513,7 @@ function modelSection(data) {
   const box = h("div", { class: "viewer" });
   const photoBox = h("p", { class: "note" });
   const errors = data.check || known.some((one) => one.log && rampEnds(one, models.result.meshes.map((mesh) => one.values(mesh)))) ? ""
-    : " Standard errors of single vertices are not known: the fit has too many unknowns for them.";
+    : " Standard errors of single vertices are not known.";
   const node = section("model", "3-D view", h("div", { class: "card" },
     h("div", { class: "tools" }, h("label", {}, "shape: ", shape), h("label", {}, "colours: ", viewed),
       h("label", {}, "look through: ", photo), shaded.node, marked.node, fields.node, withSky ? sky.node : null),

@@ -493,6 +493,7 @@ TEST(ParameterTable, CountsWhatNoPhotoTellsAndHasErrorsOfGains) {
   EXPECT_EQ(rows[6].num_undetermined, 2);
   EXPECT_TRUE(std::isnan(rows[6].standard_error));
   EXPECT_EQ(rows[7].num_undetermined, 1);
+  EXPECT_EQ(rows[7].standard_error, 0.125) << "the median of those known";
   const std::vector<double> gains = GainErrors(scene, errors);
   ASSERT_EQ(gains.size(), 3U);
   EXPECT_TRUE(std::isnan(gains[0])) << "held out";

@@ -50,7 +50,7 @@ TEST(ParameterSet, MapsLogarithmsAndBoundsThere) {
   EXPECT_DOUBLE_EQ(theta[0], std::log(3.5));  // moved into the bound
   EXPECT_DOUBLE_EQ(theta[1], std::log(3.0));
   EXPECT_DOUBLE_EQ(theta[3], 0.0);
-  EXPECT_DOUBLE_EQ(set.upper()[3], 3.0 * std::log(2.0));
+  EXPECT_DOUBLE_EQ(set.Upper(3), 3.0 * std::log(2.0));
   const std::vector<double> values = set.ValuesFromTheta(theta);
   EXPECT_DOUBLE_EQ(values[1], 3.0);
   EXPECT_DOUBLE_EQ(set.Slope(1, values[1]), 3.0);
@@ -87,8 +87,8 @@ TEST(ParameterSet, KeepsTheInnerAngleOfASpotBelowTheOuter) {
   const std::vector<double> values = set.ValuesFromTheta(theta);
   EXPECT_LT(values[0], values[1]);
   EXPECT_EQ(values[2], scene.sensors[0].fx);
-  EXPECT_LT(set.upper()[0], 1.0);
-  EXPECT_LT(set.upper()[1], 1.5708);
+  EXPECT_LT(set.Upper(0), 1.0);
+  EXPECT_LT(set.Upper(1), 1.5708);
 }
 
 TEST(ParameterSet, FreesCamerasOfAllSensorsThatAreFitted) {

@@ -169,5 +169,114 @@ TEST_F(SparseGramTest, StaysPositiveWhateverTheNoise) {
   }
 }
 
+/// A texture of more texels than keep pairs, and a light.
+class SpreadTexelsTest : public testing::Test {
+ protected:
+  static ParameterSet MakeSet(int side) {
+    renderer::Scene scene;
+    scene.meshes = {{"ball", renderer::MakeIcosphere(1, 1.0), 0}};
+    scene.meshes[0].mesh.uvs.resize(1);
+    scene.meshes[0].mesh.uv_triangles.resize(scene.meshes[0].mesh.triangles.size());
+    scene.materials = {{"paint", renderer::LambertBsdf{}}};
+    scene.materials[0].base_color_texture = 0;
+    scene.textures = {{"colours", side, side}};
+    scene.textures[0].texels = renderer::SharedVector<renderer::Rgb>(
+        static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+    scene.emitters = {{.name = "lamp", .light = renderer::PointEmitter{}}};
+    std::vector<optim::UnknownSpec> unknowns(2);
+    unknowns[0].kind = renderer::ParameterKind::kTextureTexels;
+    unknowns[1].kind = renderer::ParameterKind::kLightIntensity;
+    return {scene, unknowns, {0, 1}, {}, {}};
+  }
+};
+
+TEST_F(SpreadTexelsTest, TakeLittleMemoryWhereNothingSeesThem) {
+  // Of a texel that could keep pairs, and of one that is spread: three numbers.
+  for (const auto& [side, most] : {std::pair{100, 72.0}, {800, 24.1}}) {
+    const ParameterSet set = MakeSet(side);
+    SparseGram gram(set);
+    EXPECT_EQ(gram.MemoryBytes(), 0U);
+    EXPECT_LE(static_cast<double>(SparseGram::BytesOfEmpty(set)), most * side * side);
+  }
+}
+
+TEST_F(SpreadTexelsTest, AreBoundedFromAboveByADiagonal) {
+  const ParameterSet set = MakeSet(800);
+  const std::int32_t lamp = set.layout().FirstBlock(renderer::ParameterKind::kLightIntensity, 0);
+  PixelRows rows;
+  renderer::CounterRng rng(1, renderer::RandomDomain{2}, 3, 4, 5);
+  constexpr std::int32_t kSeen = 40;  // texels, of which a pixel sees eight
+  for (std::int32_t p = 0; p < 30; ++p) {
+    optim::RowUnit unit;
+    unit.first_entry = rows.entries.size();
+    for (std::int32_t k = 0; k < 8; ++k) {
+      optim::RowEntry& entry = rows.entries.emplace_back();
+      entry.block =
+          set.layout().FirstBlock(renderer::ParameterKind::kTextureTexels, 0) + (p * 3 + k) % kSeen;
+      for (float& x : entry.jacobian) x = static_cast<float>(rng.Next() - 0.3);
+    }
+    if (p % 2 == 0) {
+      rows.entries.push_back({lamp, {1.0F, 0.0F, 0.0F, 0.0F, 2.0F, 0.0F, 0.0F, 0.0F, 3.0F}, {}});
+    }
+    unit.num_entries = static_cast<std::int32_t>(rows.entries.size() - unit.first_entry);
+    rows.units.push_back(unit);
+  }
+  SparseGram gram(set);
+  gram.Add(rows);
+  ASSERT_EQ(gram.paired().NumScalars(), 3U);
+  const std::vector<double>& diagonal = gram.spread_diagonal();
+  std::vector<double> x(set.NumScalars()), lamp_product;
+  for (int trial = 0; trial < 100; ++trial) {
+    double form = 0.0, bound = 0.0;
+    for (std::int32_t b = 0; b < kSeen; ++b) {
+      for (std::size_t c = 0; c < 3; ++c) x[set.BlockOffset(b) + c] = rng.Next() - 0.5;
+    }
+    for (std::size_t c = 0; c < 3; ++c) x[set.BlockOffset(lamp) + c] = rng.Next() - 0.5;
+    for (const optim::RowUnit& unit : rows.units) {
+      for (std::size_t r = 0; r < 3; ++r) {
+        double product = 0.0;
+        for (std::int32_t e = 0; e < unit.num_entries; ++e) {
+          const auto& entry = rows.entries[unit.first_entry + static_cast<std::size_t>(e)];
+          for (std::size_t c = 0; c < 3; ++c) {
+            product += static_cast<double>(entry.jacobian[r * 3 + c]) *
+                       x[set.BlockOffset(entry.block) + c];
+          }
+        }
+        form += product * product;
+      }
+    }
+    const std::vector<double> short_x = gram.paired().Shorten(x);
+    gram.Multiply(short_x, lamp_product);
+    bound = std::inner_product(short_x.begin(), short_x.end(), lamp_product.begin(), 0.0);
+    for (std::size_t i = 0; i < x.size(); ++i) bound += diagonal[i] * x[i] * x[i];
+    EXPECT_LE(form, bound);
+  }
+}
+
+TEST_F(SpreadTexelsTest, AllTakeThePixelsStep) {
+  // One pixel that sees eight texels: a step by minus the gradient over the diagonal changes their
+  // sum by as much as the pixel asks for, whatever the weights.
+  const ParameterSet set = MakeSet(800);
+  PixelRows rows;
+  double sum = 0.0;
+  for (std::int32_t k = 0; k < 8; ++k) {
+    const float weight = 0.1F * static_cast<float>(k + 1);
+    rows.entries.push_back({k, {weight, 0.0F, 0.0F, 0.0F, weight, 0.0F, 0.0F, 0.0F, weight}, {}});
+    sum += static_cast<double>(weight);
+  }
+  optim::RowUnit unit;
+  unit.num_entries = 8;
+  rows.units = {unit};
+  SparseGram gram(set);
+  gram.Add(rows);
+  double change = 0.0;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const auto weight = static_cast<double>(rows.entries[k].jacobian[0]);
+    change += weight * weight / gram.spread_diagonal()[3 * k];
+  }
+  EXPECT_NEAR(change, 1.0, 1e-6);
+  EXPECT_GT(sum, 1.0);
+}
+
 }  // namespace
 }  // namespace pathfit
