@@ -472,7 +472,8 @@ class PathBatch {
              Sampler& sampler,
              Listener& listener,
              const PathRange& range) {
-    paths_[i].emplace(context_, first, sampler, listener, range);
+    paths_[i].emplace(
+        context_, [&first] { return first; }, sampler, listener, range);
     active_[count_++] = i;
   }
   /// All paths to their ends, once.
