@@ -24,6 +24,7 @@
 #include "renderer/geometry/ray.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/gltf_compression.h"
 #include "renderer/io/gltf_writer.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/mesh_assembly.h"
@@ -38,9 +39,15 @@ using tinygltf::Value;
 constexpr std::size_t kMaxElements = std::size_t{1} << 28;  ///< of an accessor
 constexpr std::size_t kMaxZeros = std::size_t{1} << 24;     ///< of one without bytes of its own
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 27;
+constexpr std::size_t kMaxUnpacked = std::size_t{1} << 31;  ///< bytes of all that is compressed
 constexpr int kMaxNesting = 200;  ///< of JSON: parts of the parser call themselves
 
-constexpr std::array<std::string_view, 5> kKnownExtensions = {"KHR_texture_transform",
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
+
+constexpr std::array<std::string_view, 7> kKnownExtensions = {kMeshopt,
+                                                              kDraco,
+                                                              "KHR_texture_transform",
                                                               "KHR_lights_punctual",
                                                               "KHR_materials_emissive_strength",
                                                               "KHR_materials_specular",
@@ -171,6 +178,8 @@ class GltfReader {
     file_.files.push_back(path_);
     Parse(bytes);
     CheckExtensions();
+    UnpackViews();
+    UnpackPrimitives();
     ReadNodes();
     if (file_.scene.meshes.empty() && file_.scene.emitters.empty() && file_.scene.sensors.empty()) {
       Fail("there is no triangle, light or camera in its scene");
@@ -220,6 +229,11 @@ class GltfReader {
     const std::string_view json =
         is_binary ? container.substr(20, Uint32At(container, 12)) : container;
     CheckNesting(json);
+    std::string parsable = ParsableGltf(json);
+    if (parsable != json) {
+      if (is_binary) parsable = WithJson(std::move(parsable), container);
+      container = parsable;
+    }
     tinygltf::TinyGLTF parser;
     parser.SetImageLoader(KeepEncoded, nullptr);
     parser.SetFsCallbacks({IsReadable,
@@ -251,16 +265,27 @@ class GltfReader {
     }
     // Some of what is malformed is left out by the parser and mentioned.
     if (done && problem.empty()) return;
-    // Without its compression the parser finds buffers missing.
-    for (const char* name : kCompressions) {
-      if (json.find('"' + std::string(name) + '"') != std::string_view::npos) FailExtension(name);
-    }
     std::ranges::replace(problem, '\n', ' ');
     while (problem.ends_with(' ')) problem.pop_back();
     for (const std::string& uri : access_.far) {
       problem += (problem.empty() ? "" : "; ") + FarMessage(uri);
     }
     Fail("not a glTF file that can be read" + (problem.empty() ? "" : ": " + problem));
+  }
+
+  /// The GLB with other JSON in its first chunk.
+  static std::string WithJson(std::string json, std::string_view glb) {
+    constexpr std::size_t kHeaders = 20;
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const std::string_view rest = glb.substr(kHeaders + Uint32At(glb, 12));
+    std::string bytes(glb.substr(0, kHeaders));
+    const auto put = [&bytes](std::size_t at, std::size_t value) {
+      for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<char>(value >> (8 * i));
+    };
+    put(8, kHeaders + json.size() + rest.size());
+    put(12, json.size());
+    bytes += json;
+    return bytes += rest;
   }
 
   static std::string FarMessage(const std::string& uri) {
@@ -315,14 +340,9 @@ class GltfReader {
     }
   }
 
-  static constexpr std::array<const char*, 3> kCompressions = {
-      "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
-
   [[noreturn]] void FailExtension(const std::string& name) const {
     Fail("it needs the extension '" + name.substr(0, 100) + "', which is not supported" +
-         (std::ranges::find(kCompressions, name) != kCompressions.end()
-              ? "; write the file without compression"
-              : ""));
+         (name.find("meshopt") != std::string::npos ? "; write the file without compression" : ""));
   }
 
   void CheckExtensions() {
@@ -339,6 +359,157 @@ class GltfReader {
     }
     if (!model_.animations.empty()) {
       Warn("animations are not supported; the file is taken as it stands without them");
+    }
+  }
+
+  // What is compressed.
+
+  /// Index of a new view of these bytes, which no file holds.
+  int AddView(std::vector<unsigned char> bytes) {
+    tinygltf::BufferView view;
+    view.buffer = static_cast<int>(model_.buffers.size());
+    view.byteLength = bytes.size();
+    model_.buffers.emplace_back().data = std::move(bytes);
+    model_.bufferViews.push_back(std::move(view));
+    return static_cast<int>(model_.bufferViews.size()) - 1;
+  }
+
+  /// A whole number in 0 to 2^31 - 1.
+  [[nodiscard]] std::size_t CountIn(const Value& object,
+                                    const char* key,
+                                    double otherwise,
+                                    const std::string& where) const {
+    const double number = NumberIn(object, key, otherwise, where);
+    Require(number >= 0.0 && number <= 2147483647.0 && number == std::floor(number),
+            where,
+            "'" + std::string(key) + "' is missing or out of range");
+    return static_cast<std::size_t>(number);
+  }
+
+  [[nodiscard]] static std::string TextIn(const Value& object, const char* key) {
+    const Value& value = object.Get(key);
+    return value.IsString() ? value.Get<std::string>().substr(0, 32) : "";
+  }
+
+  void UnpackViews() {
+    const std::size_t num_views = model_.bufferViews.size();
+    for (std::size_t i = 0; i < num_views; ++i) {
+      const Value* meshopt = Extension(model_.bufferViews[i].extensions, kMeshopt);
+      if (meshopt == nullptr) continue;
+      const std::string where = "bufferView " + std::to_string(i) + ", " + kMeshopt;
+      MeshoptView packed;
+      tinygltf::BufferView& view = model_.bufferViews[i];
+      view.buffer = static_cast<int>(CountIn(*meshopt, "buffer", -1.0, where));
+      view.byteOffset = CountIn(*meshopt, "byteOffset", 0.0, where);
+      view.byteLength = CountIn(*meshopt, "byteLength", -1.0, where);
+      packed.bytes = BytesOfView(static_cast<int>(i), where);
+      packed.count = CountIn(*meshopt, "count", -1.0, where);
+      packed.stride = CountIn(*meshopt, "byteStride", -1.0, where);
+      packed.mode = TextIn(*meshopt, "mode");
+      packed.filter = TextIn(*meshopt, "filter");
+      std::vector<unsigned char> bytes;
+      try {
+        bytes = DecodeMeshopt(packed);
+      } catch (const IoError& error) {
+        Fail(where + ": " + error.what());
+      }
+      CountUnpacked(bytes.size(), where);
+      view.buffer = static_cast<int>(model_.buffers.size());
+      view.byteOffset = 0;
+      view.byteLength = bytes.size();
+      model_.buffers.emplace_back().data = std::move(bytes);
+    }
+  }
+
+  /// Views of the same bytes could be many.
+  void CountUnpacked(std::size_t size, const std::string& where) {
+    num_unpacked_ += size;
+    Require(num_unpacked_ <= kMaxUnpacked, where, "there is too much compressed data");
+  }
+
+  void UnpackPrimitives() {
+    std::map<int, DracoMesh> meshes;                               // by bufferView
+    std::map<std::tuple<int, std::uint32_t, int>, int> accessors;  // by view, attribute, accessor
+    for (std::size_t m = 0; m < model_.meshes.size(); ++m) {
+      for (std::size_t p = 0; p < model_.meshes[m].primitives.size(); ++p) {
+        tinygltf::Primitive& primitive = model_.meshes[m].primitives[p];
+        const Value* draco = Extension(primitive.extensions, kDraco);
+        if (draco == nullptr) continue;
+        const std::string where = Described("mesh", model_.meshes, static_cast<int>(m)) +
+                                  ", primitive " + std::to_string(p) + ", " + kDraco;
+        UnpackPrimitive(*draco, where, primitive, meshes, accessors);
+      }
+    }
+  }
+
+  void UnpackPrimitive(const Value& draco,
+                       const std::string& where,
+                       tinygltf::Primitive& primitive,
+                       std::map<int, DracoMesh>& meshes,
+                       std::map<std::tuple<int, std::uint32_t, int>, int>& accessors) {
+    Require(primitive.mode == TINYGLTF_MODE_TRIANGLES, where, "its mode is not that of triangles");
+    const auto view = static_cast<int>(CountIn(draco, "bufferView", -1.0, where));
+    const std::size_t num_corners =
+        At(model_.accessors, primitive.indices, where + ", indices", "accessor").count;
+    Require(num_corners > 0 && num_corners % 3 == 0 && num_corners / 3 <= kMaxTriangles,
+            where,
+            "its indices are not of whole triangles, or too many");
+    auto known = meshes.find(view);
+    if (known == meshes.end()) {
+      try {
+        known = meshes.try_emplace(view, BytesOfView(view, where), num_corners / 3).first;
+      } catch (const IoError& error) {
+        const std::string what = error.what();
+        Fail(what.starts_with(path_.string()) ? what.substr(path_.string().size() + 2)
+                                              : where + ": " + what);
+      }
+    }
+    const DracoMesh& mesh = known->second;
+    const auto unpack = [&](int accessor,
+                            std::uint32_t id,
+                            std::size_t count,
+                            const std::string& name,
+                            const auto& decode) {
+      const tinygltf::Accessor& from = At(model_.accessors, accessor, name, "accessor");
+      const auto [entry, is_new] =
+          accessors.try_emplace({view, id, accessor}, static_cast<int>(model_.accessors.size()));
+      if (is_new) {
+        Require(from.count == count,
+                name,
+                "its accessor counts " + std::to_string(from.count) + ", its Draco data " +
+                    std::to_string(count));
+        tinygltf::Accessor unpacked = from;
+        unpacked.byteOffset = 0;
+        unpacked.sparse.isSparse = false;
+        std::vector<unsigned char> bytes = decode(unpacked);
+        Require(!bytes.empty(), name, "its Draco data has no such attribute");
+        CountUnpacked(bytes.size(), name);
+        unpacked.bufferView = AddView(std::move(bytes));
+        model_.accessors.push_back(std::move(unpacked));
+      }
+      return entry->second;
+    };
+    constexpr std::uint32_t kCorners = std::numeric_limits<std::uint32_t>::max();
+    primitive.indices = unpack(primitive.indices,
+                               kCorners,
+                               num_corners,
+                               where + ", indices",
+                               [&](tinygltf::Accessor& accessor) {
+                                 accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+                                 return mesh.Corners();
+                               });
+    const Value& attributes = draco.Get("attributes");
+    Require(attributes.IsObject(), where, "it has no attributes");
+    for (auto& [name, accessor] : primitive.attributes) {
+      if (!attributes.Has(name)) continue;
+      const auto id = static_cast<std::uint32_t>(CountIn(attributes, name.c_str(), -1.0, where));
+      accessor = unpack(accessor,
+                        id,
+                        mesh.NumPoints(),
+                        where + ", " + name.substr(0, 100),
+                        [&](const tinygltf::Accessor& from) {
+                          return mesh.Attribute(id, from.componentType, ComponentsOf(from.type));
+                        });
     }
   }
 
@@ -381,6 +552,14 @@ class GltfReader {
     }
   }
 
+  static std::size_t ComponentsOf(int kind) {
+    return kind == TINYGLTF_TYPE_SCALAR ? 1
+           : kind == TINYGLTF_TYPE_VEC2 ? 2
+           : kind == TINYGLTF_TYPE_VEC3 ? 3
+           : kind == TINYGLTF_TYPE_VEC4 ? 4
+                                        : 16;
+  }
+
   static double NumberAt(std::string_view bytes, std::size_t at, int type, bool normalized) {
     std::uint32_t word = 0;
     for (std::size_t i = 0; i < SizeOf(type); ++i) {
@@ -412,14 +591,9 @@ class GltfReader {
                                      const std::string& user) const {
     const tinygltf::Accessor& accessor = At(model_.accessors, index, user, "accessor");
     const std::string where = Described("accessor", model_.accessors, index) + " of " + user;
-    const int kind = accessor.type;
     Numbers numbers;
     numbers.count = accessor.count;
-    numbers.components = kind == TINYGLTF_TYPE_SCALAR ? 1
-                         : kind == TINYGLTF_TYPE_VEC2 ? 2
-                         : kind == TINYGLTF_TYPE_VEC3 ? 3
-                         : kind == TINYGLTF_TYPE_VEC4 ? 4
-                                                      : 16;
+    numbers.components = ComponentsOf(accessor.type);
     Require(numbers.components >= min_components && numbers.components <= max_components,
             where,
             "it has the wrong number of components");
@@ -1311,7 +1485,7 @@ class GltfReader {
   std::vector<int> materials_;         ///< of the scene's meshes, as in `plans_`
   std::map<int, DecodedImage> images_;
   std::map<std::tuple<int, TexelRole, TextureWrap, double, double, double>, int> textures_;
-  std::size_t num_triangles_ = 0;
+  std::size_t num_triangles_ = 0, num_unpacked_ = 0;
 };
 
 }  // namespace

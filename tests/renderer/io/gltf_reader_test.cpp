@@ -659,17 +659,27 @@ TEST(GltfReader, WrongElementsAreRefusedByName) {
   };
   const std::vector<Mistake> mistakes = {
       {set("/asset/version", "1.0"), "glTF of version '1.0'"},
-      {set("/extensionsRequired", {"KHR_draco_mesh_compression"}),
-       "needs the extension 'KHR_draco_mesh_compression', which is not supported; write the file "
+      {set("/extensionsRequired", {"KHR_meshopt_compression"}),
+       "needs the extension 'KHR_meshopt_compression', which is not supported; write the file "
        "without compression"},
       {[](GltfMaker& maker) {
-         maker.json["extensionsRequired"] = {"EXT_meshopt_compression"};
-         maker.json["buffers"].push_back(
-             {{"byteLength", 64},
-              {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
+         maker.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {
+             {"buffer", 0}, {"byteLength", 8}, {"byteStride", 12}, {"mode", "ATTRIBUTES"}};
        },
-       "needs the extension 'EXT_meshopt_compression', which is not supported; write the file "
-       "without compression"},
+       "bufferView 0, EXT_meshopt_compression: 'count' is missing or out of range"},
+      {[](GltfMaker& maker) {
+         maker.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {
+             {"buffer", 3}, {"byteLength", 8}, {"byteStride", 12}, {"count", 4}};
+       },
+       "bufferView 0: there is no buffer 3"},
+      {[](GltfMaker& maker) {
+         maker.Primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 9}};
+       },
+       "primitive 0, KHR_draco_mesh_compression: there is no bufferView 9"},
+      {[](GltfMaker& maker) {
+         maker.Primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0}};
+       },
+       "primitive 0, KHR_draco_mesh_compression: it is no Draco data"},
       {set("/scene", 7), "there is no scene 7; the file has 1"},
       {set("/scenes/0/nodes", {4}), "scene 0: there is no node 4"},
       {set("/scenes/0/nodes", Json::array()), "no triangle, light or camera"},
