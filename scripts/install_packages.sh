@@ -19,6 +19,8 @@ test_packages=(
 packages=("${build_packages[@]}")
 if [ "${1:-build}" = test ]; then
   packages+=("${test_packages[@]}")
+  # Other packages of Node.js than Debian's bring it along, and refuse Debian's.
+  command -v npm >/dev/null || packages+=(npm)
 fi
 
 missing=()

@@ -22,6 +22,7 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/ray.h"
+#include "renderer/geometry/tangents.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/gltf_compression.h"
@@ -150,14 +151,14 @@ struct TextureUse {
   UvMap uv;
 };
 
-enum class TexelRole { kColor, kRoughness, kMetallic };
+enum class TexelRole { kColor, kRoughness, kMetallic, kNormal };
 
 /// A material while the meshes are read.
 struct MaterialPlan {
   std::string where;  ///< "material 2 'skin'"
   Material material;
   Rgb emission;  ///< radiance, or the factor of its texture
-  std::optional<TextureUse> base_color, metallic_roughness, emissive;
+  std::optional<TextureUse> base_color, metallic_roughness, emissive, normal;
   UvMap uv;                ///< of the textures that are used
   Vec2 low{1e300, 1e300};  ///< of all UVs of its meshes
   Vec2 high{-1e300, -1e300};
@@ -165,7 +166,9 @@ struct MaterialPlan {
   int emission_texture = -1;
   int index = -1;  ///< in the scene
 
-  [[nodiscard]] bool HasTextures() const { return base_color || metallic_roughness || emissive; }
+  [[nodiscard]] bool HasTextures() const {
+    return base_color || metallic_roughness || emissive || normal;
+  }
 };
 
 class GltfReader {
@@ -744,7 +747,19 @@ class GltfReader {
     return value;
   }
 
-  std::optional<TextureUse> ReadUse(const tinygltf::TextureInfo& info, const std::string& where) {
+  /// A picture that turns or flips on its UVs would not lie along their tangents.
+  std::optional<TextureUse> ReadNormalUse(const tinygltf::NormalTextureInfo& info,
+                                          const std::string& where) {
+    std::optional<TextureUse> use = ReadUse(info, where);
+    if (use && (use->uv.rotation != 0.0 || use->uv.scale.x <= 0.0 || use->uv.scale.y <= 0.0)) {
+      WarnUnsupported(where, "a KHR_texture_transform that turns or flips it");
+      use.reset();
+    }
+    return use;
+  }
+
+  template <class TextureInfo>
+  std::optional<TextureUse> ReadUse(const TextureInfo& info, const std::string& where) {
     if (info.index < 0) return std::nullopt;
     At(model_.textures, info.index, where, "texture");
     TextureUse use{info.index, {}};
@@ -801,7 +816,9 @@ class GltfReader {
     plan.emissive = ReadUse(from.emissiveTexture, where + ", emissiveTexture");
     ReadMaterialExtensions(from, plan, bsdf);
     plan.material.bsdf = bsdf;
-    if (from.normalTexture.index >= 0) WarnUnsupported(where, "normalTexture");
+    plan.normal = ReadNormalUse(from.normalTexture, where + ", normalTexture");
+    plan.material.normal_scale = from.normalTexture.scale;
+    Require(std::abs(from.normalTexture.scale) <= 1e6, where, "its normalTexture's scale is wrong");
     if (from.occlusionTexture.index >= 0) WarnUnsupported(where, "occlusionTexture");
     if (from.alphaMode != "OPAQUE") {
       Warn(where + ": alphaMode " + from.alphaMode.substr(0, 32) +
@@ -838,9 +855,10 @@ class GltfReader {
   /// A mesh has one set of UVs: of textures that need others, only those stay that agree with the
   /// first.
   void ChooseUvs(MaterialPlan& plan) {
-    const std::array<std::pair<std::optional<TextureUse>*, const char*>, 3> uses = {
+    const std::array<std::pair<std::optional<TextureUse>*, const char*>, 4> uses = {
         {{&plan.base_color, "baseColorTexture"},
          {&plan.metallic_roughness, "metallicRoughnessTexture"},
+         {&plan.normal, "normalTexture"},
          {&plan.emissive, "emissiveTexture"}}};
     const TextureUse* first = nullptr;
     for (const auto& [use, name] : uses) {
@@ -851,8 +869,10 @@ class GltfReader {
       } else if (!((*use)->uv == plan.uv)) {
         Warn(plan.where + ": " + name +
              " has other texture coordinates than the first texture of the material, which is not "
-             "supported; it is left out, " +
-             (use == &plan.emissive ? "and nothing shines" : "its factor stays"));
+             "supported; it is left out" +
+             (use == &plan.emissive ? ", and nothing shines"
+              : use == &plan.normal ? ""
+                                    : ", its factor stays"));
         use->reset();
         if (use == &plan.emissive) plan.emission = {};
       }
@@ -940,14 +960,15 @@ class GltfReader {
     texture.width = decoded.image.width;
     texture.height = decoded.image.height;
     texture.wrap = wrap;
-    texture.scalar = role != TexelRole::kColor;
+    texture.scalar = role == TexelRole::kRoughness || role == TexelRole::kMetallic;
     std::vector<Rgb> texels;
     texels.reserve(decoded.image.data.size() / 3);
     std::size_t num_smooth = 0;
     for (int y = 0; y < texture.height; ++y) {
       for (int x = 0; x < texture.width; ++x) {
         const Rgb pixel = decoded.image.ColorAt(x, y);
-        Rgb& texel = texels.emplace_back();
+        Rgb& texel = texels.emplace_back(pixel);
+        if (role == TexelRole::kNormal) continue;
         if (role == TexelRole::kColor) {
           for (int c = 0; c < 3; ++c) texel[c] = LinearFromSrgb(pixel[c]) * factor[c];
           continue;
@@ -966,9 +987,9 @@ class GltfReader {
            RoughnessText() + "; they have that");
     }
     texture.texels = std::move(texels);
-    const std::string suffix = role == TexelRole::kColor       ? ""
-                               : role == TexelRole::kRoughness ? "-roughness"
-                                                               : "-metallic";
+    const std::string suffix = role == TexelRole::kRoughness  ? "-roughness"
+                               : role == TexelRole::kMetallic ? "-metallic"
+                                                              : "";
     std::vector<Texture>& list = file_.scene.textures;
     texture.name = Unused(NameOfTexture(from) + suffix, texture_names_);
     list.push_back(std::move(texture));
@@ -1023,6 +1044,9 @@ class GltfReader {
                " is below the least one, " + RoughnessText() + "; it has that");
         }
         bsdf.roughness = kMinRoughness;
+      }
+      if (plan.normal) {
+        material.normal_texture = AddTexture(*plan.normal, TexelRole::kNormal, {1, 1, 1}, plan);
       }
       if (plan.emissive) {
         plan.emission_texture = AddTexture(*plan.emissive, TexelRole::kColor, {1, 1, 1}, plan);
@@ -1239,6 +1263,7 @@ class GltfReader {
                const std::string& where) {
     const MaterialPlan& plan = plans_.at(material);
     FinishMesh(part);
+    if (plan.normal && part.normal_triangles.empty()) SetFacetNormals(part);
     ApplyTransform(world, part);
     Require(std::ranges::all_of(part.positions.Items(), IsWithinBounds),
             where,
@@ -1249,6 +1274,18 @@ class GltfReader {
     mesh.mesh = std::move(part);
     file_.scene.meshes.push_back(std::move(mesh));
     materials_.push_back(material);
+  }
+
+  /// As the format wants it without NORMAL; a normal map needs some.
+  static void SetFacetNormals(Mesh& mesh) {
+    mesh.normals.clear();
+    mesh.normal_triangles.clear();
+    for (const Triangle& t : mesh.triangles) {
+      const auto x = [&](std::size_t k) { return mesh.positions[Index(t[k])]; };
+      const auto index = static_cast<std::int32_t>(mesh.normals.size());
+      mesh.normals.push_back(Normalized(Cross(x(1) - x(0), x(2) - x(0))));
+      mesh.normal_triangles.push_back({index, index, index});
+    }
   }
 
   /// Its corners by vertex number.
@@ -1363,7 +1400,40 @@ class GltfReader {
     if (normals) mesh.normal_triangles = mesh.triangles;
     if (uvs) mesh.uv_triangles = mesh.triangles;
     if (colors) mesh.color_triangles = mesh.triangles;
+    if (normals && plan.normal) {
+      if (const std::optional<Numbers> given = attribute("TANGENT", 4, 4)) {
+        CompareTangents(*given, place, mesh, where);
+      }
+    }
     return mesh;
+  }
+
+  /// Tangents are made of the UVs, as those of files should have been.
+  void CompareTangents(const Numbers& given,
+                       const std::vector<std::int32_t>& place,
+                       const Mesh& mesh,
+                       const std::string& where) {
+    Require(given.count == place.size(), where, "its attributes have different counts");
+    std::vector<Tangent> made(mesh.positions.size());
+    const std::vector<std::array<Tangent, 3>> tangents = MakeTangents(mesh);
+    for (std::size_t f = 0; f < tangents.size(); ++f) {
+      for (std::size_t k = 0; k < 3; ++k) made[Index(mesh.triangles[f][k])] = tangents[f][k];
+    }
+    constexpr double kCosine = 0.99;  // of 8 degrees
+    std::size_t num_off = 0;
+    for (std::size_t i = 0; i < place.size(); ++i) {
+      if (place[i] < 0) continue;
+      const double* t = &given.values[4 * i];
+      const Tangent& own = made[Index(place[i])];
+      const Vec3 along_u = {t[0], t[1], t[2]};
+      const bool same = Dot(along_u, own.along_u) >= kCosine * Norm(along_u) && t[3] == own.sign;
+      num_off += same ? 0 : 1;
+    }
+    constexpr double kFew = 0.02;  // poles and folds of UVs
+    if (static_cast<double>(num_off) > kFew * static_cast<double>(made.size())) {
+      Warn(where + ": its TANGENT are not those of its UVs, which hold, at " +
+           std::to_string(num_off) + " of " + std::to_string(made.size()) + " vertices");
+    }
   }
 
   static void AddUv(const double* from, MaterialPlan& plan, Mesh& mesh) {
