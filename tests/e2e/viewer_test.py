@@ -19,7 +19,7 @@ sys.path.insert(0, str(SOURCE / "tests" / "support"))
 import browser  # noqa: E402
 
 THREE = pathlib.Path("/usr/share/javascript/three")
-WIDTH, HEIGHT, FOV_Y = 320, 240, 40
+WIDTH, HEIGHT, FOV_Y = 640, 480, 40
 
 SCENE = f"""schema: 1
 name: viewed
