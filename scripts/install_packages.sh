@@ -7,7 +7,7 @@ build_packages=(
   g++ cmake ninja-build
   libembree-dev libtbb-dev libceres-dev libopenblas-dev libeigen3-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
-  libopenexr-dev libimath-dev libopenvdb-dev libopenmesh-dev libboost-dev libboost-iostreams-dev libtinygltf-dev libstb-dev libexif-dev
+  libopenexr-dev libimath-dev libopenvdb-dev libopenmesh-dev libboost-dev libboost-iostreams-dev libtinygltf-dev libdraco-dev libmeshoptimizer-dev libstb-dev libexif-dev
   libyaml-cpp-dev libpugixml-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libssl-dev libjs-three libcpp-httplib-dev
   libopenmpi-dev openmpi-bin
 )
@@ -19,6 +19,8 @@ test_packages=(
 packages=("${build_packages[@]}")
 if [ "${1:-build}" = test ]; then
   packages+=("${test_packages[@]}")
+  # Other packages of Node.js than Debian's bring it along, and refuse Debian's.
+  command -v npm >/dev/null || packages+=(npm)
 fi
 
 missing=()

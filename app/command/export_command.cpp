@@ -23,11 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using Files = std::vector<fs::path>;
 
-/// A run's state, and what its meshes have as pictures for other programs.
-struct Exported : RunScene {
-  std::vector<std::optional<renderer::Texture>> normals = {};  ///< of WriteMeshes
-};
-
 /// Names of the photos, and where they are, seen from a folder.
 struct PhotoNames {
   std::vector<std::string> names, paths;
@@ -42,15 +37,17 @@ PhotoNames PhotosOf(const RunScene& loaded, const fs::path& folder) {
 }
 
 template <MeshFormat kFormat>
-Files WriteMeshesAs(const fs::path& folder, const Exported& loaded, Log& /*log*/) {
-  return WriteMeshes(folder,
-                     loaded.experiment.scene,
-                     kFormat,
-                     loaded.experiment.observations.metres_per_unit,
-                     loaded.normals);
+Files WriteMeshesAs(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+  const renderer::Scene& scene = loaded.experiment.scene;
+  const double metres_per_unit = loaded.experiment.observations.metres_per_unit;
+  Files written = WriteMeshes(folder, scene, kFormat, metres_per_unit);
+  if (kFormat == MeshFormat::kGlb && !scene.meshes.empty()) {
+    written.push_back(WriteSceneGlb(folder, scene, metres_per_unit));
+  }
+  return written;
 }
 
-Files WriteColmap(const fs::path& folder, const Exported& loaded, Log& /*log*/) {
+Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
   const ColmapText text =
       ColmapModel(loaded.experiment.scene.sensors, PhotosOf(loaded, folder).names);
   const std::array<std::pair<const char*, const std::string*>, 3> files = {
@@ -65,7 +62,7 @@ Files WriteColmap(const fs::path& folder, const Exported& loaded, Log& /*log*/) 
   return written;
 }
 
-Files WriteTransforms(const fs::path& folder, const Exported& loaded, Log& /*log*/) {
+Files WriteTransforms(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
   const fs::path path = folder / "transforms.json";
   renderer::WriteFileAtomically(path,
                                 TransformsJson(loaded.experiment.scene.sensors,
@@ -74,9 +71,9 @@ Files WriteTransforms(const fs::path& folder, const Exported& loaded, Log& /*log
   return {path};
 }
 
-Files WriteBlender(const fs::path& folder, const Exported& loaded, Log& log) {
+Files WriteBlender(const fs::path& folder, const RunScene& loaded, Log& log) {
   const renderer::Scene& scene = loaded.experiment.scene;
-  Files written = WriteMeshes(folder, scene, MeshFormat::kGlb, 0.0, loaded.normals);
+  Files written = WriteMeshes(folder, scene, MeshFormat::kGlb);
   std::vector<std::string> names;
   for (const fs::path& mesh : written) names.push_back(mesh.filename().string());
   const fs::path script = folder / "blender_setup.py";
@@ -92,7 +89,7 @@ Files WriteBlender(const fs::path& folder, const Exported& loaded, Log& log) {
 struct ExportFormat {
   const char* word;
   bool has_meshes;
-  Files (*write)(const fs::path& folder, const Exported& loaded, Log& log);
+  Files (*write)(const fs::path& folder, const RunScene& loaded, Log& log);
 };
 template <std::size_t kIndex>
 constexpr ExportFormat kMeshRow = {
@@ -149,12 +146,11 @@ constexpr ResultKey kResult[] = {{"files", "map", "Paths that were written, by f
 
 ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
-  Exported loaded{LoadRunScene(context, line.target, own.stage)};
+  RunScene loaded = LoadRunScene(context, line.target, own.stage);
   if (own.triangles > 0) {
     CoarseAsset asset = MakeCoarseAsset(loaded.experiment.scene, own.triangles);
     for (const std::string& text : asset.messages) context.log.Info(text);
     loaded.experiment.scene = std::move(asset.scene);
-    loaded.normals = std::move(asset.normals);
   }
   Json json = Json::object();
   for (const ExportFormat& format : kFormats) {

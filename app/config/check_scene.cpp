@@ -32,7 +32,13 @@ void ReportNothingCalled(const YamlNode& name,
 
 bool IsData(Role role) { return role == Role::kRoughness || role == Role::kMetallic; }
 
-const char* Describe(Role role) { return IsData(role) ? "roughness or metallic" : "a colour"; }
+const char* Describe(Role role) {
+  return role == Role::kNormal ? "normals" : IsData(role) ? "roughness or metallic" : "a colour";
+}
+
+bool CanBeBoth(Role a, Role b) {
+  return IsData(a) == IsData(b) && (a == Role::kNormal) == (b == Role::kNormal);
+}
 
 // Notes what the texture is used for: of two uses the one with narrower values (roughness, base
 // colour).
@@ -41,7 +47,7 @@ void UseTexture(const YamlNode& name, const std::string& path, Role role, Config
   for (TextureConfig& texture : reading.config.textures) {
     names.push_back(texture.name);
     if (texture.name != name.text) continue;
-    if (texture.role != Role::kUnused && IsData(texture.role) != IsData(role)) {
+    if (texture.role != Role::kUnused && !CanBeBoth(texture.role, role)) {
       reading.Report(name.place,
                      path,
                      fmt::format("texture '{}' is used as {} already, so it cannot be {}; name its "
@@ -80,6 +86,7 @@ void CheckStartValue(const TextureConfig& texture, ConfigReading& reading) {
                                texture.role == Role::kRoughness   ? "roughness"
                                : texture.role == Role::kMetallic  ? "metallic"
                                : texture.role == Role::kBaseColor ? "a base colour"
+                               : texture.role == Role::kNormal    ? "normals"
                                                                   : "a light",
                                low,
                                high));
@@ -103,6 +110,7 @@ void CheckTextures(const YamlNode& scene, ConfigReading& reading) {
     use("base_color", Role::kBaseColor);
     use("roughness", Role::kRoughness);
     use("metallic", Role::kMetallic);
+    use("normal", Role::kNormal);
   }
   for (const YamlEntry& entry : EntriesOf(scene, "lights")) {
     const YamlNode* name = entry.value.Find("texture");

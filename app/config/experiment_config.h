@@ -105,8 +105,16 @@ struct TextureConfig {
   std::array<int, 2> size_px{32, 32};  ///< without file
   Triple init{0.5, 0.5, 0.5};          ///< every texel, without file
   bool repeat = true;                  ///< false: clamp
-  /// By what uses it. A texture of light may also be a base colour, never roughness or metallic.
-  enum class Role { kUnused, kLight, kBaseColor, kRoughness, kMetallic } role = Role::kUnused;
+  /// By what uses it. A texture of light may also be a base colour; others have one use, but that
+  /// roughness may be metallic, too.
+  enum class Role {
+    kUnused,
+    kLight,
+    kBaseColor,
+    kRoughness,
+    kMetallic,
+    kNormal
+  } role = Role::kUnused;
 };
 
 struct MaterialConfig {
@@ -128,6 +136,8 @@ struct MaterialConfig {
   Triple base_color{0.5, 0.5, 0.5};      ///< of kConstant, and the initial one of kVertexConstant
   renderer::MetallicRoughnessBsdf gltf;  ///< its roughness is that of every rough model
   std::string base_color_texture, roughness_texture, metallic_texture;  ///< names, or empty
+  std::string normal_texture;                                           ///< likewise
+  double normal_scale = 1.0;
   renderer::MicrofacetDistribution distribution = {};  ///< of conductors and dielectrics
   std::string metal;                                   ///< named, or empty:
   Triple eta{0.0, 0.0, 0.0}, k{0.0, 0.0, 0.0};         ///< of conductors and mirrors

@@ -120,6 +120,16 @@ SchemaNode MaterialsSchema() {
                                "Factor of what is reflected without taking the base colour on, 4 % "
                                "head-on at 1; glTF's specularFactor.") |
                       When("model", {"metallic_roughness"}),
+                  Map("normal",
+                      {Name("texture", &MaterialConfig::normal_texture) |
+                           Doc("One of `scene.textures`: directions in the frames of the mesh's "
+                               "UVs as (1 + n) / 2, green up. It cannot be unknown.") |
+                           Optional(),
+                       Key("scale", &MaterialConfig::normal_scale) |
+                           Doc("Of the directions' x and y.") | From(-10.0, 10.0)}) |
+                      Doc("Normal map, glTF's normalTexture; the mesh must have normals "
+                          "(`normals: smooth`) and UVs.") |
+                      When("model", {"metallic_roughness"}),
                   Choice("metal", Metals(), &MaterialConfig::metal) |
                       Doc("Measured eta and k. A mirror without metal reflects everything.") |
                       OneOfFor("metal", {"conductor"}) | When("model", {"conductor", "mirror"}),
@@ -147,7 +157,7 @@ SchemaNode TexturesSchema() {
                  {Key("file", &TextureConfig::file) |
                       Doc("PNG, JPEG, TIFF, EXR or HDR. As a colour or light, 8 and 16 bit are "
                           "sRGB, EXR and HDR linear; as roughness or metallic the first channel is "
-                          "taken as it is.") |
+                          "taken as it is, as normals all three are.") |
                       OneOf("source"),
                   Size("size_px", &TextureConfig::size_px) |
                       Doc("Size of a texture without file.") | OneOf("source"),

@@ -55,7 +55,8 @@ class Adder {
       material.name = FreeName(material.name, geometry_, to_.materials);
       for (int* texture : {&material.base_color_texture,
                            &material.roughness_texture,
-                           &material.metallic_texture}) {
+                           &material.metallic_texture,
+                           &material.normal_texture}) {
         *texture = Texture(*texture);
       }
       to_.materials.push_back(std::move(material));

@@ -60,8 +60,10 @@ renderer::Texture BuildTexture(const TextureConfig& config, const BuildContext& 
     texture.scalar = scalar;
   } else {
     context.files.push_back(config.file);
-    texture = renderer::ReadTexture(
-        config.file, scalar ? renderer::TextureRole::kData : renderer::TextureRole::kColor);
+    texture = renderer::ReadTexture(config.file,
+                                    scalar                         ? renderer::TextureRole::kData
+                                    : config.role == Role::kNormal ? renderer::TextureRole::kNormal
+                                                                   : renderer::TextureRole::kColor);
   }
   texture.name = config.name;
   texture.wrap = config.repeat ? renderer::TextureWrap::kRepeat : renderer::TextureWrap::kClamp;
@@ -79,6 +81,8 @@ renderer::Material BuildMaterial(const MaterialConfig& material, const Experimen
   out.base_color_texture = TextureIndex(material.base_color_texture, config);
   out.roughness_texture = TextureIndex(material.roughness_texture, config);
   out.metallic_texture = TextureIndex(material.metallic_texture, config);
+  out.normal_texture = TextureIndex(material.normal_texture, config);
+  out.normal_scale = material.normal_scale;
   out.two_sided = material.two_sided;
   return out;
 }

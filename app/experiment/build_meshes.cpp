@@ -127,6 +127,7 @@ bool IsUnknown(const ExperimentConfig& config, const std::string& mesh, const ch
 void SetNormals(GeometryConfig::Normals normals,
                 const ExperimentConfig& config,
                 const BuildContext& context,
+                bool has_normal_map,
                 MeshPart& part) {
   switch (normals) {
     case GeometryConfig::Normals::kFile:
@@ -139,8 +140,8 @@ void SetNormals(GeometryConfig::Normals normals,
       break;
     case GeometryConfig::Normals::kDefault:
       // Normals that stay behind while the vertices move would be wrong.
-      if (!part.mesh.normals.empty() && IsUnknown(config, part.name, "vertices") &&
-          !IsUnknown(config, part.name, "normals")) {
+      if (!has_normal_map && !part.mesh.normals.empty() &&
+          IsUnknown(config, part.name, "vertices") && !IsUnknown(config, part.name, "normals")) {
         renderer::RemoveVertexNormals(part.mesh);
         context.notes.push_back("Mesh " + part.name +
                                 " is shaded flat, since its vertices are unknown; normals: file "
@@ -210,7 +211,8 @@ void AddMeshes(const GeometryConfig& geometry,
     if (const auto* file = std::get_if<FileGeometry>(&geometry.geometry)) {
       CheckFileMesh(file->path, geometry.repair, part);
     }
-    SetNormals(geometry.normals, config, context, part);
+    const renderer::Material& look = scene.materials[static_cast<std::size_t>(part.material)];
+    SetNormals(geometry.normals, config, context, look.normal_texture >= 0, part);
     renderer::ApplyTransform(world_from_file, part.mesh);
   }
   const Vec3 pivot = geometry.pivot ? ToVec3(*geometry.pivot) : MiddleOf(parts);

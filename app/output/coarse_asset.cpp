@@ -53,6 +53,7 @@ struct FineSurface {
   const Material& material;
   Mesh mesh;  ///< in the world, with normals
   renderer::TriangleTree tree;
+  renderer::TangentField tangents = {};  ///< where the material has a normal texture
 
   FineSurface(const Scene& from, const renderer::SceneMesh& item)
       : scene(from),
@@ -60,6 +61,7 @@ struct FineSurface {
         mesh(renderer::WorldMesh(item)),
         tree(mesh) {
     if (mesh.normal_triangles.empty()) renderer::ComputeVertexNormals(mesh);
+    if (material.normal_texture >= 0) tangents = renderer::TangentField(mesh);
   }
 
   [[nodiscard]] const Texture* TextureAt(int index) const {
@@ -71,7 +73,18 @@ struct FineSurface {
     for (std::size_t k = 0; k < 3; ++k) {
       sum += Normalized(mesh.normals[Index(t[k])]) * at.weights[k];
     }
-    return SquaredNorm(sum) > 0.0 ? Normalized(sum) : Normalized(mesh.normals[Index(t[0])]);
+    const Vec3 smooth =
+        SquaredNorm(sum) > 0.0 ? Normalized(sum) : Normalized(mesh.normals[Index(t[0])]);
+    const Texture* map = TextureAt(material.normal_texture);
+    if (map == nullptr) return smooth;
+    const renderer::ShadingFrame frame =
+        renderer::InterpolateFrame(mesh, at.triangle, tangents[at.triangle], at.weights);
+    const Rgb texel = TexelAt(*map, at);
+    const double scale = material.normal_scale;
+    const Vec3 mapped = frame.u * (scale * (2.0 * texel.r - 1.0)) +
+                        frame.v * (scale * (2.0 * texel.g - 1.0)) +
+                        frame.normal * (2.0 * texel.b - 1.0);
+    return SquaredNorm(mapped) > 0.0 ? Normalized(mapped) : smooth;
   }
   [[nodiscard]] Rgb ColorAt(const renderer::ClosestPoint& at) const {
     Rgb color;
@@ -185,7 +198,8 @@ void MakeCoarse(const Scene& scene, std::size_t index, int num_triangles, Coarse
   }
   if (of_roughness != nullptr) material.roughness_texture = add(std::move(roughness));
   if (of_metallic != nullptr) material.metallic_texture = add(std::move(metallic));
-  asset.normals[index] = Finish(std::move(normals), known);
+  material.normal_texture = add(std::move(normals));
+  material.normal_scale = 1.0;
   const double off = optim::SurfaceDistance(coarse, fine.mesh);
   asset.messages.push_back(fmt::format(
       "{}: {} of {} triangles, at most {:.3g} m off, normals of the fine surface in {} x {} texels",
@@ -203,8 +217,7 @@ void MakeCoarse(const Scene& scene, std::size_t index, int num_triangles, Coarse
 }  // namespace
 
 CoarseAsset MakeCoarseAsset(const Scene& scene, int num_triangles) {
-  CoarseAsset asset{.scene = scene, .normals = {}, .messages = {}};
-  asset.normals.resize(scene.meshes.size());
+  CoarseAsset asset{.scene = scene, .messages = {}};
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     const renderer::SceneMesh& item = scene.meshes[m];
     const std::size_t count = item.mesh.triangles.size();

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,11 +10,9 @@ namespace pathfit::app {
 /// Meshes of few triangles for other programs, with what they lost as pictures on UVs of their own.
 struct CoarseAsset {
   /// With meshes in the world frame; each that became coarse has a material and textures of its
-  /// own: what its colours, roughness and metallic were on vertices or as textures.
+  /// own: what its colours, roughness and metallic were on vertices or as textures, and the normals
+  /// of the fine surface as its normal texture.
   renderer::Scene scene;
-  /// By mesh: normals of the fine surface in the frame of the coarse one (renderer::Tangent), as
-  /// (1 + n) / 2; nothing for meshes that stay as they are.
-  std::vector<std::optional<renderer::Texture>> normals;
   std::vector<std::string> messages;  ///< a sentence for each mesh
 };
 

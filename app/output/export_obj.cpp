@@ -1,6 +1,7 @@
 #include "app/output/export_obj.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -67,6 +68,22 @@ std::string FaceCorner(int position, int uv, int normal) {
          (normal < 0 ? "" : "/" + std::to_string(normal + 1));
 }
 
+/// Beside its base colour's: what the MTL says before a picture's name, the end of that name, and
+/// the picture.
+struct DataMap {
+  std::string words;
+  const char* suffix;
+  const std::optional<Image>& image;
+};
+std::array<DataMap, 3> DataMaps(const ObjMaterial& material) {
+  const bool scaled = material.normal_scale != 1.0;
+  return {{{"map_Pr", "_roughness.png", material.roughness_texture},
+           {"map_Pm", "_metallic.png", material.metallic_texture},
+           {scaled ? fmt::format("norm -bm {}", material.normal_scale) : "norm",
+            "_normal.png",
+            material.normal_texture}}};
+}
+
 std::string MtlText(const ObjMaterial& material, const std::string& name, const std::string& map) {
   const Rgb& color = material.base_color;
   const double roughness = material.bsdf.roughness;
@@ -114,11 +131,18 @@ std::vector<fs::path> WriteObj(const fs::path& stem,
   }
   std::vector<fs::path> written = {fs::path(stem) += ".obj", fs::path(stem) += ".mtl"};
   renderer::WriteFileAtomically(written[0], text);
-  renderer::WriteFileAtomically(written[1], MtlText(material, name, texture ? file + ".png" : ""));
+  std::string mtl = MtlText(material, name, texture ? file + ".png" : "");
   if (texture) {
     written.push_back(fs::path(stem) += ".png");
     renderer::WritePng8(written.back(), EncodedImage(*texture));
   }
+  for (const DataMap& map : DataMaps(material)) {
+    if (!map.image || unwraps || !has_uvs) continue;
+    written.push_back(fs::path(stem) += map.suffix);
+    renderer::WritePng8(written.back(), *map.image);
+    mtl += map.words + " " + file + map.suffix + "\n";
+  }
+  renderer::WriteFileAtomically(written[1], mtl);
   return written;
 }
 

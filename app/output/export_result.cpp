@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <variant>
 
@@ -121,7 +122,6 @@ struct PlacedMesh {
   renderer::MetallicRoughnessBsdf bsdf{.roughness = 1.0};
   const renderer::Texture* texture = nullptr;
   const renderer::AreaEmitter* emission = nullptr;  ///< the light that it is
-  std::optional<renderer::Texture> normals = {};
   [[nodiscard]] bool IsUniform() const { return !material.vertex_colors && texture == nullptr; }
 };
 
@@ -152,10 +152,7 @@ PlacedMesh Place(std::size_t index, const Scene& scene) {
   return placed;
 }
 
-std::vector<fs::path> WritePlacedGlb(const fs::path& stem,
-                                     const PlacedMesh& placed,
-                                     const Scene& scene,
-                                     double metres_per_unit) {
+renderer::GlbMaterial GlbMaterialOf(const PlacedMesh& placed, const Scene& scene) {
   renderer::GlbMaterial glb{
       .name = placed.material.name, .bsdf = placed.bsdf, .double_sided = placed.material.two_sided};
   if (placed.texture != nullptr) glb.base_color_texture = *placed.texture;
@@ -164,13 +161,21 @@ std::vector<fs::path> WritePlacedGlb(const fs::path& stem,
     glb.roughness_texture = TextureAt(placed.material.roughness_texture, scene);
     glb.metallic_texture = TextureAt(placed.material.metallic_texture, scene);
   }
-  glb.normal_texture = placed.normals;
+  glb.normal_texture = TextureAt(placed.material.normal_texture, scene);
+  glb.normal_scale = placed.material.normal_scale;
   if (placed.emission != nullptr) {
     glb.emission = placed.emission->intensity;
     glb.emission_texture = TextureAt(placed.emission->texture, scene);
   }
+  return glb;
+}
+
+std::vector<fs::path> WritePlacedGlb(const fs::path& stem,
+                                     const PlacedMesh& placed,
+                                     const Scene& scene,
+                                     double metres_per_unit) {
   const fs::path path = fs::path(stem) += ".glb";
-  renderer::WriteGlb(path, placed.mesh, glb, metres_per_unit);
+  renderer::WriteGlb(path, placed.mesh, GlbMaterialOf(placed, scene), metres_per_unit);
   return {path};
 }
 
@@ -188,10 +193,19 @@ std::vector<fs::path> WritePlacedPly(const fs::path& stem, PlacedMesh placed) {
   return written;
 }
 
-std::vector<fs::path> WritePlacedObj(const fs::path& stem, const PlacedMesh& placed) {
+std::vector<fs::path> WritePlacedObj(const fs::path& stem,
+                                     const PlacedMesh& placed,
+                                     const Scene& scene) {
   ObjMaterial material{
       .name = placed.material.name, .base_color = placed.material.base_color, .bsdf = placed.bsdf};
+  const auto image = [&](int index) {
+    return index < 0 ? std::nullopt : std::optional(TextureImage(*TextureAt(index, scene)));
+  };
   if (placed.texture != nullptr) material.texture = TextureImage(*placed.texture);
+  material.roughness_texture = image(placed.material.roughness_texture);
+  material.metallic_texture = image(placed.material.metallic_texture);
+  material.normal_texture = image(placed.material.normal_texture);
+  material.normal_scale = placed.material.normal_scale;
   return WriteObj(stem, placed.mesh, material);
 }
 
@@ -210,22 +224,43 @@ std::vector<std::string> MeshFileNames(const Scene& scene) {
 std::vector<fs::path> WriteMeshes(const fs::path& folder,
                                   const Scene& scene,
                                   MeshFormat format,
-                                  double metres_per_unit,
-                                  const std::vector<std::optional<renderer::Texture>>& normals) {
+                                  double metres_per_unit) {
   renderer::CreateFolders(folder);
   std::vector<fs::path> written;
   const std::vector<std::string> names = MeshFileNames(scene);
   for (std::size_t i = 0; i < names.size(); ++i) {
-    PlacedMesh placed = Place(i, scene);
-    if (i < normals.size()) placed.normals = normals[i];
+    const PlacedMesh placed = Place(i, scene);
     const fs::path stem = folder / names[i];
-    const std::vector<fs::path> files = format == MeshFormat::kGlb
-                                            ? WritePlacedGlb(stem, placed, scene, metres_per_unit)
-                                        : format == MeshFormat::kPly ? WritePlacedPly(stem, placed)
-                                                                     : WritePlacedObj(stem, placed);
+    const std::vector<fs::path> files =
+        format == MeshFormat::kGlb   ? WritePlacedGlb(stem, placed, scene, metres_per_unit)
+        : format == MeshFormat::kPly ? WritePlacedPly(stem, placed)
+                                     : WritePlacedObj(stem, placed, scene);
     written.insert(written.end(), files.begin(), files.end());
   }
   return written;
+}
+
+fs::path WriteSceneGlb(const fs::path& folder, const Scene& scene, double metres_per_unit) {
+  std::vector<renderer::GlbMesh> meshes;
+  std::vector<renderer::GlbMaterial> materials;
+  std::map<std::pair<int, const renderer::AreaEmitter*>, std::size_t> known;
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    const PlacedMesh placed = Place(i, scene);
+    // A light is part of the material.
+    const auto [entry, is_new] =
+        known.try_emplace({scene.meshes[i].material, placed.emission}, materials.size());
+    if (is_new) materials.push_back(GlbMaterialOf(placed, scene));
+    meshes.push_back({scene.meshes[i].name, placed.mesh, entry->second});
+  }
+  std::string stem = "scene";
+  for (const std::vector<std::string> names = MeshFileNames(scene);
+       std::ranges::find(names, stem) != names.end();) {
+    stem += "-all";
+  }
+  const fs::path path = folder / (stem + ".glb");
+  renderer::CreateFolders(folder);
+  renderer::WriteGlb(path, meshes, materials, metres_per_unit);
+  return path;
 }
 
 std::vector<fs::path> WriteEnvironment(const fs::path& folder, const Scene& scene) {
@@ -340,6 +375,7 @@ void ExportResult(const fs::path& folder,
   renderer::CreateFolders(folder / "cameras");
   std::vector<std::string> image_names, image_paths;
   WriteMeshes(folder, scene, MeshFormat::kGlb, metres_per_unit);
+  if (!scene.meshes.empty()) WriteSceneGlb(folder, scene, metres_per_unit);
   WriteMeshes(folder, scene, MeshFormat::kPly);
   std::vector<std::string> texture_names;
   for (const renderer::Texture& texture : scene.textures) texture_names.push_back(texture.name);

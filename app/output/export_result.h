@@ -31,14 +31,17 @@ inline constexpr std::array<std::pair<const char*, MeshFormat>, 3> kMeshFormats 
 
 /// A file for each mesh of the scene, where their poses place them, and what it refers to. Returns
 /// the files: of each mesh in the scene's order, its own first. GLB files are in metres where
-/// `metres_per_unit` is known, not 0 (WriteGlb), and have the normal textures that there are
-/// (GlbMaterial; empty, or one for each mesh). Throws as ExportResult.
-std::vector<std::filesystem::path> WriteMeshes(
-    const std::filesystem::path& folder,
-    const renderer::Scene& scene,
-    MeshFormat format,
-    double metres_per_unit = 0.0,
-    const std::vector<std::optional<renderer::Texture>>& normals = {});
+/// `metres_per_unit` is known, not 0 (WriteGlb). Throws as ExportResult.
+std::vector<std::filesystem::path> WriteMeshes(const std::filesystem::path& folder,
+                                               const renderer::Scene& scene,
+                                               MeshFormat format,
+                                               double metres_per_unit = 0.0);
+
+/// All meshes in one file, nodes called as they are: scene.glb, or scene-all.glb where a mesh's own
+/// file has that name. The file; `metres_per_unit` and errors as of WriteMeshes.
+std::filesystem::path WriteSceneGlb(const std::filesystem::path& folder,
+                                    const renderer::Scene& scene,
+                                    double metres_per_unit = 0.0);
 
 /// environment.exr and .hdr, as ExportResult writes them; returns no files without an environment.
 std::vector<std::filesystem::path> WriteEnvironment(const std::filesystem::path& folder,

@@ -154,7 +154,8 @@ bool SameShape(const Raster& a, const Raster& b) {
 /// Materials: what stands in for their constants.
 bool SameShape(const Material& a, const Material& b) {
   return a.vertex_colors == b.vertex_colors && a.base_color_texture == b.base_color_texture &&
-         a.roughness_texture == b.roughness_texture && a.metallic_texture == b.metallic_texture;
+         a.roughness_texture == b.roughness_texture && a.metallic_texture == b.metallic_texture &&
+         a.normal_texture == b.normal_texture;
 }
 
 Json ShapeToJson(const Material& material, ArrayWriter& arrays) {
@@ -163,6 +164,7 @@ Json ShapeToJson(const Material& material, ArrayWriter& arrays) {
           {"base_color_texture", material.base_color_texture},
           {"roughness_texture", material.roughness_texture},
           {"metallic_texture", material.metallic_texture},
+          {"normal_texture", material.normal_texture},
           {"base_color", arrays.Add(std::vector<double>{color.r, color.g, color.b})}};
 }
 
@@ -171,6 +173,7 @@ void ShapeFromJson(const Json& json, const Json& arrays, Material& material) {
   json.at("base_color_texture").get_to(material.base_color_texture);
   json.at("roughness_texture").get_to(material.roughness_texture);
   json.at("metallic_texture").get_to(material.metallic_texture);
+  material.normal_texture = json.value("normal_texture", -1);
   std::vector<double> color;
   ReadArray(arrays, json.at("base_color"), color);
   if (color.size() != 3) throw renderer::IoError("a base colour has a wrong size");

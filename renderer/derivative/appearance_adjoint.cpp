@@ -206,7 +206,21 @@ ColorGradient AppearanceAdjoint::LabelGradient(const PathRecord::Vertex& v,
       add_texture(light.light->texture, d.emission * light.light->intensity, true);
     }
   }
-  if (!mesh.normal_triangles.empty()) {
+  if (material.normal_texture >= 0) {
+    const NormalMapPoint at(*context_.world, v.p.id, v.p.b1, v.p.b2);
+    const MappedNormal mapped = at.Mapped();
+    if (IsFinite(mapped.Value())) {
+      const auto by = mapped.Pull(d.d_n * v.p.side);
+      const Rgb du = Dot(by.texel, at.TexelSlope(at.lookup.du));
+      const Rgb dv = Dot(by.texel, at.TexelSlope(at.lookup.dv));
+      const Triangle& uvs = CornersOf(mesh.uv_triangles, v.p.id);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Vec2& uv = mesh.uvs[static_cast<std::size_t>(uvs[i])];
+        d_bary[i] +=
+            Dot(by.m, at.Normal(i)) + Dot(by.t, at.tangents[i].along_u) + du * uv.x + dv * uv.y;
+      }
+    }
+  } else if (!mesh.normal_triangles.empty()) {
     const Triangle& corners = CornersOf(mesh.normal_triangles, v.p.id);
     const Vec3 stored = InterpolatedNormal(mesh, v.p.id, v.p.b1, v.p.b2);
     const double norm = Norm(stored);

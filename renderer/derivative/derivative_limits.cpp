@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <variant>
@@ -245,6 +246,39 @@ void AddCoarseMeshes(const Scene& scene,
   }
 }
 
+/// Mean angle between a normal texture's directions and the frame's, rad.
+double MeanTilt(const Texture& texture, double scale) {
+  double sum = 0.0;
+  for (const Rgb& texel : texture.texels.Items()) {
+    const double x = scale * (2.0 * texel.r - 1.0), y = scale * (2.0 * texel.g - 1.0);
+    sum += std::atan2(std::hypot(x, y), 2.0 * texel.b - 1.0);
+  }
+  return sum / static_cast<double>(texture.texels.size());
+}
+
+void AddNormalMaps(const Scene& scene,
+                   const ParameterLayout& layout,
+                   std::vector<std::string>& limits) {
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    const SceneMesh& m = scene.meshes[i];
+    const Material& material = MaterialOf(scene, m);
+    if (material.normal_texture < 0) continue;
+    const Texture& texture = scene.textures[static_cast<std::size_t>(material.normal_texture)];
+    if (layout.FirstBlock(ParameterKind::kUvs, static_cast<int>(i)) >= 0) {
+      limits.push_back("'" + m.name + "' has the normal texture '" + texture.name +
+                       "': what that does is not in the derivative by its UVs");
+    }
+    if (!AnyMoves(layout)) continue;
+    if (const double tilt = MeanTilt(texture, material.normal_scale); tilt > kCoarse) {
+      limits.push_back("'" + m.name + "' has the normal texture '" + texture.name +
+                       "', which turns its normals by " + Degrees(tilt) +
+                       " degrees on average: triangles stop to reflect at their own "
+                       "horizons; that the horizon moves is not in the "
+                       "derivative by moving things");
+    }
+  }
+}
+
 void AddProjectors(const Scene& scene, std::vector<std::string>& limits) {
   for (const Emitter& emitter : scene.emitters) {
     if (std::holds_alternative<ProjectorEmitter>(emitter.light)) {
@@ -260,6 +294,7 @@ void AddProjectors(const Scene& scene, std::vector<std::string>& limits) {
 std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
   std::vector<std::string> limits;
   AddGlass(scene, layout, limits);
+  AddNormalMaps(scene, layout, limits);
   if (!AnyMoves(layout)) {
     return limits;
   }

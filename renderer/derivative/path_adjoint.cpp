@@ -320,6 +320,10 @@ void PathAdjoint::ScatterMaterialPoint(std::size_t k) {
 void PathAdjoint::ScatterNormals(std::size_t k) {
   const SurfacePoint& p = path_->vertices[k].p;
   const auto& blocks = active_.meshes[static_cast<std::size_t>(p.id.mesh)];
+  if (p.material->normal_texture >= 0) {
+    ScatterMappedNormal(k);
+    return;
+  }
   if (blocks.normals < 0 && blocks.rotation < 0) {
     return;
   }
@@ -336,6 +340,31 @@ void PathAdjoint::ScatterNormals(std::size_t k) {
                          corners[i],
                          mesh.normals[static_cast<std::size_t>(corners[i])],
                          d_m * weights[i]);
+  }
+}
+
+void PathAdjoint::ScatterMappedNormal(std::size_t k) {
+  const SurfacePoint& p = path_->vertices[k].p;
+  const auto& blocks = active_.meshes[static_cast<std::size_t>(p.id.mesh)];
+  const NormalMapPoint at(world_, p.id, p.b1, p.b2);
+  const MappedNormal mapped = at.Mapped();
+  const ColorGradient& d_n = adjoints_[k].d_n;
+  if (!IsFinite(mapped.Value())) return;
+  if (blocks.positions < 0 && blocks.normals < 0) {  // all of the frame turns with the pose
+    motion_.VertexNormal(p.id.mesh, at.normals[0], mapped.Value(), d_n * p.side);
+    return;
+  }
+  const auto d = mapped.Pull(d_n * p.side);
+  const auto add_normal = [&](std::int32_t normal, const ColorGradient& d_m) {
+    motion_.VertexNormal(p.id.mesh, normal, at.mesh.normals[static_cast<std::size_t>(normal)], d_m);
+  };
+  const auto add_position = [&](std::int32_t vertex, const ColorGradient& d_x) {
+    motion_.Vertex(p.id.mesh, vertex, at.mesh.positions[static_cast<std::size_t>(vertex)], d_x);
+  };
+  for (std::size_t i = 0; i < 3; ++i) {
+    add_normal(at.normals[i], d.m * at.weights[i]);
+    world_.tangents(p.id.mesh).Pull(
+        at.mesh, p.id.triangle, i, d.t * at.weights[i], add_position, add_normal);
   }
 }
 
@@ -381,7 +410,7 @@ void PathAdjoint::ScatterImagePoint(std::size_t k) {
 void PathAdjoint::PullThroughMirrorNormal(std::size_t k) {
   const SurfacePoint& p = path_->vertices[k].p;
   VertexAdjoint& d = adjoints_[k];
-  const Vec3 n = Normalized(InterpolatedNormal(world_.mesh(p.id.mesh), p.id, p.b1, p.b2)) * p.side;
+  const Vec3 n = SmoothNormal(world_, *p.material, p.id, p.b1, p.b2) * p.side;
   MirrorNormal(n, p.ng, p.wo).Pull(d.d_n, d.d_ng, d.d_wo);
 }
 

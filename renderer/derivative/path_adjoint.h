@@ -96,6 +96,7 @@ class PathAdjoint {
   void MoveStart(std::size_t k, const ColorGradient& d);
   void ScatterMaterialPoint(std::size_t k);
   void ScatterNormals(std::size_t k);
+  void ScatterMappedNormal(std::size_t k);
   void ScatterImagePoint(std::size_t k);
   void ScatterCameraVertexInMaterialForm(const Rgb& radiance);
   void PullThroughDelta(std::size_t k);

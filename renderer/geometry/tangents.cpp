@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <map>
+#include <cstdint>
+#include <numeric>
 
 namespace pathfit::renderer {
 namespace {
 
 using Corner = std::array<std::int32_t, 3>;  // indices of position, normal and UV
-
-struct Sum {
-  Vec3 along_u{0.0, 0.0, 0.0};
-  double sign = 0.0;
-};
 
 std::size_t At(std::int32_t index) { return static_cast<std::size_t>(index); }
 
@@ -24,42 +20,72 @@ Vec3 AnyPerpendicular(const Vec3& n) {
 
 }  // namespace
 
-std::vector<std::array<Tangent, 3>> MakeTangents(const Mesh& mesh) {
-  std::map<Corner, Sum> sums;
-  const auto corner = [&](std::size_t f, std::size_t k) {
+TangentField::TangentField(const Mesh& mesh) {
+  const std::size_t num_corners = 3 * mesh.triangles.size();
+  const auto key = [&](std::size_t corner) {
+    const std::size_t f = corner / 3, k = corner % 3;
     return Corner{mesh.triangles[f][k], mesh.normal_triangles[f][k], mesh.uv_triangles[f][k]};
   };
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    const auto x = [&](std::size_t k) { return mesh.positions[At(mesh.triangles[f][k % 3])]; };
-    const auto uv = [&](std::size_t k) { return mesh.uvs[At(mesh.uv_triangles[f][k % 3])]; };
-    const Vec3 p = x(1) - x(0), q = x(2) - x(0);
-    const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
-    const double det = a.x * b.y - a.y * b.x;
-    if (det == 0.0) continue;
-    const Vec3 along_u = (p * b.y - q * a.y) / det;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 n = Normalized(mesh.normals[At(mesh.normal_triangles[f][k])]);
-      const Vec3 in_plane = along_u - n * Dot(n, along_u);
-      const double length = Norm(in_plane);
-      if (!(length > 0.0)) continue;
-      const Vec3 next = x(k + 1) - x(k), previous = x(k + 2) - x(k);
-      const double angle = std::atan2(Norm(Cross(next, previous)), Dot(next, previous));
-      Sum& sum = sums[corner(f, k)];
-      sum.along_u += in_plane * (angle / length);
-      sum.sign += det > 0.0 ? angle : -angle;
+  corners_.resize(num_corners);
+  std::iota(corners_.begin(), corners_.end(), std::size_t{0});
+  std::ranges::stable_sort(corners_, {}, key);
+  group_.resize(mesh.triangles.size());
+  for (std::size_t i = 0; i < num_corners; ++i) {
+    if (i == 0 || key(corners_[i]) != key(corners_[i - 1])) first_.push_back(i);
+    group_[corners_[i] / 3][corners_[i] % 3] = static_cast<std::int32_t>(first_.size()) - 1;
+  }
+  first_.push_back(num_corners);
+  Update(mesh);
+}
+
+TangentField::Part TangentField::PartOf(const Mesh& mesh, std::size_t f, std::size_t k) {
+  Part part;
+  const auto x = [&](std::size_t i) { return mesh.positions[At(mesh.triangles[f][i % 3])]; };
+  const auto uv = [&](std::size_t i) { return mesh.uvs[At(mesh.uv_triangles[f][i % 3])]; };
+  const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
+  const double det = a.x * b.y - a.y * b.x;
+  if (det == 0.0) return part;
+  part.by_corner = {(a.y - b.y) / det, b.y / det, -a.y / det};
+  part.along_u = ((x(1) - x(0)) * b.y - (x(2) - x(0)) * a.y) / det;
+  const Vec3& stored = mesh.normals[At(mesh.normal_triangles[f][k])];
+  part.normal_length = Norm(stored);
+  part.n = Normalized(stored);
+  part.in_plane = part.along_u - part.n * Dot(part.n, part.along_u);
+  part.length = Norm(part.in_plane);
+  if (!part.Counts()) return part;
+  part.in_plane = part.in_plane / part.length;
+  part.next = x(k + 1) - x(k);
+  part.previous = x(k + 2) - x(k);
+  part.angle = std::atan2(Norm(Cross(part.next, part.previous)), Dot(part.next, part.previous));
+  part.sign = det > 0.0 ? part.angle : -part.angle;
+  return part;
+}
+
+void TangentField::Update(const Mesh& mesh) {
+  tangents_.resize(group_.size());
+  length_.assign(first_.size() - 1, 0.0);
+  for (std::size_t g = 0; g + 1 < first_.size(); ++g) {
+    Vec3 along_u{0.0, 0.0, 0.0};
+    double sign = 0.0;
+    for (std::size_t c = first_[g]; c < first_[g + 1]; ++c) {
+      const Part part = PartOf(mesh, corners_[c] / 3, corners_[c] % 3);
+      if (!part.Counts()) continue;
+      along_u += part.in_plane * part.angle;
+      sign += part.sign;
+    }
+    length_[g] = Norm(along_u);
+    const std::size_t first = corners_[first_[g]];
+    const Vec3 n = Normalized(mesh.normals[At(mesh.normal_triangles[first / 3][first % 3])]);
+    Tangent tangent{length_[g] > 0.0 ? Normalized(along_u) : AnyPerpendicular(n), 1.0};
+    if (length_[g] > 0.0 && sign < 0.0) tangent.sign = -1.0;
+    for (std::size_t c = first_[g]; c < first_[g + 1]; ++c) {
+      tangents_[corners_[c] / 3][corners_[c] % 3] = tangent;
     }
   }
-  std::vector<std::array<Tangent, 3>> tangents(mesh.triangles.size());
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto found = sums.find(corner(f, k));
-      const bool is_known = found != sums.end() && SquaredNorm(found->second.along_u) > 0.0;
-      const Vec3 n = Normalized(mesh.normals[At(mesh.normal_triangles[f][k])]);
-      tangents[f][k].along_u = is_known ? Normalized(found->second.along_u) : AnyPerpendicular(n);
-      if (is_known && found->second.sign < 0.0) tangents[f][k].sign = -1.0;
-    }
-  }
-  return tangents;
+}
+
+std::vector<std::array<Tangent, 3>> MakeTangents(const Mesh& mesh) {
+  return TangentField(mesh).Items();
 }
 
 ShadingFrame InterpolateFrame(const Mesh& mesh,

@@ -22,8 +22,10 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/ray.h"
+#include "renderer/geometry/tangents.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/gltf_compression.h"
 #include "renderer/io/gltf_writer.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/mesh_assembly.h"
@@ -38,9 +40,15 @@ using tinygltf::Value;
 constexpr std::size_t kMaxElements = std::size_t{1} << 28;  ///< of an accessor
 constexpr std::size_t kMaxZeros = std::size_t{1} << 24;     ///< of one without bytes of its own
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 27;
+constexpr std::size_t kMaxUnpacked = std::size_t{1} << 31;  ///< bytes of all that is compressed
 constexpr int kMaxNesting = 200;  ///< of JSON: parts of the parser call themselves
 
-constexpr std::array<std::string_view, 5> kKnownExtensions = {"KHR_texture_transform",
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
+
+constexpr std::array<std::string_view, 7> kKnownExtensions = {kMeshopt,
+                                                              kDraco,
+                                                              "KHR_texture_transform",
                                                               "KHR_lights_punctual",
                                                               "KHR_materials_emissive_strength",
                                                               "KHR_materials_specular",
@@ -143,14 +151,14 @@ struct TextureUse {
   UvMap uv;
 };
 
-enum class TexelRole { kColor, kRoughness, kMetallic };
+enum class TexelRole { kColor, kRoughness, kMetallic, kNormal };
 
 /// A material while the meshes are read.
 struct MaterialPlan {
   std::string where;  ///< "material 2 'skin'"
   Material material;
   Rgb emission;  ///< radiance, or the factor of its texture
-  std::optional<TextureUse> base_color, metallic_roughness, emissive;
+  std::optional<TextureUse> base_color, metallic_roughness, emissive, normal;
   UvMap uv;                ///< of the textures that are used
   Vec2 low{1e300, 1e300};  ///< of all UVs of its meshes
   Vec2 high{-1e300, -1e300};
@@ -158,7 +166,9 @@ struct MaterialPlan {
   int emission_texture = -1;
   int index = -1;  ///< in the scene
 
-  [[nodiscard]] bool HasTextures() const { return base_color || metallic_roughness || emissive; }
+  [[nodiscard]] bool HasTextures() const {
+    return base_color || metallic_roughness || emissive || normal;
+  }
 };
 
 class GltfReader {
@@ -171,6 +181,8 @@ class GltfReader {
     file_.files.push_back(path_);
     Parse(bytes);
     CheckExtensions();
+    UnpackViews();
+    UnpackPrimitives();
     ReadNodes();
     if (file_.scene.meshes.empty() && file_.scene.emitters.empty() && file_.scene.sensors.empty()) {
       Fail("there is no triangle, light or camera in its scene");
@@ -220,6 +232,11 @@ class GltfReader {
     const std::string_view json =
         is_binary ? container.substr(20, Uint32At(container, 12)) : container;
     CheckNesting(json);
+    std::string parsable = ParsableGltf(json);
+    if (parsable != json) {
+      if (is_binary) parsable = WithJson(std::move(parsable), container);
+      container = parsable;
+    }
     tinygltf::TinyGLTF parser;
     parser.SetImageLoader(KeepEncoded, nullptr);
     parser.SetFsCallbacks({IsReadable,
@@ -251,16 +268,27 @@ class GltfReader {
     }
     // Some of what is malformed is left out by the parser and mentioned.
     if (done && problem.empty()) return;
-    // Without its compression the parser finds buffers missing.
-    for (const char* name : kCompressions) {
-      if (json.find('"' + std::string(name) + '"') != std::string_view::npos) FailExtension(name);
-    }
     std::ranges::replace(problem, '\n', ' ');
     while (problem.ends_with(' ')) problem.pop_back();
     for (const std::string& uri : access_.far) {
       problem += (problem.empty() ? "" : "; ") + FarMessage(uri);
     }
     Fail("not a glTF file that can be read" + (problem.empty() ? "" : ": " + problem));
+  }
+
+  /// The GLB with other JSON in its first chunk.
+  static std::string WithJson(std::string json, std::string_view glb) {
+    constexpr std::size_t kHeaders = 20;
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const std::string_view rest = glb.substr(kHeaders + Uint32At(glb, 12));
+    std::string bytes(glb.substr(0, kHeaders));
+    const auto put = [&bytes](std::size_t at, std::size_t value) {
+      for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<char>(value >> (8 * i));
+    };
+    put(8, kHeaders + json.size() + rest.size());
+    put(12, json.size());
+    bytes += json;
+    return bytes += rest;
   }
 
   static std::string FarMessage(const std::string& uri) {
@@ -315,14 +343,9 @@ class GltfReader {
     }
   }
 
-  static constexpr std::array<const char*, 3> kCompressions = {
-      "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
-
   [[noreturn]] void FailExtension(const std::string& name) const {
     Fail("it needs the extension '" + name.substr(0, 100) + "', which is not supported" +
-         (std::ranges::find(kCompressions, name) != kCompressions.end()
-              ? "; write the file without compression"
-              : ""));
+         (name.find("meshopt") != std::string::npos ? "; write the file without compression" : ""));
   }
 
   void CheckExtensions() {
@@ -339,6 +362,157 @@ class GltfReader {
     }
     if (!model_.animations.empty()) {
       Warn("animations are not supported; the file is taken as it stands without them");
+    }
+  }
+
+  // What is compressed.
+
+  /// Index of a new view of these bytes, which no file holds.
+  int AddView(std::vector<unsigned char> bytes) {
+    tinygltf::BufferView view;
+    view.buffer = static_cast<int>(model_.buffers.size());
+    view.byteLength = bytes.size();
+    model_.buffers.emplace_back().data = std::move(bytes);
+    model_.bufferViews.push_back(std::move(view));
+    return static_cast<int>(model_.bufferViews.size()) - 1;
+  }
+
+  /// A whole number in 0 to 2^31 - 1.
+  [[nodiscard]] std::size_t CountIn(const Value& object,
+                                    const char* key,
+                                    double otherwise,
+                                    const std::string& where) const {
+    const double number = NumberIn(object, key, otherwise, where);
+    Require(number >= 0.0 && number <= 2147483647.0 && number == std::floor(number),
+            where,
+            "'" + std::string(key) + "' is missing or out of range");
+    return static_cast<std::size_t>(number);
+  }
+
+  [[nodiscard]] static std::string TextIn(const Value& object, const char* key) {
+    const Value& value = object.Get(key);
+    return value.IsString() ? value.Get<std::string>().substr(0, 32) : "";
+  }
+
+  void UnpackViews() {
+    const std::size_t num_views = model_.bufferViews.size();
+    for (std::size_t i = 0; i < num_views; ++i) {
+      const Value* meshopt = Extension(model_.bufferViews[i].extensions, kMeshopt);
+      if (meshopt == nullptr) continue;
+      const std::string where = "bufferView " + std::to_string(i) + ", " + kMeshopt;
+      MeshoptView packed;
+      tinygltf::BufferView& view = model_.bufferViews[i];
+      view.buffer = static_cast<int>(CountIn(*meshopt, "buffer", -1.0, where));
+      view.byteOffset = CountIn(*meshopt, "byteOffset", 0.0, where);
+      view.byteLength = CountIn(*meshopt, "byteLength", -1.0, where);
+      packed.bytes = BytesOfView(static_cast<int>(i), where);
+      packed.count = CountIn(*meshopt, "count", -1.0, where);
+      packed.stride = CountIn(*meshopt, "byteStride", -1.0, where);
+      packed.mode = TextIn(*meshopt, "mode");
+      packed.filter = TextIn(*meshopt, "filter");
+      std::vector<unsigned char> bytes;
+      try {
+        bytes = DecodeMeshopt(packed);
+      } catch (const IoError& error) {
+        Fail(where + ": " + error.what());
+      }
+      CountUnpacked(bytes.size(), where);
+      view.buffer = static_cast<int>(model_.buffers.size());
+      view.byteOffset = 0;
+      view.byteLength = bytes.size();
+      model_.buffers.emplace_back().data = std::move(bytes);
+    }
+  }
+
+  /// Views of the same bytes could be many.
+  void CountUnpacked(std::size_t size, const std::string& where) {
+    num_unpacked_ += size;
+    Require(num_unpacked_ <= kMaxUnpacked, where, "there is too much compressed data");
+  }
+
+  void UnpackPrimitives() {
+    std::map<int, DracoMesh> meshes;                               // by bufferView
+    std::map<std::tuple<int, std::uint32_t, int>, int> accessors;  // by view, attribute, accessor
+    for (std::size_t m = 0; m < model_.meshes.size(); ++m) {
+      for (std::size_t p = 0; p < model_.meshes[m].primitives.size(); ++p) {
+        tinygltf::Primitive& primitive = model_.meshes[m].primitives[p];
+        const Value* draco = Extension(primitive.extensions, kDraco);
+        if (draco == nullptr) continue;
+        const std::string where = Described("mesh", model_.meshes, static_cast<int>(m)) +
+                                  ", primitive " + std::to_string(p) + ", " + kDraco;
+        UnpackPrimitive(*draco, where, primitive, meshes, accessors);
+      }
+    }
+  }
+
+  void UnpackPrimitive(const Value& draco,
+                       const std::string& where,
+                       tinygltf::Primitive& primitive,
+                       std::map<int, DracoMesh>& meshes,
+                       std::map<std::tuple<int, std::uint32_t, int>, int>& accessors) {
+    Require(primitive.mode == TINYGLTF_MODE_TRIANGLES, where, "its mode is not that of triangles");
+    const auto view = static_cast<int>(CountIn(draco, "bufferView", -1.0, where));
+    const std::size_t num_corners =
+        At(model_.accessors, primitive.indices, where + ", indices", "accessor").count;
+    Require(num_corners > 0 && num_corners % 3 == 0 && num_corners / 3 <= kMaxTriangles,
+            where,
+            "its indices are not of whole triangles, or too many");
+    auto known = meshes.find(view);
+    if (known == meshes.end()) {
+      try {
+        known = meshes.try_emplace(view, BytesOfView(view, where), num_corners / 3).first;
+      } catch (const IoError& error) {
+        const std::string what = error.what();
+        Fail(what.starts_with(path_.string()) ? what.substr(path_.string().size() + 2)
+                                              : where + ": " + what);
+      }
+    }
+    const DracoMesh& mesh = known->second;
+    const auto unpack = [&](int accessor,
+                            std::uint32_t id,
+                            std::size_t count,
+                            const std::string& name,
+                            const auto& decode) {
+      const tinygltf::Accessor& from = At(model_.accessors, accessor, name, "accessor");
+      const auto [entry, is_new] =
+          accessors.try_emplace({view, id, accessor}, static_cast<int>(model_.accessors.size()));
+      if (is_new) {
+        Require(from.count == count,
+                name,
+                "its accessor counts " + std::to_string(from.count) + ", its Draco data " +
+                    std::to_string(count));
+        tinygltf::Accessor unpacked = from;
+        unpacked.byteOffset = 0;
+        unpacked.sparse.isSparse = false;
+        std::vector<unsigned char> bytes = decode(unpacked);
+        Require(!bytes.empty(), name, "its Draco data has no such attribute");
+        CountUnpacked(bytes.size(), name);
+        unpacked.bufferView = AddView(std::move(bytes));
+        model_.accessors.push_back(std::move(unpacked));
+      }
+      return entry->second;
+    };
+    constexpr std::uint32_t kCorners = std::numeric_limits<std::uint32_t>::max();
+    primitive.indices = unpack(primitive.indices,
+                               kCorners,
+                               num_corners,
+                               where + ", indices",
+                               [&](tinygltf::Accessor& accessor) {
+                                 accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+                                 return mesh.Corners();
+                               });
+    const Value& attributes = draco.Get("attributes");
+    Require(attributes.IsObject(), where, "it has no attributes");
+    for (auto& [name, accessor] : primitive.attributes) {
+      if (!attributes.Has(name)) continue;
+      const auto id = static_cast<std::uint32_t>(CountIn(attributes, name.c_str(), -1.0, where));
+      accessor = unpack(accessor,
+                        id,
+                        mesh.NumPoints(),
+                        where + ", " + name.substr(0, 100),
+                        [&](const tinygltf::Accessor& from) {
+                          return mesh.Attribute(id, from.componentType, ComponentsOf(from.type));
+                        });
     }
   }
 
@@ -381,6 +555,14 @@ class GltfReader {
     }
   }
 
+  static std::size_t ComponentsOf(int kind) {
+    return kind == TINYGLTF_TYPE_SCALAR ? 1
+           : kind == TINYGLTF_TYPE_VEC2 ? 2
+           : kind == TINYGLTF_TYPE_VEC3 ? 3
+           : kind == TINYGLTF_TYPE_VEC4 ? 4
+                                        : 16;
+  }
+
   static double NumberAt(std::string_view bytes, std::size_t at, int type, bool normalized) {
     std::uint32_t word = 0;
     for (std::size_t i = 0; i < SizeOf(type); ++i) {
@@ -412,14 +594,9 @@ class GltfReader {
                                      const std::string& user) const {
     const tinygltf::Accessor& accessor = At(model_.accessors, index, user, "accessor");
     const std::string where = Described("accessor", model_.accessors, index) + " of " + user;
-    const int kind = accessor.type;
     Numbers numbers;
     numbers.count = accessor.count;
-    numbers.components = kind == TINYGLTF_TYPE_SCALAR ? 1
-                         : kind == TINYGLTF_TYPE_VEC2 ? 2
-                         : kind == TINYGLTF_TYPE_VEC3 ? 3
-                         : kind == TINYGLTF_TYPE_VEC4 ? 4
-                                                      : 16;
+    numbers.components = ComponentsOf(accessor.type);
     Require(numbers.components >= min_components && numbers.components <= max_components,
             where,
             "it has the wrong number of components");
@@ -570,7 +747,19 @@ class GltfReader {
     return value;
   }
 
-  std::optional<TextureUse> ReadUse(const tinygltf::TextureInfo& info, const std::string& where) {
+  /// A picture that turns or flips on its UVs would not lie along their tangents.
+  std::optional<TextureUse> ReadNormalUse(const tinygltf::NormalTextureInfo& info,
+                                          const std::string& where) {
+    std::optional<TextureUse> use = ReadUse(info, where);
+    if (use && (use->uv.rotation != 0.0 || use->uv.scale.x <= 0.0 || use->uv.scale.y <= 0.0)) {
+      WarnUnsupported(where, "a KHR_texture_transform that turns or flips it");
+      use.reset();
+    }
+    return use;
+  }
+
+  template <class TextureInfo>
+  std::optional<TextureUse> ReadUse(const TextureInfo& info, const std::string& where) {
     if (info.index < 0) return std::nullopt;
     At(model_.textures, info.index, where, "texture");
     TextureUse use{info.index, {}};
@@ -627,7 +816,9 @@ class GltfReader {
     plan.emissive = ReadUse(from.emissiveTexture, where + ", emissiveTexture");
     ReadMaterialExtensions(from, plan, bsdf);
     plan.material.bsdf = bsdf;
-    if (from.normalTexture.index >= 0) WarnUnsupported(where, "normalTexture");
+    plan.normal = ReadNormalUse(from.normalTexture, where + ", normalTexture");
+    plan.material.normal_scale = from.normalTexture.scale;
+    Require(std::abs(from.normalTexture.scale) <= 1e6, where, "its normalTexture's scale is wrong");
     if (from.occlusionTexture.index >= 0) WarnUnsupported(where, "occlusionTexture");
     if (from.alphaMode != "OPAQUE") {
       Warn(where + ": alphaMode " + from.alphaMode.substr(0, 32) +
@@ -664,9 +855,10 @@ class GltfReader {
   /// A mesh has one set of UVs: of textures that need others, only those stay that agree with the
   /// first.
   void ChooseUvs(MaterialPlan& plan) {
-    const std::array<std::pair<std::optional<TextureUse>*, const char*>, 3> uses = {
+    const std::array<std::pair<std::optional<TextureUse>*, const char*>, 4> uses = {
         {{&plan.base_color, "baseColorTexture"},
          {&plan.metallic_roughness, "metallicRoughnessTexture"},
+         {&plan.normal, "normalTexture"},
          {&plan.emissive, "emissiveTexture"}}};
     const TextureUse* first = nullptr;
     for (const auto& [use, name] : uses) {
@@ -677,8 +869,10 @@ class GltfReader {
       } else if (!((*use)->uv == plan.uv)) {
         Warn(plan.where + ": " + name +
              " has other texture coordinates than the first texture of the material, which is not "
-             "supported; it is left out, " +
-             (use == &plan.emissive ? "and nothing shines" : "its factor stays"));
+             "supported; it is left out" +
+             (use == &plan.emissive ? ", and nothing shines"
+              : use == &plan.normal ? ""
+                                    : ", its factor stays"));
         use->reset();
         if (use == &plan.emissive) plan.emission = {};
       }
@@ -766,14 +960,15 @@ class GltfReader {
     texture.width = decoded.image.width;
     texture.height = decoded.image.height;
     texture.wrap = wrap;
-    texture.scalar = role != TexelRole::kColor;
+    texture.scalar = role == TexelRole::kRoughness || role == TexelRole::kMetallic;
     std::vector<Rgb> texels;
     texels.reserve(decoded.image.data.size() / 3);
     std::size_t num_smooth = 0;
     for (int y = 0; y < texture.height; ++y) {
       for (int x = 0; x < texture.width; ++x) {
         const Rgb pixel = decoded.image.ColorAt(x, y);
-        Rgb& texel = texels.emplace_back();
+        Rgb& texel = texels.emplace_back(pixel);
+        if (role == TexelRole::kNormal) continue;
         if (role == TexelRole::kColor) {
           for (int c = 0; c < 3; ++c) texel[c] = LinearFromSrgb(pixel[c]) * factor[c];
           continue;
@@ -792,9 +987,9 @@ class GltfReader {
            RoughnessText() + "; they have that");
     }
     texture.texels = std::move(texels);
-    const std::string suffix = role == TexelRole::kColor       ? ""
-                               : role == TexelRole::kRoughness ? "-roughness"
-                                                               : "-metallic";
+    const std::string suffix = role == TexelRole::kRoughness  ? "-roughness"
+                               : role == TexelRole::kMetallic ? "-metallic"
+                                                              : "";
     std::vector<Texture>& list = file_.scene.textures;
     texture.name = Unused(NameOfTexture(from) + suffix, texture_names_);
     list.push_back(std::move(texture));
@@ -849,6 +1044,9 @@ class GltfReader {
                " is below the least one, " + RoughnessText() + "; it has that");
         }
         bsdf.roughness = kMinRoughness;
+      }
+      if (plan.normal) {
+        material.normal_texture = AddTexture(*plan.normal, TexelRole::kNormal, {1, 1, 1}, plan);
       }
       if (plan.emissive) {
         plan.emission_texture = AddTexture(*plan.emissive, TexelRole::kColor, {1, 1, 1}, plan);
@@ -1065,6 +1263,7 @@ class GltfReader {
                const std::string& where) {
     const MaterialPlan& plan = plans_.at(material);
     FinishMesh(part);
+    if (plan.normal && part.normal_triangles.empty()) SetFacetNormals(part);
     ApplyTransform(world, part);
     Require(std::ranges::all_of(part.positions.Items(), IsWithinBounds),
             where,
@@ -1075,6 +1274,18 @@ class GltfReader {
     mesh.mesh = std::move(part);
     file_.scene.meshes.push_back(std::move(mesh));
     materials_.push_back(material);
+  }
+
+  /// As the format wants it without NORMAL; a normal map needs some.
+  static void SetFacetNormals(Mesh& mesh) {
+    mesh.normals.clear();
+    mesh.normal_triangles.clear();
+    for (const Triangle& t : mesh.triangles) {
+      const auto x = [&](std::size_t k) { return mesh.positions[Index(t[k])]; };
+      const auto index = static_cast<std::int32_t>(mesh.normals.size());
+      mesh.normals.push_back(Normalized(Cross(x(1) - x(0), x(2) - x(0))));
+      mesh.normal_triangles.push_back({index, index, index});
+    }
   }
 
   /// Its corners by vertex number.
@@ -1189,7 +1400,40 @@ class GltfReader {
     if (normals) mesh.normal_triangles = mesh.triangles;
     if (uvs) mesh.uv_triangles = mesh.triangles;
     if (colors) mesh.color_triangles = mesh.triangles;
+    if (normals && plan.normal) {
+      if (const std::optional<Numbers> given = attribute("TANGENT", 4, 4)) {
+        CompareTangents(*given, place, mesh, where);
+      }
+    }
     return mesh;
+  }
+
+  /// Tangents are made of the UVs, as those of files should have been.
+  void CompareTangents(const Numbers& given,
+                       const std::vector<std::int32_t>& place,
+                       const Mesh& mesh,
+                       const std::string& where) {
+    Require(given.count == place.size(), where, "its attributes have different counts");
+    std::vector<Tangent> made(mesh.positions.size());
+    const std::vector<std::array<Tangent, 3>> tangents = MakeTangents(mesh);
+    for (std::size_t f = 0; f < tangents.size(); ++f) {
+      for (std::size_t k = 0; k < 3; ++k) made[Index(mesh.triangles[f][k])] = tangents[f][k];
+    }
+    constexpr double kCosine = 0.99;  // of 8 degrees
+    std::size_t num_off = 0;
+    for (std::size_t i = 0; i < place.size(); ++i) {
+      if (place[i] < 0) continue;
+      const double* t = &given.values[4 * i];
+      const Tangent& own = made[Index(place[i])];
+      const Vec3 along_u = {t[0], t[1], t[2]};
+      const bool same = Dot(along_u, own.along_u) >= kCosine * Norm(along_u) && t[3] == own.sign;
+      num_off += same ? 0 : 1;
+    }
+    constexpr double kFew = 0.02;  // poles and folds of UVs
+    if (static_cast<double>(num_off) > kFew * static_cast<double>(made.size())) {
+      Warn(where + ": its TANGENT are not those of its UVs, which hold, at " +
+           std::to_string(num_off) + " of " + std::to_string(made.size()) + " vertices");
+    }
   }
 
   static void AddUv(const double* from, MaterialPlan& plan, Mesh& mesh) {
@@ -1311,7 +1555,7 @@ class GltfReader {
   std::vector<int> materials_;         ///< of the scene's meshes, as in `plans_`
   std::map<int, DecodedImage> images_;
   std::map<std::tuple<int, TexelRole, TextureWrap, double, double, double>, int> textures_;
-  std::size_t num_triangles_ = 0;
+  std::size_t num_triangles_ = 0, num_unpacked_ = 0;
 };
 
 }  // namespace

@@ -24,7 +24,8 @@ inline constexpr int kGltfCameraHeight = 1080;
 /// element: not readable, malformed, not finite, out of range, an extension that is needed and not
 /// known, nothing to be seen.
 /// Source: glTF 2.0 specification; KHR_texture_transform, KHR_lights_punctual,
-/// KHR_materials_emissive_strength, KHR_materials_specular (its factor), KHR_mesh_quantization.
+/// KHR_materials_emissive_strength, KHR_materials_specular (its factor), KHR_mesh_quantization,
+/// KHR_draco_mesh_compression, EXT_meshopt_compression.
 SceneFile ReadGltf(const std::filesystem::path& path);
 
 }  // namespace pathfit::renderer

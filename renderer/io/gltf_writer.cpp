@@ -7,10 +7,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -217,65 +219,97 @@ Image EncodedNumbers(const Texture& texture, const std::filesystem::path& path) 
   return image;
 }
 
-/// Index of the new texture, whose picture is `encoded`.
-int AddTexture(const Texture& texture,
-               const Image& encoded,
-               BufferBuilder& buffer,
-               tinygltf::Model& model) {
-  tinygltf::Image image;
-  image.name = texture.name;
-  image.mimeType = "image/png";
-  image.bufferView = buffer.AddBytes(EncodePng(encoded));
-  model.images.push_back(std::move(image));
-  tinygltf::Sampler sampler;
-  sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
-  sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
-  sampler.wrapS = sampler.wrapT = texture.wrap == TextureWrap::kRepeat
-                                      ? TINYGLTF_TEXTURE_WRAP_REPEAT
-                                      : TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
-  model.samplers.push_back(std::move(sampler));
-  tinygltf::Texture result;
-  result.source = static_cast<int>(model.images.size()) - 1;
-  result.sampler = static_cast<int>(model.samplers.size()) - 1;
-  model.textures.push_back(std::move(result));
-  return static_cast<int>(model.textures.size()) - 1;
-}
+/// Materials and what they show, each picture once.
+class MaterialWriter {
+ public:
+  MaterialWriter(const std::filesystem::path& path, BufferBuilder& buffer, tinygltf::Model& model)
+      : path_(path), buffer_(buffer), model_(model) {}
 
-void AddTextures(const GlbMaterial& material,
-                 const Mesh& mesh,
-                 const std::filesystem::path& path,
-                 BufferBuilder& buffer,
-                 tinygltf::Model& model) {
-  tinygltf::Material& result = model.materials[0];
-  tinygltf::PbrMetallicRoughness& pbr = result.pbrMetallicRoughness;
-  const bool has_numbers = material.roughness_texture || material.metallic_texture;
-  if ((has_numbers || material.base_color_texture || material.emission_texture ||
-       material.normal_texture) &&
-      mesh.uv_triangles.empty()) {
-    throw SceneError(path.string() + ": a mesh to be written with a texture has no UVs");
+  void Add(const GlbMaterial& material) {
+    tinygltf::Material result = MakeMaterial(material, path_);
+    for (const auto& [name, value] : result.extensions) {
+      if (std::ranges::find(model_.extensionsUsed, name) == model_.extensionsUsed.end()) {
+        model_.extensionsUsed.push_back(name);
+      }
+    }
+    tinygltf::PbrMetallicRoughness& pbr = result.pbrMetallicRoughness;
+    if (material.base_color_texture) {
+      pbr.baseColorTexture.index = AddColors(*material.base_color_texture);
+    }
+    if (material.roughness_texture || material.metallic_texture) {
+      if (material.roughness_texture) pbr.roughnessFactor = 1.0;
+      if (material.metallic_texture) pbr.metallicFactor = 1.0;
+      pbr.metallicRoughnessTexture.index =
+          AddOnce(KeyOf(2, material.roughness_texture, material.metallic_texture), [&] {
+            const Texture joined = MetallicRoughness(material, path_);
+            return AddTexture(joined, EncodedNumbers(joined, path_));
+          });
+    }
+    if (const std::optional<Texture>& normals = material.normal_texture) {
+      result.normalTexture.index = AddOnce(KeyOf(1, normals, std::nullopt), [&] {
+        CheckTexels(*normals, path_);
+        return AddTexture(*normals, EncodedNumbers(*normals, path_));
+      });
+      result.normalTexture.scale = static_cast<double>(StoredFloat(material.normal_scale, path_));
+    }
+    if (material.emission_texture) {
+      result.emissiveTexture.index = AddColors(*material.emission_texture);
+    }
+    model_.materials.push_back(std::move(result));
   }
-  if (material.base_color_texture) {
-    pbr.baseColorTexture.index = AddTexture(*material.base_color_texture,
-                                            EncodedColors(*material.base_color_texture, path),
-                                            buffer,
-                                            model);
+
+ private:
+  /// Of one or two textures by name, texels and wrap, and how they are encoded.
+  using One = std::tuple<std::string, const Rgb*, TextureWrap>;
+  using Key = std::tuple<int, One, One>;
+  static Key KeyOf(int encoding, const std::optional<Texture>& a, const std::optional<Texture>& b) {
+    const auto one = [](const std::optional<Texture>& t) {
+      return t ? One(t->name, std::as_const(t->texels).data(), t->wrap) : One();
+    };
+    return {encoding, one(a), one(b)};
   }
-  if (has_numbers) {
-    const Texture joined = MetallicRoughness(material, path);
-    if (material.roughness_texture) pbr.roughnessFactor = 1.0;
-    if (material.metallic_texture) pbr.metallicFactor = 1.0;
-    pbr.metallicRoughnessTexture.index =
-        AddTexture(joined, EncodedNumbers(joined, path), buffer, model);
+
+  template <class Make>
+  int AddOnce(const Key& key, const Make& make) {
+    const auto known = known_.find(key);
+    return known != known_.end() ? known->second : known_[key] = make();
   }
-  if (material.normal_texture) {
-    CheckTexels(*material.normal_texture, path);
-    result.normalTexture.index = AddTexture(
-        *material.normal_texture, EncodedNumbers(*material.normal_texture, path), buffer, model);
+
+  int AddColors(const Texture& texture) {
+    return AddOnce(KeyOf(0, texture, std::nullopt),
+                   [&] { return AddTexture(texture, EncodedColors(texture, path_)); });
   }
-  if (material.emission_texture) {
-    result.emissiveTexture.index = AddTexture(
-        *material.emission_texture, EncodedColors(*material.emission_texture, path), buffer, model);
+
+  /// Index of the new texture, whose picture is `encoded`.
+  int AddTexture(const Texture& texture, const Image& encoded) {
+    tinygltf::Image image;
+    image.name = texture.name;
+    image.mimeType = "image/png";
+    image.bufferView = buffer_.AddBytes(EncodePng(encoded));
+    model_.images.push_back(std::move(image));
+    tinygltf::Sampler sampler;
+    sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+    sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+    sampler.wrapS = sampler.wrapT = texture.wrap == TextureWrap::kRepeat
+                                        ? TINYGLTF_TEXTURE_WRAP_REPEAT
+                                        : TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+    model_.samplers.push_back(std::move(sampler));
+    tinygltf::Texture result;
+    result.source = static_cast<int>(model_.images.size()) - 1;
+    result.sampler = static_cast<int>(model_.samplers.size()) - 1;
+    model_.textures.push_back(std::move(result));
+    return static_cast<int>(model_.textures.size()) - 1;
   }
+
+  const std::filesystem::path& path_;
+  BufferBuilder& buffer_;
+  tinygltf::Model& model_;
+  std::map<Key, int> known_;
+};
+
+bool HasTextures(const GlbMaterial& material) {
+  return material.base_color_texture || material.roughness_texture || material.metallic_texture ||
+         material.normal_texture || material.emission_texture;
 }
 
 /// By split vertex: direction of u, and the side that v is on.
@@ -325,7 +359,6 @@ tinygltf::Primitive AddPrimitive(const Mesh& mesh,
   }
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
-  primitive.material = 0;
   primitive.attributes["POSITION"] = buffer.AddPositions(positions);
   // Without normals the format demands flat shading, which is what the mesh has.
   if (!normals.empty()) primitive.attributes["NORMAL"] = buffer.AddVectors(normals, 3);
@@ -360,36 +393,42 @@ Mesh WithUnitNormals(Mesh mesh) {
 }  // namespace
 
 void WriteGlb(const std::filesystem::path& path,
-              const Mesh& mesh,
-              const GlbMaterial& given,
+              const std::vector<GlbMesh>& meshes,
+              const std::vector<GlbMaterial>& given,
               double metres_per_unit) {
-  if (mesh.triangles.empty())
-    throw SceneError(path.string() + ": a mesh to be written has no triangle");
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "pathfit";
-  const GlbMaterial material = WithDimEmissionTexture(given);
-  model.materials.push_back(MakeMaterial(material, path));
-  for (const auto& [name, value] : model.materials[0].extensions) {
-    model.extensionsUsed.push_back(name);
-  }
+  std::vector<GlbMaterial> materials;
+  for (const GlbMaterial& material : given) materials.push_back(WithDimEmissionTexture(material));
   BufferBuilder buffer(model);
-  tinygltf::Mesh gltf_mesh;
-  gltf_mesh.name = path.stem().string();
-  gltf_mesh.primitives.push_back(
-      AddPrimitive(WithUnitNormals(mesh), material.normal_texture.has_value(), path, buffer));
-  AddTextures(material, mesh, path, buffer, model);
-  model.meshes.push_back(std::move(gltf_mesh));
-  tinygltf::Node node;
-  node.name = path.stem().string();
-  node.mesh = 0;
-  if (metres_per_unit > 0.0 && metres_per_unit != 1.0) {
-    node.scale.assign(3, metres_per_unit);
-    node.extras = tinygltf::Value({{kMetresPerUnit, tinygltf::Value(metres_per_unit)}});
-  }
-  model.nodes.push_back(std::move(node));
   tinygltf::Scene scene;
-  scene.nodes.push_back(0);
+  for (const GlbMesh& item : meshes) {
+    const GlbMaterial& material = materials.at(item.material);
+    if (item.mesh.triangles.empty()) {
+      throw SceneError(path.string() + ": a mesh to be written has no triangle");
+    }
+    if (HasTextures(material) && item.mesh.uv_triangles.empty()) {
+      throw SceneError(path.string() + ": a mesh to be written with a texture has no UVs");
+    }
+    tinygltf::Mesh mesh;
+    mesh.name = item.name;
+    mesh.primitives.push_back(AddPrimitive(
+        WithUnitNormals(item.mesh), material.normal_texture.has_value(), path, buffer));
+    mesh.primitives.back().material = static_cast<int>(item.material);
+    tinygltf::Node node;
+    node.name = item.name;
+    node.mesh = static_cast<int>(model.meshes.size());
+    if (metres_per_unit > 0.0 && metres_per_unit != 1.0) {
+      node.scale.assign(3, metres_per_unit);
+      node.extras = tinygltf::Value({{kMetresPerUnit, tinygltf::Value(metres_per_unit)}});
+    }
+    model.meshes.push_back(std::move(mesh));
+    scene.nodes.push_back(static_cast<int>(model.nodes.size()));
+    model.nodes.push_back(std::move(node));
+  }
+  MaterialWriter writer(path, buffer, model);
+  for (const GlbMaterial& material : materials) writer.Add(material);
   model.scenes.push_back(std::move(scene));
   model.defaultScene = 0;
 
@@ -403,6 +442,13 @@ void WriteGlb(const std::filesystem::path& path,
     throw IoError(path.string() + ": the glTF scene cannot be encoded: " + error.what());
   }
   WriteFileAtomically(path, stream.str());
+}
+
+void WriteGlb(const std::filesystem::path& path,
+              const Mesh& mesh,
+              const GlbMaterial& material,
+              double metres_per_unit) {
+  WriteGlb(path, {{path.stem().string(), mesh, 0}}, {material}, metres_per_unit);
 }
 
 }  // namespace pathfit::renderer

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "renderer/bsdf/bsdf.h"
 #include "renderer/geometry/mesh.h"
@@ -26,21 +28,33 @@ struct GlbMaterial {
   std::optional<Texture> metallic_texture = std::nullopt;    ///< likewise, in the same picture
   /// Directions in the mesh's tangent frame (MakeTangents) as (1 + n) / 2; needs normals, too.
   std::optional<Texture> normal_texture = std::nullopt;
+  double normal_scale = 1.0;
   Rgb emission = {0.0, 0.0, 0.0};  ///< radiance; above 1 by KHR_materials_emissive_strength
   /// As sRGB; multiplies `emission`, which takes over what is above 1.
   std::optional<Texture> emission_texture = std::nullopt;
 };
 
-/// One mesh with one material as binary glTF (y up, metres). `metres_per_unit` of the mesh's
-/// coordinates, unless it is 0 (unknown, taken for 1), is the scale of its node, which says so in
-/// its extras: ReadGltf leaves such a scale out, and gives the coordinates back. Called as the
-/// file: float POSITION, unit NORMAL when the mesh has normals (else viewers shade it flat),
-/// TEXCOORD_0 (v down, as the format demands) when the mesh has UVs, TANGENT with a normal texture,
-/// linear float COLOR_0 (clamped
-/// to 0..1) when it has colours, uint32 indices. A position with several normals, UVs or colours is
-/// repeated. Written through a temporary file. Fails: IoError (not writable, a number beyond
-/// float), SceneError (wrong indices, no triangle, a texture without UVs or whose texels do not
-/// match its size).
+/// A node of a file.
+struct GlbMesh {
+  std::string name;
+  Mesh mesh;
+  std::size_t material = 0;  ///< of those that are written with it
+};
+
+/// Meshes as binary glTF (y up, metres), a node each. `metres_per_unit` of the meshes'
+/// coordinates, unless it is 0 (unknown, taken for 1), is the scale of the nodes, which say so in
+/// their extras: ReadGltf leaves such a scale out, and gives the coordinates back. Textures that
+/// share their texels are one picture. Float POSITION, unit NORMAL when the mesh has normals (else
+/// viewers shade it flat), TEXCOORD_0 (v down, as the format demands) when the mesh has UVs,
+/// TANGENT with a normal texture, linear float COLOR_0 (clamped to 0..1) when it has colours,
+/// uint32 indices. A position with several normals, UVs or colours is repeated. Written through a
+/// temporary file. Fails: IoError (not writable, a number beyond float), SceneError (wrong indices,
+/// no triangle, a texture without UVs or whose texels do not match its size).
+void WriteGlb(const std::filesystem::path& path,
+              const std::vector<GlbMesh>& meshes,
+              const std::vector<GlbMaterial>& materials,
+              double metres_per_unit = 0.0);
+/// One mesh, called as the file.
 void WriteGlb(const std::filesystem::path& path,
               const Mesh& mesh,
               const GlbMaterial& material,

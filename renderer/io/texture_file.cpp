@@ -26,7 +26,7 @@ Texture ReadTexture(const std::filesystem::path& path, TextureRole role) {
           throw IoError(path.string() + ": pixel (" + std::to_string(x) + ", " + std::to_string(y) +
                         ") is negative, which a texture cannot be");
         }
-        if (!texture.scalar && !decoded.linear) texel[c] = LinearFromSrgb(texel[c]);
+        if (role == TextureRole::kColor && !decoded.linear) texel[c] = LinearFromSrgb(texel[c]);
       }
       texture.texels.push_back(texel);
     }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "renderer/geometry/ray_caster.h"
+#include "renderer/path/mapped_normal.h"
 #include "renderer/path/mirror_normal.h"
 #include "renderer/scene/world.h"
 
@@ -14,8 +15,8 @@ struct SurfacePoint {
   double b1 = 0.0, b2 = 0.0;
   Vec3 x;
   Vec3 ng;              ///< unit geometric normal, turned to the side of wo
-  Vec3 n;               ///< unit shading normal, turned with ng; equal to ng on flat meshes; of
-                        ///< mirrors and smooth glass the MirrorNormal
+  Vec3 n;               ///< unit shading normal, turned with ng; equal to ng on flat meshes; by the
+                        ///< normal map; of mirrors and smooth glass the MirrorNormal
   double side = 1.0;    ///< +1 seen from the front (normal of the winding), -1 from behind
   Vec3 wo;              ///< unit, towards where it is seen from
   double offset = 0.0;  ///< RayCaster::Offset(x)
@@ -59,6 +60,17 @@ inline Vec2 UvAt(const Mesh& mesh, TriangleId id, double b1, double b2) {
 /// Of a mesh that has normals; not yet unit, on the front.
 inline Vec3 InterpolatedNormal(const Mesh& mesh, TriangleId id, double b1, double b2) {
   return Interpolate(mesh.normals, CornersOf(mesh.normal_triangles, id), b1, b2);
+}
+
+/// What a mirror bends: interpolated or by the normal map; unit, on the front. Not finite where
+/// neither tells a direction.
+inline Vec3 SmoothNormal(
+    const World& world, const Material& material, TriangleId id, double b1, double b2) {
+  if (material.normal_texture >= 0) {
+    const Vec3 n = MappedNormalAt(world, id, b1, b2);
+    if (IsFinite(n)) return n;
+  }
+  return Normalized(InterpolatedNormal(world.mesh(id.mesh), id, b1, b2));
 }
 
 /// Constants of the rough models.
@@ -113,7 +125,7 @@ inline SurfacePoint MakeSurfacePoint(
   p.ng = triangle.n * p.side;
   p.n = p.ng;
   if (!mesh.normal_triangles.empty()) {
-    const Vec3 m = Normalized(InterpolatedNormal(mesh, id, b1, b2)) * p.side;
+    const Vec3 m = SmoothNormal(world, *p.material, id, b1, b2) * p.side;
     p.n = IsFinite(m) ? m : p.ng;
     if (IsDelta(p.material->bsdf)) {
       p.n = MirrorNormal(p.n, p.ng, wo).Value();

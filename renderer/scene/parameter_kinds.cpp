@@ -223,6 +223,9 @@ bool IsScalar(const Scene& scene, int texture) {
   return scene.textures[static_cast<std::size_t>(texture)].scalar;
 }
 std::string LackOfUse(const Scene& scene, int texture) {
+  if (IsUsedAs(&Material::normal_texture, scene, texture)) {
+    return " is a normal texture, which cannot be unknown";
+  }
   const bool used = IsSeenOnSurfaces(scene, texture) || IsTextureOfLight(scene, texture) ||
                     IsUsedAs(&Material::roughness_texture, scene, texture) ||
                     IsUsedAs(&Material::metallic_texture, scene, texture);

@@ -21,15 +21,20 @@ struct Material {
   int base_color_texture = -1;    ///< into Scene::textures, -1: none
   int roughness_texture = -1;     ///< scalar; replaces the model's constant
   int metallic_texture = -1;      ///< scalar; replaces the model's constant
-  bool two_sided = true;  ///< false: black from behind (it still blocks light); no meaning for
-                          ///< transmissive models
+  /// Directions in the mesh's tangent frames (tangents.h) as (1 + n) / 2: turns the interpolated
+  /// normals, which the mesh must have.
+  int normal_texture = -1;
+  double normal_scale = 1.0;  ///< of the directions' x and y
+  bool two_sided = true;      ///< false: black from behind (it still blocks light); no meaning for
+                              ///< transmissive models
 
   /// All of them, -1 where there is none.
-  [[nodiscard]] std::array<int, 3> Textures() const {
-    return {base_color_texture, roughness_texture, metallic_texture};
+  [[nodiscard]] std::array<int, 4> Textures() const {
+    return {base_color_texture, roughness_texture, metallic_texture, normal_texture};
   }
   [[nodiscard]] bool IsTextured() const {
-    return base_color_texture >= 0 || roughness_texture >= 0 || metallic_texture >= 0;
+    return base_color_texture >= 0 || roughness_texture >= 0 || metallic_texture >= 0 ||
+           normal_texture >= 0;
   }
 };
 

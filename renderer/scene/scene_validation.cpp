@@ -165,6 +165,12 @@ class SceneValidator {
                  "metallic",
                  std::holds_alternative<MetallicRoughnessBsdf>(material.bsdf),
                  0.0);
+    if (const Texture* texture = FindTexture(material.normal_texture, where, "normal")) {
+      Require(InRange(texture->texels, 0.0, 1.0),
+              where,
+              "the normal texture '" + texture->name + "' must lie in [0, 1]");
+    }
+    Require(InRange(material.normal_scale, -1e6, 1e6), where, "normal_scale must be finite");
   }
 
   /// The numbers of a material that have a range of their own: roughness and the like.
@@ -195,6 +201,9 @@ class SceneValidator {
     Require(!material.IsTextured() || !m.mesh.uv_triangles.empty(),
             where,
             "its material has a texture, the mesh has no UVs");
+    Require(material.normal_texture < 0 || !m.mesh.normal_triangles.empty(),
+            where,
+            "its material has a normal texture, the mesh has no normals");
     Require(InRange(m.mesh.colors, 0.0, 1e6), where, "colours must be finite and not negative");
     const ObjectPose& pose = m.pose;
     Require(IsFinite(pose.pivot) && IsFinite(pose.translation) && IsFinite(pose.rotation),

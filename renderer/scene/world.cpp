@@ -11,13 +11,22 @@ World::World(Scene scene, const std::optional<RayFrame>& ray_frame) : scene_(std
   ValidateScene(scene_);
   for (const SceneMesh& m : scene_.meshes) {
     topologies_.push_back(MeshTopology::Build(m.mesh));
+    const Material& material = scene_.materials[static_cast<std::size_t>(m.material)];
+    tangents_.push_back(material.normal_texture >= 0 ? TangentField(m.mesh) : TangentField());
   }
   PlaceMeshes(ray_frame);
   light_samplers_.Reset(*this);
 }
 
+void World::UpdateTangents() {
+  for (std::size_t m = 0; m < meshes_.size(); ++m) {
+    if (!tangents_[m].empty()) tangents_[m].Update(meshes_[m]);
+  }
+}
+
 void World::PlaceMeshes(const std::optional<RayFrame>& ray_frame) {
   meshes_ = WorldMeshes(scene_);
+  UpdateTangents();
   std::vector<const Mesh*> all;
   for (std::size_t m = 0; m < meshes_.size(); ++m) {
     all.push_back(&meshes_[m]);
@@ -67,6 +76,7 @@ void World::Rebuild(const ParameterLayout& layout) {
   } else if (layout.AnyKind(
                  [](ParameterKind kind) { return TraitsOf(kind).list == ObjectList::kMeshes; })) {
     meshes_ = WorldMeshes(scene_);
+    UpdateTangents();
   }
   const auto changes_lights = [](ParameterKind kind) {
     const ObjectList list = TraitsOf(kind).list;

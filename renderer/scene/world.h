@@ -8,6 +8,7 @@
 #include "renderer/geometry/edge_contact.h"
 #include "renderer/geometry/mesh_topology.h"
 #include "renderer/geometry/ray_caster.h"
+#include "renderer/geometry/tangents.h"
 #include "renderer/scene/light_set.h"
 #include "renderer/scene/parameter_layout.h"
 #include "renderer/scene/scene.h"
@@ -37,6 +38,10 @@ class World {
     return scene_.materials[static_cast<std::size_t>(
         scene_.meshes[static_cast<std::size_t>(mesh)].material)];
   }
+  /// Of a mesh whose material has a normal texture, in the world; else empty.
+  [[nodiscard]] const TangentField& tangents(int mesh) const {
+    return tangents_[static_cast<std::size_t>(mesh)];
+  }
   [[nodiscard]] const MeshTopology& topology(int mesh) const {
     return topologies_[static_cast<std::size_t>(mesh)];
   }
@@ -62,11 +67,13 @@ class World {
  private:
   /// What depends on the parameters of the layout.
   void Rebuild(const ParameterLayout& layout);
+  void UpdateTangents();
   void PlaceMeshes(const std::optional<RayFrame>& ray_frame = {});
 
   Scene scene_;
   std::vector<Mesh> meshes_;
   std::vector<MeshTopology> topologies_;
+  std::vector<TangentField> tangents_;
   RayCaster caster_;
   LightSamplers light_samplers_;
   mutable std::mutex contacts_mutex_;

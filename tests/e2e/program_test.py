@@ -107,7 +107,7 @@ class Program(unittest.TestCase):
         self.check_what_can_be_made_of(run_folder)
 
     def check_what_can_be_made_of(self, run_folder):
-        formats = {"glb": ["axe.glb"], "obj": ["axe.obj", "axe.mtl", "axe.png"], "ply": ["axe.ply"],
+        formats = {"glb": ["axe.glb", "scene.glb"], "obj": ["axe.obj", "axe.mtl", "axe.png"], "ply": ["axe.ply"],
                    "colmap": ["cameras.txt", "images.txt", "points3D.txt"], "transforms": ["transforms.json"],
                    "blender": ["blender_setup.py", "axe.glb", "environment.exr", "environment.hdr"]}
         out = run("export", run_folder, "--to", ",".join(formats), "--json")

@@ -2,7 +2,7 @@ if(NOT PATHFIT_QUICK_TESTS)
   if(PATHFIT_PYTHON)
     set(with_python_tutorial $<TARGET_FILE:Python::Interpreter> $<TARGET_FILE_DIR:pathfit_python>)
   endif()
-  foreach(test program render truth command page sfm tutorial gltf)
+  foreach(test program render truth command page sfm tutorial gltf viewer)
     add_test(NAME e2e/${test}
       COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/${test}_test.py $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR}
         ${with_python_${test}})

@@ -30,6 +30,7 @@
 #include "tests/app/config/config_text.h"
 #include "tests/optim/observation/camera_texts.h"
 #include "tests/optim/observation/exif_bytes.h"
+#include "tests/support/compressed_gltf.h"
 #include "tests/support/test_scenes.h"
 
 namespace pathfit::tests {
@@ -197,7 +198,11 @@ void AddMeshes(const fs::path& folder, std::vector<FuzzTarget>& targets) {
                      [](const fs::path& at) { renderer::ReadGltf(at / "m.gltf"); },
                      {}});
   targets.push_back({"glb",
-                     {{{"m.glb", GlbSeed(folder)}}},
+                     {{{"m.glb", GlbSeed(folder)}},
+                      {{"m.glb", WithMeshopt(GlbSeed(folder), false)}},
+                      {{"m.glb", WithMeshopt(GlbSeed(folder), true)}},
+                      {{"m.glb", WithDraco(GlbSeed(folder), 0)}},
+                      {{"m.glb", WithDraco(GlbSeed(folder), 10)}}},
                      {"JSON", "BIN", "\"count\":", "5126", "}", "]"},
                      [](const fs::path& at) { renderer::ReadGltf(at / "m.glb"); },
                      {}});

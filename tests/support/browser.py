@@ -136,10 +136,10 @@ class Browser:
 
 
 def pixels(png):
-    """Rows of (r, g, b) of a PNG as browsers write it: 8 bits, not interlaced."""
+    """Rows of (r, g, b), or (gray,), of a PNG as browsers write it: 8 bits, not interlaced."""
     width, height, depth, kind = struct.unpack(">IIBB", png[16:26])
-    assert depth == 8 and kind in (2, 6)
-    step = 3 if kind == 2 else 4
+    assert depth == 8
+    step = {0: 1, 2: 3, 6: 4}[kind]
     data, at = b"", 8
     while at < len(png):
         size = struct.unpack(">I", png[at:at + 4])[0]
@@ -161,5 +161,5 @@ def pixels(png):
             else:
                 line[i] = (line[i] + (0, left, up, (left + up) // 2)[mode]) & 255
         before = line
-        rows.append([tuple(line[i:i + 3]) for i in range(0, width * step, step)])
+        rows.append([tuple(line[i:i + min(step, 3)]) for i in range(0, width * step, step)])
     return rows

@@ -24,4 +24,9 @@ renderer::Emitter ConstantEnvironment(const renderer::Rgb& radiance);
 /// directional light; one 24 x 24 sensor.
 renderer::Scene BallAndWall();
 
+/// A wavy square over [-1, 1]^2 facing +z, smooth, metallic-roughness, with crooked UVs and the
+/// normal texture 'bumps', under a directional light; nothing of it turns away from viewers near
+/// the z axis.
+renderer::Scene Waves();
+
 }  // namespace pathfit::tests

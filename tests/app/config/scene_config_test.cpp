@@ -149,6 +149,9 @@ TEST(SceneMistakes, MaterialsAndTexturesAreChecked) {
        {"scene.materials.wall.base_color={texture: worn}",
         "scene.materials.wall.base_color.texture: texture 'worn' is used as roughness or metallic "
         "already, so it cannot be a colour; name its file twice"},
+       {"scene.materials.wood.normal={texture: oak}",
+        "scene.materials.wood.normal.texture: texture 'oak' is used as a colour already, so it "
+        "cannot be normals; name its file twice"},
        {"scene.textures.worn.init.constant=0.02",
         "scene.textures.worn.init.constant: 0.02 is out of range (allowed for roughness: from 0.03 "
         "to 1)"},

@@ -225,6 +225,25 @@ TEST(BuildScene, TexturesAreReadByTheirUse) {
   EXPECT_EQ(experiment.input_files.size(), 2U);
 }
 
+TEST(BuildScene, NormalTexturesAreReadAsTheyAre) {
+  const ConfigFile file("");
+  renderer::Image picture(2, 1, 3);
+  picture.data = {0.5F, 0.25F, 1.0F, 0.5F, 0.5F, 1.0F};
+  renderer::WritePng8(file.folder() / "p.png", picture);
+  const std::string textures = "  textures: {bumps: {file: p.png}}\n";
+  const std::string paint =
+      "paint: {model: metallic_roughness, base_color: {constant: [1, 1, 1]}, normal: {texture: "
+      "bumps, scale: 0.5}}";
+  file.Write(SceneOf(
+      "a: {primitive: {rectangle: {}}, material: paint, normals: smooth}", paint, textures));
+  const Experiment experiment = BuildExperiment(LoadExperimentConfig(file.path(), {}));
+  const renderer::Scene& scene = experiment.scene;
+  EXPECT_EQ(scene.materials.at(0).normal_texture, 0);
+  EXPECT_EQ(scene.materials[0].normal_scale, 0.5);
+  EXPECT_NEAR(scene.textures.at(0).texels[0].g, 64.0 / 255.0, 1e-6);
+  EXPECT_NO_THROW(renderer::ValidateScene(scene));
+}
+
 TEST(BuildScene, LightsPointWhereTheyAreAimed) {
   const Experiment experiment = Build(SceneOf(
       "lamp: {primitive: {rectangle: {}}, material: grey}",

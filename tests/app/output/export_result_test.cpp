@@ -10,11 +10,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "app/output/coarse_asset.h"
 #include "app/output/export_cameras.h"
 #include "app/output/parameter_table.h"
 #include "optim/observation/camera_import.h"
 #include "optim/problem/fit_views.h"
 #include "optim/round/surface_levels.h"
+#include "renderer/geometry/mesh_normals.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/exr_file.h"
@@ -359,6 +361,115 @@ TEST(ExportResult, ATexturedGlbIsRenderedAsTheFitWas) {
     read.scene.environment_visible = scene.environment_visible;
     EXPECT_GT(Psnr(scene, read.scene), kSamePicture) << (matt ? "matt" : "glossy");
   }
+}
+
+/// With a normal texture of soft bumps.
+renderer::Scene BumpyBall() {
+  renderer::Scene scene = TexturedBall(false);
+  renderer::ComputeVertexNormals(scene.meshes[0].mesh);
+  renderer::Texture& bumps = scene.textures.emplace_back();
+  bumps.name = "bumps";
+  bumps.width = bumps.height = 32;
+  bumps.texels.clear();
+  for (int i = 0; i < 32 * 32; ++i) {
+    const double x = 0.5 + 0.1 * std::sin(0.4 * (i % 32)), y = 0.5 + 0.1 * std::sin(0.03 * i);
+    bumps.texels.push_back({std::round(255.0 * x) / 255.0, std::round(255.0 * y) / 255.0, 1.0});
+  }
+  scene.materials[0].normal_texture = static_cast<int>(scene.textures.size()) - 1;
+  scene.materials[0].normal_scale = 1.5;
+  return scene;
+}
+
+TEST(ExportResult, ANormalTextureStaysInTheGlb) {
+  const TemporaryFolder folder("export_normals");
+  const renderer::Scene scene = BumpyBall();
+  renderer::SceneFile read =
+      renderer::ReadGltf(WriteMeshes(folder.path(), scene, MeshFormat::kGlb).at(0));
+  EXPECT_TRUE(read.warnings.empty());
+  const renderer::Material& material = read.scene.materials.at(0);
+  ASSERT_GE(material.normal_texture, 0);
+  EXPECT_EQ(material.normal_scale, 1.5);
+  const renderer::Texture& bumps =
+      read.scene.textures[static_cast<std::size_t>(material.normal_texture)];
+  EXPECT_EQ(bumps.name, "bumps");
+  for (std::size_t i = 0; i < bumps.texels.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(bumps.texels[i][c], scene.textures.back().texels[i][c], 1e-7);
+    }
+  }
+  read.scene.emitters = scene.emitters;
+  read.scene.environment_visible = scene.environment_visible;
+  EXPECT_GT(Psnr(scene, read.scene), kSamePicture);
+  read.scene.materials[0].normal_texture = -1;
+  EXPECT_LT(Psnr(scene, read.scene), kSamePicture - 10.0);
+}
+
+TEST(ExportResult, ACoarseAssetIsNearerToTheFineOneByItsNormals) {
+  const TemporaryFolder folder("export_coarse");
+  const renderer::Scene fine = BumpyBall();
+  const CoarseAsset asset = MakeCoarseAsset(fine, 600);
+  renderer::SceneFile read =
+      renderer::ReadGltf(WriteMeshes(folder.path(), asset.scene, MeshFormat::kGlb).at(0));
+  read.scene.emitters = fine.emitters;
+  read.scene.environment_visible = fine.environment_visible;
+  ASSERT_LE(read.scene.meshes.at(0).mesh.triangles.size(), 600U);
+  const double with = Psnr(fine, read.scene);
+  ASSERT_GE(read.scene.materials.at(0).normal_texture, 0);
+  read.scene.materials[0].normal_texture = -1;
+  const double without = Psnr(fine, read.scene);
+  RecordProperty("with_db", std::to_string(with));
+  RecordProperty("without_db", std::to_string(without));
+  EXPECT_GT(with, without + 1.0);
+}
+
+TEST(ExportResult, OneGlbHoldsAllMeshesAndEachPictureOnce) {
+  const TemporaryFolder folder("export_scene");
+  renderer::Scene scene = BumpyBall();
+  scene.meshes.push_back(scene.meshes[0]);
+  scene.meshes[1].name = "scene";
+  scene.meshes[1].pose.translation = {3.0, 0.0, 0.0};
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[1].name = "other";
+  scene.materials[1].base_color_texture = -1;
+  scene.materials[1].base_color = {0.25, 0.5, 0.75};
+  scene.meshes.push_back(scene.meshes[0]);
+  scene.meshes[2].name = "third";
+  scene.meshes[2].material = 1;
+  const fs::path path = WriteSceneGlb(folder.path(), scene, 0.5);
+  EXPECT_EQ(path.filename(), "scene-all.glb");
+  const renderer::Scene read = renderer::ReadGltf(path).scene;
+  ASSERT_EQ(read.meshes.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(read.meshes[i].name, scene.meshes[i].name);
+    EXPECT_EQ(read.meshes[i].material, scene.meshes[i].material);
+  }
+  EXPECT_NEAR(read.meshes[1].mesh.positions[0].x - read.meshes[0].mesh.positions[0].x, 3.0, 1e-6);
+  ASSERT_EQ(read.materials.size(), 2U);
+  EXPECT_EQ(read.materials[1].name, "other");
+  EXPECT_NEAR(read.materials[1].base_color.g, 0.5, 1e-7);
+  EXPECT_EQ(read.materials[1].normal_texture, read.materials[0].normal_texture);
+  EXPECT_EQ(read.materials[1].roughness_texture, read.materials[0].roughness_texture);
+  EXPECT_EQ(read.textures.size(), scene.textures.size());
+}
+
+TEST(ExportResult, ObjNamesThePicturesOfRoughnessMetallicAndNormals) {
+  const TemporaryFolder folder("export_obj_maps");
+  const renderer::Scene scene = BumpyBall();
+  const std::vector<fs::path> files = WriteMeshes(folder.path(), scene, MeshFormat::kObj);
+  ASSERT_EQ(files.size(), 6U);
+  const std::string stem = files[0].stem().string();
+  const std::string mtl = renderer::ReadWholeFile(files[1]);
+  for (const std::string& line : {"map_Kd " + stem + ".png\n",
+                                  "map_Pr " + stem + "_roughness.png\n",
+                                  "map_Pm " + stem + "_metallic.png\n",
+                                  "norm -bm 1.5 " + stem + "_normal.png\n"}) {
+    EXPECT_NE(mtl.find(line), std::string::npos) << line;
+  }
+  const renderer::Texture roughness = renderer::ReadTexture(files[3], renderer::TextureRole::kData);
+  const renderer::Texture& expected =
+      scene.textures[static_cast<std::size_t>(scene.materials[0].roughness_texture)];
+  ASSERT_EQ(roughness.texels.size(), expected.texels.size());
+  EXPECT_NEAR(roughness.texels[7].r, expected.texels[7].r, 0.5 / 255.0);
 }
 
 TEST(ExportResult, ATexturedObjAndPlyAreRenderedAsTheFitWas) {

@@ -1,5 +1,6 @@
 pathfit_test(renderer/derivative/derivative_accumulator_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/derivative/film_sink_test LABEL unit LINK pathfit_test_support)
+pathfit_test(renderer/derivative/normal_map_test LABEL unit LINK pathfit_test_support)
 pathfit_test(renderer/derivative/derivative_limits_test LABEL unit LINK pathfit_test_support)
 pathfit_test(renderer/derivative/path_adjoint_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/derivative/antithetic_test LABEL statistical LINK pathfit_test_support)

@@ -547,12 +547,47 @@ TEST(GltfReader, LightsAndCamerasStandWhereTheirNodesAre) {
   EXPECT_NO_THROW(ValidateScene(file.scene));
 }
 
+TEST(GltfReader, NormalTexturesLieOnTheFacetsOfMeshesWithoutNormals) {
+  GltfMaker maker;
+  maker.AddUvs();
+  const int texture = maker.AddTexture({{51, 102, 255}, {128, 128, 255}});
+  maker.Material()["normalTexture"] = {{"index", texture}, {"scale", 0.5}};
+  SceneFile file = maker.Read();
+  EXPECT_TRUE(file.warnings.empty());
+  const Material& material = file.scene.materials.at(0);
+  ASSERT_EQ(material.normal_texture, 0);
+  EXPECT_EQ(material.normal_scale, 0.5);
+  const Rgb& texel = file.scene.textures.at(0).texels[0];  // no colour: as it is
+  EXPECT_NEAR(texel.r, 0.2, 1e-7);
+  EXPECT_NEAR(texel.g, 0.4, 1e-7);
+  EXPECT_FALSE(file.scene.textures[0].scalar);
+  const Mesh& mesh = file.scene.meshes.at(0).mesh;
+  ASSERT_EQ(mesh.normal_triangles.size(), mesh.triangles.size());
+  for (const Vec3& n : mesh.normals) ExpectNear(n, {0, 0, 1});
+  EXPECT_NO_THROW(ValidateScene(file.scene));
+
+  maker.Primitive()["attributes"]["NORMAL"] =
+      maker.Add<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
+  const std::vector<float> along_x = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1};
+  maker.Primitive()["attributes"]["TANGENT"] = maker.Add<float>(along_x, "VEC4");
+  EXPECT_TRUE(maker.Read().warnings.empty());
+  const std::vector<float> along_y = {0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1};
+  maker.Primitive()["attributes"]["TANGENT"] = maker.Add<float>(along_y, "VEC4");
+  EXPECT_TRUE(Mentions(maker.Read().warnings,
+                       "primitive 0: its TANGENT are not those of its UVs, which hold, at 4 of 4"));
+
+  maker.Material()["normalTexture"]["extensions"]["KHR_texture_transform"] = {{"rotation", 1.0}};
+  file = maker.Read();
+  EXPECT_TRUE(
+      Mentions(file.warnings, "normalTexture: a KHR_texture_transform that turns or flips"));
+  EXPECT_EQ(file.scene.materials.at(0).normal_texture, -1);
+}
+
 TEST(GltfReader, WhatIsNotSupportedIsNamed) {
   GltfMaker maker;
   maker.AddUvs();
   const int texture = maker.AddTexture({{1, 2, 3}, {4, 5, 6}});
   Json& material = maker.Material();
-  material["normalTexture"] = {{"index", texture}};
   material["occlusionTexture"] = {{"index", texture}};
   material["alphaMode"] = "BLEND";
   material["pbrMetallicRoughness"] = {
@@ -574,8 +609,7 @@ TEST(GltfReader, WhatIsNotSupportedIsNamed) {
   maker.json["meshes"][0]["primitives"].push_back(lines);
   maker.json["scenes"].push_back({{"nodes", Json::array()}});
   const SceneFile file = maker.Read();
-  for (const char* text : {"normalTexture",
-                           "occlusionTexture",
+  for (const char* text : {"occlusionTexture",
                            "alphaMode BLEND",
                            "metallicRoughnessTexture has other texture coordinates",
                            "KHR_materials_clearcoat",
@@ -659,17 +693,27 @@ TEST(GltfReader, WrongElementsAreRefusedByName) {
   };
   const std::vector<Mistake> mistakes = {
       {set("/asset/version", "1.0"), "glTF of version '1.0'"},
-      {set("/extensionsRequired", {"KHR_draco_mesh_compression"}),
-       "needs the extension 'KHR_draco_mesh_compression', which is not supported; write the file "
+      {set("/extensionsRequired", {"KHR_meshopt_compression"}),
+       "needs the extension 'KHR_meshopt_compression', which is not supported; write the file "
        "without compression"},
       {[](GltfMaker& maker) {
-         maker.json["extensionsRequired"] = {"EXT_meshopt_compression"};
-         maker.json["buffers"].push_back(
-             {{"byteLength", 64},
-              {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
+         maker.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {
+             {"buffer", 0}, {"byteLength", 8}, {"byteStride", 12}, {"mode", "ATTRIBUTES"}};
        },
-       "needs the extension 'EXT_meshopt_compression', which is not supported; write the file "
-       "without compression"},
+       "bufferView 0, EXT_meshopt_compression: 'count' is missing or out of range"},
+      {[](GltfMaker& maker) {
+         maker.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {
+             {"buffer", 3}, {"byteLength", 8}, {"byteStride", 12}, {"count", 4}};
+       },
+       "bufferView 0: there is no buffer 3"},
+      {[](GltfMaker& maker) {
+         maker.Primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 9}};
+       },
+       "primitive 0, KHR_draco_mesh_compression: there is no bufferView 9"},
+      {[](GltfMaker& maker) {
+         maker.Primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0}};
+       },
+       "primitive 0, KHR_draco_mesh_compression: it is no Draco data"},
       {set("/scene", 7), "there is no scene 7; the file has 1"},
       {set("/scenes/0/nodes", {4}), "scene 0: there is no node 4"},
       {set("/scenes/0/nodes", Json::array()), "no triangle, light or camera"},

@@ -1,4 +1,5 @@
 find_package(OpenEXR 3 REQUIRED CONFIG)
+find_package(meshoptimizer REQUIRED CONFIG)
 find_package(nlohmann_json 3 REQUIRED)
 pathfit_test(renderer/io/atomic_file_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/text_scanner_test LABEL unit LINK pathfit_renderer)
@@ -10,6 +11,8 @@ pathfit_test(renderer/io/gltf_writer_test LABEL unit
   LINK pathfit_renderer nlohmann_json::nlohmann_json)
 pathfit_test(renderer/io/gltf_reader_test LABEL unit
   LINK pathfit_renderer nlohmann_json::nlohmann_json)
+pathfit_test(renderer/io/gltf_compression_test LABEL unit
+  LINK pathfit_renderer pathfit_test_support meshoptimizer::meshoptimizer)
 pathfit_test(renderer/io/exr_file_test LABEL unit LINK pathfit_renderer OpenEXR::OpenEXR)
 pathfit_test(renderer/io/image_file_test LABEL unit LINK pathfit_renderer pathfit_opencv)
 pathfit_test(renderer/io/image_filter_test LABEL unit LINK pathfit_renderer)

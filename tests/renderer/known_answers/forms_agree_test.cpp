@@ -274,5 +274,22 @@ TEST(FormsAgree, SmoothMeshUnderASpot) {
   ExpectFormsAgree(scene, motion, Options(1), kPixel);
 }
 
+TEST(FormsAgree, NormalMap) {
+  renderer::Scene scene = Waves();
+  scene.emitters.push_back(GradientEnvironment(8, 4));
+  scene.meshes.push_back({"cube", Placed(Cube(), 0.2, {0.3, 0.4, 0.2}, {0.2, -0.1, 0.6}), 1, {}});
+  scene.materials.push_back({"clay", renderer::LambertBsdf{}, {0.7, 0.5, 0.3}});
+  scene.sensors = {Sensor({0.4, -0.5, 3.0}, {0.0, 0.0, 0.0}, 16.0)};
+  ExpectFormsAgree(scene,
+                   Motion(scene)
+                       .Add(ParameterKind::kObjectRotation, 0, Vec3{0.3, -0.2, 0.4})
+                       .Vertices(0,
+                                 [](const Vec3& p) {
+                                   return Vec3{0.3 * p.y, 0.2 * p.x, 0.1 * p.x};
+                                 })
+                       .Add(ParameterKind::kCameraPosition, 0, Vec3{0.3, 0.2, 0.1}),
+                   Options(2));
+}
+
 }  // namespace
 }  // namespace pathfit::tests
