@@ -242,7 +242,7 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   RequireFittable(config, own.stop_after);
   const int threads = NumThreads(context.line, config.threads);
   const renderer::ThreadLimit limit(threads);
-  Experiment experiment = BuildExperiment(config);
+  Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   const StartCheck start = CheckStart(config, experiment);
 
@@ -279,7 +279,7 @@ ExitStatus Resume(CommandContext& context, const Options& own) {
   const ExperimentConfig config =
       LoadExperimentConfig(run.ResolvedConfig(), context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
-  Experiment experiment = BuildExperiment(config);
+  Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
 

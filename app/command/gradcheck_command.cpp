@@ -366,7 +366,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
-  const Experiment experiment = BuildExperiment(config);
+  const Experiment experiment = BuildExperiment(config, context.ranks);
   for (const std::string& text : experiment.assumptions) context.log.Info(text);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
   const renderer::Scene& scene = experiment.scene;

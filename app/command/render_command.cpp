@@ -159,7 +159,7 @@ Target LoadTarget(CommandContext& context, const std::string& stage) {
   if (!stage.empty()) throw UsageError("render", "--stage needs a run, not a config");
   ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
-  Experiment experiment = BuildExperiment(config);
+  Experiment experiment = BuildExperiment(config, context.ranks);
   for (const std::string& text : experiment.assumptions) context.log.Info(text);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
   return {std::move(config), std::move(experiment)};

@@ -12,7 +12,9 @@
 #include "app/experiment/experiment.h"
 #include "app/experiment/photo_names.h"
 #include "optim/observation/load_observations.h"
+#include "optim/observation/observation_stream.h"
 #include "optim/observation/photo_file.h"
+#include "optim/ranks/division.h"
 #include "renderer/core/error.h"
 
 namespace pathfit::app {
@@ -187,7 +189,7 @@ void WarnOfUnseenLights(Experiment& experiment) {
 }
 
 /// Photos, cameras and what is known of them.
-void LoadPhotos(const ExperimentConfig& config, Experiment& experiment) {
+void LoadPhotos(const ExperimentConfig& config, optim::Ranks& ranks, Experiment& experiment) {
   std::vector<optim::InputFile> files;
   optim::ObservationOptions options = config.input->photos;
   const auto sensor = std::ranges::find(config.sensors, config.input->sensor, &SensorConfig::name);
@@ -195,7 +197,14 @@ void LoadPhotos(const ExperimentConfig& config, Experiment& experiment) {
     options.fixed_camera = BuildSensor(*sensor);
     options.fixed_photos = PhotosOfSensor(config);
   }
-  experiment.observations = optim::LoadObservations(options, &files);
+  optim::ObservationSet& observations = experiment.observations;
+  if (ranks.IsFirst()) observations = optim::LoadObservations(options, &files);
+  if (!ranks.IsAlone()) {
+    const optim::Bytes known =
+        optim::Division(&ranks, nullptr)
+            .Share(ranks.IsFirst() ? optim::EncodeObservations(observations) : optim::Bytes());
+    if (!ranks.IsFirst()) observations = optim::DecodeObservations(known, options);
+  }
   SetKnownExposures(config, experiment.observations);
   for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
   experiment.assumptions = experiment.observations.assumptions;
@@ -285,9 +294,14 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
 }
 
 Experiment BuildExperiment(const ExperimentConfig& config) {
+  optim::Ranks alone;
+  return BuildExperiment(config, alone);
+}
+
+Experiment BuildExperiment(const ExperimentConfig& config, optim::Ranks& ranks) {
   Experiment experiment;
   experiment.warnings = UselessValues(config);
-  if (config.input) LoadPhotos(config, experiment);
+  if (config.input) LoadPhotos(config, ranks, experiment);
   try {
     experiment.scene = BuildScene(config, experiment);
   } catch (const renderer::SceneError& error) {

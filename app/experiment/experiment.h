@@ -9,6 +9,10 @@
 #include "optim/round/fit_spec.h"
 #include "renderer/scene/scene.h"
 
+namespace pathfit::optim {
+class Ranks;
+}
+
 namespace pathfit::app {
 
 /// Everything a command works on: the scene with one sensor per photo (in the order of the views)
@@ -26,6 +30,9 @@ struct Experiment {
 /// Loads photos, meshes and images and builds the scene. Throws IoError and SceneError, each naming
 /// the file or object, and ConfigError as ReadUnknowns.
 Experiment BuildExperiment(const ExperimentConfig& config);
+/// The same on all ranks at once: the first reads all photos and says what there is, the others
+/// read what they come to need. Their input_files are incomplete.
+Experiment BuildExperiment(const ExperimentConfig& config, optim::Ranks& ranks);
 
 /// The scene's meshes, materials, textures, lights and sensors; visual hulls are carved from the
 /// observations of `experiment`. Adds what was read, mended and left out to its lists.

@@ -21,9 +21,6 @@ using renderer::Image;
 
 constexpr int kFirstSwappingOrientation = 5;  // EXIF: 5 to 8 exchange width and height
 
-// Averages of files with so few bits are known less well than 16 bits tell.
-constexpr int kMaxBitsOfRounded = 8;
-
 std::string Join(const std::vector<std::string>& problems) {
   std::string text = std::to_string(problems.size()) +
                      (problems.size() == 1 ? " problem" : " problems") +
@@ -34,17 +31,6 @@ std::string Join(const std::vector<std::string>& problems) {
 
 std::string SizeText(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
-}
-
-/// To whole parts of the largest: they are packed into half the memory of floats.
-void RoundTo16Bits(Image& image) {
-  constexpr double kParts = 65535.0;
-  const auto largest = static_cast<double>(std::ranges::max(image.data));
-  if (largest <= 0.0) return;
-  for (float& v : image.data) {
-    const double parts = std::round(kParts / largest * static_cast<double>(v));
-    v = static_cast<float>(parts * largest / kParts);
-  }
 }
 
 /// Whether `size` is `of` times or divided by a whole number above one, to half a pixel; both sides
@@ -86,8 +72,6 @@ std::string SizeProblem(const fs::path& path,
   return text;
 }
 
-enum class MaskSource { kNone, kFolder, kMaskPath, kAlpha };
-
 /// What was met while one photo was loaded.
 struct FrameFacts {
   int bits = 0;
@@ -95,9 +79,8 @@ struct FrameFacts {
   int exif_orientation = 1;
   std::optional<ExifExposure> exif_exposure;
   bool distorted = false;
-  bool reduced = false;       ///< area-averaged to the largest size allowed
-  std::string rescaled_from;  ///< size of its camera, if that was another
-  MaskSource mask_source = MaskSource::kNone;
+  bool reduced = false;        ///< area-averaged to the largest size allowed
+  std::string rescaled_from;   ///< size of its camera, if that was another
   bool mask_is_black = false;  ///< no value above 1/2
   std::int64_t clipped_pixels = 0;
   std::int64_t pixels = 0;  ///< of the file
@@ -124,6 +107,7 @@ class FrameLoader {
       return;
     }
     result.files.push_back(*search.found);
+    result.view.files.photo = *search.found;
     try {
       PhotoFile photo = ReadPhotoFile(*search.found, options_);
       LoadCamera(imported, *search.found, photo, result);
@@ -179,7 +163,8 @@ class FrameLoader {
     if (search.found) {
       mask = ReadMaskFile(*search.found, options_.apply_exif_orientation);
       result.files.push_back(*search.found);
-      result.facts.mask_source =
+      result.view.files.mask = *search.found;
+      result.view.files.mask_source =
           options.folder.empty() ? MaskSource::kMaskPath : MaskSource::kFolder;
       if (mask.width != photo.photo.width || mask.height != photo.photo.height) {
         result.problems.push_back(search.found->string() + ": " +
@@ -190,7 +175,7 @@ class FrameLoader {
       }
     } else if (UsesAlpha(imported, photo)) {
       mask = photo.alpha;
-      result.facts.mask_source = MaskSource::kAlpha;
+      result.view.files.mask_source = MaskSource::kAlpha;
     } else {
       if (options.require == MaskRequirement::kAll) {
         result.problems.push_back(path.string() + ": has no mask (" +
@@ -198,7 +183,7 @@ class FrameLoader {
       }
       return {};
     }
-    for (float& v : mask.data) v = std::clamp(options.invert ? 1.0F - v : v, 0.0F, 1.0F);
+    FinishMask(options, mask);
     result.facts.mask_is_black = std::ranges::none_of(mask.data, [](float v) { return v > 0.5F; });
     return mask;
   }
@@ -231,19 +216,15 @@ class FrameLoader {
     result.facts.exif_exposure = photo.exif_exposure;
     for (const float v : photo.clipped.data) result.facts.clipped_pixels += v > 0.0F ? 1 : 0;
     result.facts.pixels = static_cast<std::int64_t>(photo.photo.width) * photo.photo.height;
-    const int longest = std::max(photo.photo.width, photo.photo.height);
-    if (options_.max_size_px > 0 && longest > options_.max_size_px) {
-      const double scale = static_cast<double>(options_.max_size_px) / longest;
-      const int width = std::max(1, static_cast<int>(std::lround(photo.photo.width * scale)));
-      const int height = std::max(1, static_cast<int>(std::lround(photo.photo.height * scale)));
+    const auto [width, height] = ReducedSize(photo.photo.width, photo.photo.height, options_);
+    if (width != photo.photo.width || height != photo.photo.height) {
       view.camera = renderer::ScaledCamera(view.camera, width, height);
-      for (Image* image : {&photo.photo, &photo.clipped, &mask}) {
-        if (!image->Empty()) *image = renderer::ResizeArea(*image, width, height);
-      }
-      if (photo.bits <= kMaxBitsOfRounded) RoundTo16Bits(photo.photo);
+      ReducePhoto(options_, photo);
+      if (!mask.Empty()) mask = renderer::ResizeArea(mask, width, height);
       result.facts.reduced = true;
     }
-    view.straight_alpha = result.facts.mask_source == MaskSource::kAlpha && photo.straight_alpha;
+    view.straight_alpha =
+        result.view.files.mask_source == MaskSource::kAlpha && photo.straight_alpha;
     view.photo = photo.photo;
     view.clipped = photo.clipped;
     view.mask = mask;
@@ -430,7 +411,8 @@ void DescribeMasks(const ObservationOptions& options,
     return;
   }
   const auto from = [&](MaskSource source) {
-    return Count(facts, [source](const FrameFacts& f) { return f.mask_source == source; });
+    return static_cast<std::size_t>(std::ranges::count_if(
+        set.views, [source](const View& v) { return v.files.mask_source == source; }));
   };
   const std::size_t folder = from(MaskSource::kFolder);
   const std::size_t listed = from(MaskSource::kMaskPath);
@@ -523,8 +505,8 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
   SplitViews(options, set.views, problems);
   const bool wants_masks = options.masks.meaning != MaskMeaning::kNone;
   if (problems.empty() && wants_masks && options.masks.require == MaskRequirement::kSome &&
-      std::ranges::none_of(
-          facts, [](const FrameFacts& f) { return f.mask_source != MaskSource::kNone; })) {
+      std::ranges::all_of(set.views,
+                          [](const View& v) { return v.files.mask_source == MaskSource::kNone; })) {
     problems.emplace_back("masks: none of the photos has one, and at least one is required");
   }
   if (!problems.empty()) throw ObservationError(std::move(problems));

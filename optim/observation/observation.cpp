@@ -116,18 +116,30 @@ renderer::Camera CameraAt(const View& view, double scale) {
 
 PackedLevel::PackedLevel(const View& view, const ObservationSet& observations, double scale)
     : camera_(CameraAt(view, scale)), view_(&view), masks_(observations.mask_meaning) {
+  const int width = camera_.width;
+  const int height = camera_.height;
+  const bool later = !view.photo.IsRead();
+  const auto made = [&](int channels, const auto& make) {
+    return later ? PackedImage::Later(width, height, channels, make) : make();
+  };
   if (masks_ == MaskMeaning::kSilhouette && !observations.black_background) {
     masks_ = MaskMeaning::kNone;
   }
   const auto resized = [&](const PackedImage& image) {
-    return Resized(image, camera_.width, camera_.height);
+    const bool stays = image.Empty() || (image.width() == width && image.height() == height);
+    return stays ? image
+                 : made(1, [&image, width, height] { return Resized(image, width, height); });
   };
   mask_ = resized(view.mask);
   clipped_ = resized(view.clipped);
-  color_weight_ = resized(FullColorWeight(view, observations));
+  color_weight_ = made(1, [&view, &observations, width, height] {
+    return Resized(FullColorWeight(view, observations), width, height);
+  });
   const double full = static_cast<double>(view.photo.width()) * view.photo.height();
-  if (static_cast<double>(camera_.width) * camera_.height <= kKeptShare * full) {
-    photo_ = PhotoAt(view, masks_, camera_.width, camera_.height);
+  if (static_cast<double>(width) * height <= kKeptShare * full) {
+    photo_ = made(3, [&view, masks = masks_, width, height] {
+      return PackedImage(PhotoAt(view, masks, width, height));
+    });
     bytes_ += photo_.MemoryBytes();
   }
   for (const PackedImage* image : {&mask_, &clipped_, &color_weight_}) {

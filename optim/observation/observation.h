@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,16 @@ namespace pathfit::optim {
 /// What black in a mask says: the object is not there (evidence, compared with rendered coverage),
 /// or no data.
 enum class MaskMeaning { kNone, kSilhouette, kIgnore };
+
+/// Where a mask comes from.
+enum class MaskSource { kNone, kFolder, kMaskPath, kAlpha };
+
+/// The files of a view; empty if its images come from none.
+struct ViewFiles {
+  std::filesystem::path photo;
+  MaskSource mask_source = MaskSource::kNone;
+  std::filesystem::path mask;  ///< empty without a file of its own
+};
 
 /// One photo with its camera, at the resolution it is fitted at most.
 struct View {
@@ -28,6 +39,7 @@ struct View {
   /// What EXIF says of its exposure, in EV around the mean of all; 0 unless every photo has a
   /// plausible one.
   float exif_ev = 0.0F;
+  ViewFiles files;
 };
 
 struct ObservationSet {
@@ -53,10 +65,11 @@ struct ViewLevel {
 };
 
 /// A level in few bytes beside its view's: what is small is kept, a photo of nearly full size is
-/// averaged again whenever it is unpacked.
+/// averaged again whenever it is unpacked. Of a view that is read later (PackedImage::Later), it is
+/// made when it is first unpacked.
 class PackedLevel {
  public:
-  /// `view` must outlive it.
+  /// `view` and `observations` must outlive it.
   PackedLevel(const View& view, const ObservationSet& observations, double scale);
   explicit PackedLevel(const ViewLevel& level);
 

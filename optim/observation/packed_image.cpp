@@ -6,6 +6,8 @@
 #include <span>
 #include <utility>
 
+#include "renderer/core/error.h"
+
 namespace pathfit::optim {
 namespace {
 
@@ -79,26 +81,57 @@ PackedImage::PackedImage(const renderer::Image& image)
   pixels_ = std::make_shared<const Pixels>(std::move(pixels));
 }
 
+PackedImage PackedImage::Later(int width,
+                               int height,
+                               int channels,
+                               std::function<PackedImage()> read) {
+  PackedImage image;
+  image.width_ = width;
+  image.height_ = height;
+  image.channels_ = channels;
+  image.reading_ = std::make_shared<Reading>();
+  image.reading_->read = std::move(read);
+  return image;
+}
+
+const std::shared_ptr<const PackedImage::Pixels>& PackedImage::Read() const {
+  if (reading_ == nullptr) return pixels_;
+  std::call_once(reading_->once, [this] {
+    const PackedImage image = reading_->read();
+    if (image.Empty() || image.width_ != width_ || image.height_ != height_ ||
+        image.channels_ != channels_) {
+      throw renderer::IoError("an image has changed since its size was read");
+    }
+    reading_->pixels = image.Read();
+    reading_->read = nullptr;
+  });
+  return reading_->pixels;
+}
+
+bool PackedImage::IsRead() const { return reading_ == nullptr || reading_->pixels != nullptr; }
+
 renderer::Image PackedImage::Unpack() const {
   renderer::Image image(width_, height_, channels_);
   if (Empty()) {
     return image;
   }
-  if (!pixels_->narrow.empty()) {
-    LookUp(pixels_->table, pixels_->narrow, image.data);
-  } else if (!pixels_->wide.empty()) {
-    LookUp(pixels_->table, pixels_->wide, image.data);
-  } else if (pixels_->table.size() == image.data.size()) {
-    image.data = pixels_->table;
+  const Pixels& pixels = *Read();
+  if (!pixels.narrow.empty()) {
+    LookUp(pixels.table, pixels.narrow, image.data);
+  } else if (!pixels.wide.empty()) {
+    LookUp(pixels.table, pixels.wide, image.data);
+  } else if (pixels.table.size() == image.data.size()) {
+    image.data = pixels.table;
   } else {
-    std::ranges::fill(image.data, pixels_->table.front());
+    std::ranges::fill(image.data, pixels.table.front());
   }
   return image;
 }
 
 std::size_t PackedImage::MemoryBytes() const {
-  return Empty() ? 0
-                 : 4 * pixels_->table.size() + pixels_->narrow.size() + 2 * pixels_->wide.size();
+  if (Empty() || !IsRead()) return 0;
+  const Pixels& pixels = *Read();
+  return 4 * pixels.table.size() + pixels.narrow.size() + 2 * pixels.wide.size();
 }
 
 }  // namespace pathfit::optim

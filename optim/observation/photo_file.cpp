@@ -8,6 +8,7 @@
 #include "renderer/core/lower_case.h"
 #include "renderer/image/color.h"
 #include "renderer/io/image_file.h"
+#include "renderer/io/image_filter.h"
 
 namespace pathfit::optim {
 namespace {
@@ -15,6 +16,20 @@ namespace {
 namespace fs = std::filesystem;
 using renderer::DecodedImage;
 using renderer::Image;
+
+// Averages of files with so few bits are known less well than 16 bits tell.
+constexpr int kMaxBitsOfRounded = 8;
+
+/// To whole parts of the largest: they are packed into half the memory of floats.
+void RoundTo16Bits(Image& image) {
+  constexpr double kParts = 65535.0;
+  const auto largest = static_cast<double>(std::ranges::max(image.data));
+  if (largest <= 0.0) return;
+  for (float& v : image.data) {
+    const double parts = std::round(kParts / largest * static_cast<double>(v));
+    v = static_cast<float>(parts * largest / kParts);
+  }
+}
 
 /// 1 where any channel of the encoded image reaches the level.
 Image ClippedPixels(const Image& encoded, double clip_above) {
@@ -108,6 +123,27 @@ Image ReadMaskFile(const fs::path& path, bool apply_exif_orientation) {
     mask.data[i] = std::clamp((p[0] + p[1] + p[2]) / 3.0F, 0.0F, 1.0F);
   }
   return mask;
+}
+
+std::pair<int, int> ReducedSize(int width, int height, const ObservationOptions& options) {
+  const int longest = std::max(width, height);
+  if (options.max_size_px <= 0 || longest <= options.max_size_px) return {width, height};
+  const double scale = static_cast<double>(options.max_size_px) / longest;
+  return {std::max(1, static_cast<int>(std::lround(width * scale))),
+          std::max(1, static_cast<int>(std::lround(height * scale)))};
+}
+
+void ReducePhoto(const ObservationOptions& options, PhotoFile& file) {
+  const auto [width, height] = ReducedSize(file.photo.width, file.photo.height, options);
+  if (width == file.photo.width && height == file.photo.height) return;
+  for (Image* image : {&file.photo, &file.clipped}) {
+    if (!image->Empty()) *image = renderer::ResizeArea(*image, width, height);
+  }
+  if (file.bits <= kMaxBitsOfRounded) RoundTo16Bits(file.photo);
+}
+
+void FinishMask(const MaskOptions& options, Image& mask) {
+  for (float& v : mask.data) v = std::clamp(options.invert ? 1.0F - v : v, 0.0F, 1.0F);
 }
 
 FileSearch FindPhoto(const std::string& image,

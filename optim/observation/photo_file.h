@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "optim/observation/camera_import.h"
@@ -30,6 +31,13 @@ PhotoFile ReadPhotoFile(const std::filesystem::path& path, const ObservationOpti
 /// A mask file as shares 0..1 of one channel (mean of the colours). Throws IoError like
 /// ReadPhotoFile.
 renderer::Image ReadMaskFile(const std::filesystem::path& path, bool apply_exif_orientation);
+
+/// What a photo of this size is averaged to: within the largest size allowed.
+std::pair<int, int> ReducedSize(int width, int height, const ObservationOptions& options);
+/// Averages photo and clipping to that size; an alpha channel stays as it is.
+void ReducePhoto(const ObservationOptions& options, PhotoFile& file);
+/// Turns what a file says into shares that are object (or data).
+void FinishMask(const MaskOptions& options, renderer::Image& mask);
 
 /// Whether a path is a file with the extension of a picture.
 bool IsPicture(const std::filesystem::path& path);

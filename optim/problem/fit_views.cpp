@@ -16,18 +16,20 @@ FitViews ListViews(const ObservationSet& observations) {
   return views;
 }
 
-FitViews MakeFitViews(const ObservationSet& observations, double scale) {
+FitViews MakeFitViews(const ObservationSet& observations,
+                      double scale,
+                      std::optional<double> num_channels) {
   FitViews views = ListViews(observations);
   double weight = 0.0;
   for (const View& view : observations.views) {
     views.levels.emplace_back(view, observations, scale);
-    if (!view.validation) {
+    if (!view.validation && !num_channels) {
       for (const float w : views.levels.back().ColorWeight().data) {
         weight += 3.0 * static_cast<double>(w);
       }
     }
   }
-  views.num_channels = std::max(1.0, weight);
+  views.num_channels = num_channels.value_or(std::max(1.0, weight));
   return views;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,10 @@ struct FitViews {
 /// All but the images: names, and which views are fitted.
 FitViews ListViews(const ObservationSet& observations);
 
-/// `observations` must outlive them.
-FitViews MakeFitViews(const ObservationSet& observations, double scale);
+/// `observations` must outlive them. Photos and masks are looked at unless num_channels is known.
+FitViews MakeFitViews(const ObservationSet& observations,
+                      double scale,
+                      std::optional<double> num_channels = {});
 
 /// What multiplies (rendered - target) of each pixel: r, g, b, coverage; 0 = not compared. Frozen
 /// for a round.

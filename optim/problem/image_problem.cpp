@@ -123,7 +123,7 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   sums_ = GradientSums(set_.NumScalars());
   costs_ = {};
   censored_.resize(views_.fitted.size());
-  rank_of_ = division().DealItems(Division::Kind::kDerivative, views_.fitted.size());
+  rank_of_ = division().DealItems(Division::Kind::kDerivative, views_.fitted);
   division().ForEach<LinearizedPart>(
       Division::Kind::kDerivative,
       rank_of_,

@@ -28,8 +28,11 @@ struct DivisionTimes {
 
 /// Deals items to ranks so that all end at about the same time: the rank of each item. The first
 /// rank takes results in the order of items, and makes the first items itself, so that it holds
-/// nothing back.
-std::vector<int> Deal(const std::vector<ItemCost>& costs, int num_ranks);
+/// nothing back. `homes`, unless empty: the rank beside the first on which an item was before, 0 if
+/// on none; it stays there unless that rank would have clearly more to do than another.
+std::vector<int> Deal(const std::vector<ItemCost>& costs,
+                      int num_ranks,
+                      const std::vector<int>& homes = {});
 
 /// Divides loops over items, such as views, among ranks. What is taken, and in which order, does
 /// not depend on the number of ranks, so neither do its bits. Every rank calls the same loops in
@@ -51,8 +54,11 @@ class Division {
   /// What items cost is remembered by kind of loop: next time they cost alike.
   enum class Kind { kDerivative, kTrial, kValidation, kComparison, kReport };
 
-  /// The ranks of items 0, 1, ...; on every rank.
+  /// The ranks of items 0, 1, ...; on every rank. With `things` (by item: what it needs, such as a
+  /// view's photo), items of the same thing stay on one rank beside the first where that costs
+  /// little, whatever the loop.
   std::vector<int> DealItems(Kind kind, std::size_t count);
+  std::vector<int> DealItems(Kind kind, const std::vector<int>& things);
 
   /// make(i, give) on the rank of item i gives any number of parts; take(i, part) takes them on the
   /// first rank, in order of items. Parts travel as byte_stream.h says. An
@@ -63,6 +69,10 @@ class Division {
   template <class Part, class Make, class Take>
   void ForEach(Kind kind, std::size_t count, const Make& make, const Take& take) {
     ForEach<Part>(kind, DealItems(kind, count), make, take);
+  }
+  template <class Part, class Make, class Take>
+  void ForEachThing(Kind kind, const std::vector<int>& things, const Make& make, const Take& take) {
+    ForEach<Part>(kind, DealItems(kind, things), make, take);
   }
 
   /// The first rank's value, on every rank.
@@ -96,6 +106,7 @@ class Division {
   Ranks* ranks_ = nullptr;
   const renderer::CancelFlag* cancel_ = nullptr;
   std::map<Kind, std::vector<ItemCost>> costs_;  ///< on the first rank, by item
+  std::map<int, int> homes_;                     ///< on the first rank: of things, the others' rank
   DivisionTimes times_;
 };
 

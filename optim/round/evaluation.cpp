@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "optim/problem/pixel_rows.h"
@@ -113,9 +114,9 @@ CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
                             Division& division) {
   const std::size_t n = scenes.size();
   ViewComparison sums(n);
-  division.ForEach<ViewComparison>(
+  division.ForEachThing<ViewComparison>(
       Division::Kind::kComparison,
-      views.fitted.size(),
+      views.fitted,
       [&](std::size_t i, const auto& give) {
         give(CompareView(scenes, views, views.fitted[i], loss, samples));
       },
@@ -165,6 +166,16 @@ const FitViews& FitEvaluation::ViewsAt(double scale) {
   return *views_;
 }
 
+const FitViews& FitEvaluation::SharedViewsAt(double scale) {
+  const double num_channels =
+      division_.Share(division_.IsFirst() ? ViewsAt(scale).num_channels : 0.0);
+  if (!division_.IsFirst() && (!views_ || views_scale_ != scale)) {
+    views_ = MakeFitViews(observations_, scale, num_channels);
+    views_scale_ = scale;
+  }
+  return *views_;
+}
+
 std::unique_ptr<SceneImageSource> FitEvaluation::MakeSource(const renderer::Scene& scene,
                                                             const renderer::ParameterLayout& layout,
                                                             const FitViews& views) const {
@@ -187,13 +198,15 @@ void FitEvaluation::Report(const SampleHalves& samples,
   const double scale = spec_.stages.back().image_scale;
   std::optional<FitViews> other;
   if (!views_ || views_scale_ != scale) {
-    other = MakeFitViews(observations_, scale);
+    other = MakeFitViews(observations_, scale, 1.0);  // no cost is reported by it
   }
   const FitViews& views = other ? *other : *views_;
   const auto source = MakeSource(scene, {}, views);
-  division_.ForEach<ReportedView>(
+  std::vector<int> all(views.levels.size());
+  std::iota(all.begin(), all.end(), 0);
+  division_.ForEachThing<ReportedView>(
       Division::Kind::kReport,
-      views.levels.size(),
+      all,
       [&](std::size_t v, const auto& give) {
         give(RenderForReport(*source,
                              views,

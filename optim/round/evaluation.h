@@ -78,8 +78,10 @@ class FitEvaluation {
         cancel_(cancel),
         division_(division) {}
 
-  /// Valid until another scale is asked for.
+  /// On the first rank. Valid until another scale is asked for.
   const FitViews& ViewsAt(double scale);
+  /// The same on all ranks at once: others than the first need no photo for it.
+  const FitViews& SharedViewsAt(double scale);
 
   /// `layout` may be empty where no values are set.
   [[nodiscard]] std::unique_ptr<SceneImageSource> MakeSource(

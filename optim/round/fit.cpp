@@ -129,7 +129,7 @@ class FitDriver {
         state_.scene = start_;
         StageReport report;
         report.stage = report.kept = "start";
-        evaluation_.ViewsAt(spec_.stages.back().image_scale);
+        evaluation_.SharedViewsAt(spec_.stages.back().image_scale);
         Report(std::move(report), FitEvaluation::kDraftSpp);
         BeginStage();
       }
@@ -305,7 +305,7 @@ class FitDriver {
   /// False when the time limit ended it.
   bool RunLevel(const StageSpec& stage, const std::vector<double>& scales) {
     const double scale = scales[static_cast<std::size_t>(state_.level)];
-    const FitViews& views = evaluation_.ViewsAt(scale);
+    const FitViews& views = evaluation_.SharedViewsAt(scale);
     RoundsEnd end = RoundsEnd::kMended;
     while (end == RoundsEnd::kMended) {
       const Model model = MakeModel(Reference(), stage, views);
@@ -346,13 +346,15 @@ class FitDriver {
                           "': no step was accepted, nothing has moved; its start may be far from "
                           "what the photos show, or nothing in them depends on what is free");
     }
-    const FitViews& views = evaluation_.ViewsAt(stage.image_scale);
+    const FitViews& views = evaluation_.SharedViewsAt(stage.image_scale);
     ReportDivision(stage);
     MoveToMinimum(stage, views);
     ShareState();
     KeepBest(stage, views, report);
-    for (const std::string& message : FillUnseenTexels(spec_.unknowns, views, state_.scene)) {
-      observer_.OnMessage("stage '" + stage.name + "': " + message);
+    if (division_.IsFirst()) {  // which has all photos
+      for (const std::string& message : FillUnseenTexels(spec_.unknowns, views, state_.scene)) {
+        observer_.OnMessage("stage '" + stage.name + "': " + message);
+      }
     }
     const Model model = MakeModel(state_.scene, stage, views);
     const renderer::MeshFolds folds = CountFolds(state_.scene, model.set.layout());

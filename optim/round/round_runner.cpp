@@ -105,9 +105,9 @@ ImageCosts MeasureHeldOut(const StageContext& context,
   // The same samples in all rounds, which then differ by the scene alone.
   const SampleHalves samples =
       MakeHalves(context.spec.seed, context.stage, 0, SampleUse::kValidation, {.spp = spp});
-  context.division.ForEach<HeldOutView>(
+  context.division.ForEachThing<HeldOutView>(
       Division::Kind::kValidation,
-      context.views.validation.size(),
+      context.views.validation,
       [&](std::size_t i, const auto& give) {
         const int view = context.views.validation[i];
         const ViewLevel level = context.views.levels[static_cast<std::size_t>(view)].Unpack();

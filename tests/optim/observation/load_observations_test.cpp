@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "optim/observation/observation_stream.h"
 #include "renderer/image/color.h"
 #include "renderer/io/image_file.h"
 #include "tests/optim/observation/observation_files.h"
@@ -338,6 +339,67 @@ TEST_F(LoadObservationsTest, AlphaIsAMaskOnlyIfItSaysSomething) {
   WritePhoto("a.png");
   options_.masks.alpha = true;
   ExpectOneProblem({"no alpha channel"});
+}
+
+TEST_F(LoadObservationsTest, OtherProcessesReadTheSameImagesWhenTheyNeedThem) {
+  WriteCameras({"a.png", "b.png", "c.png"}, "", 16, 8);
+  Image photo = ConstantImage(16, 8, 3, 0.3F);
+  photo.At(3, 5, 1) = 1.0F;
+  photo.At(9, 2, 0) = 0.7F;
+  Write("a.png", photo);
+  folder_.WriteText("c.png", BytesFromHex(kHolePng));
+  WritePhoto("b.png", 16, 8);
+  Image mask = ConstantImage(16, 8, 3, 1.0F);
+  mask.At(4, 4, 0) = 0.0F;
+  Write("masks/a.png", mask);
+  Write("masks/b.png", mask);
+  Write("masks/c.png", ConstantImage(8, 4, 3, 0.25F));
+  options_.masks.meaning = MaskMeaning::kSilhouette;
+  options_.masks.folder = folder_.path() / "masks";
+  options_.masks.invert = true;
+  options_.masks.erode_px = 1;
+  options_.max_size_px = 8;
+  options_.validation_every = 3;
+  const auto expect_same = [&] {
+    const ObservationSet first = LoadObservations(options_);
+    const ObservationSet other = DecodeObservations(EncodeObservations(first), options_);
+    ASSERT_EQ(other.views.size(), first.views.size());
+    EXPECT_EQ(other.mask_meaning, first.mask_meaning);
+    EXPECT_EQ(other.assumptions, first.assumptions);
+    for (std::size_t i = 0; i < first.views.size(); ++i) {
+      const View& a = first.views[i];
+      const View& b = other.views[i];
+      EXPECT_EQ(a.name, b.name);
+      EXPECT_EQ(a.validation, b.validation);
+      EXPECT_EQ(a.camera.fx, b.camera.fx);
+      EXPECT_EQ(a.mask.Empty(), b.mask.Empty());
+      EXPECT_EQ(a.clipped.Empty(), b.clipped.Empty());
+      const double scale = i == 1 ? 0.25 : 1.0;
+      const PackedLevel level(b, other, scale);
+      EXPECT_FALSE(b.photo.IsRead());
+      EXPECT_EQ(b.photo.MemoryBytes() + b.mask.MemoryBytes() + level.MemoryBytes(), 0U);
+      const ViewLevel expected = PackedLevel(a, first, scale).Unpack();
+      const ViewLevel found = level.Unpack();
+      EXPECT_EQ(found.photo.data, expected.photo.data) << a.name;
+      EXPECT_EQ(found.mask.data, expected.mask.data) << a.name;
+      EXPECT_EQ(found.clipped.data, expected.clipped.data) << a.name;
+      EXPECT_EQ(found.color_weight.data, expected.color_weight.data) << a.name;
+      EXPECT_TRUE(b.photo.IsRead());
+      EXPECT_EQ(b.photo.Unpack().data, a.photo.Unpack().data);
+      EXPECT_EQ(b.photo.MemoryBytes(), a.photo.MemoryBytes());
+    }
+  };
+  expect_same();
+  options_.masks.folder.clear();
+  options_.masks.require = MaskRequirement::kSome;
+  expect_same();  // by the alpha channel of one
+
+  const ObservationSet first = LoadObservations(options_);
+  const ObservationSet other = DecodeObservations(EncodeObservations(first), options_);
+  fs::remove(folder_.path() / "a.png");
+  WritePhoto("b.png", 4, 8);
+  EXPECT_THROW((void)other.views[0].photo.Unpack(), renderer::IoError);
+  EXPECT_THROW((void)other.views[1].photo.Unpack(), renderer::IoError);
 }
 
 TEST_F(LoadObservationsTest, ColmapModelFindsItsImagesFolder) {

@@ -115,6 +115,20 @@ TEST(Deal, GoesByWhatItemsCost) {
   EXPECT_EQ(dealt[6], 1);
 }
 
+TEST(Deal, KeepsItemsWhereTheyWereUnlessThatCosts) {
+  std::vector<ItemCost> costs = Equal(24);
+  const std::vector<int> before = Deal(costs, 4);
+  std::vector<int> homes = before;
+  // Times are never quite the same.
+  for (std::size_t i = 0; i < costs.size(); ++i)
+    costs[i].making += 0.01 * static_cast<double>(i % 5);
+  EXPECT_EQ(Deal(costs, 4, homes), before);
+  // One rank holds all: the others take from it what evens out.
+  std::ranges::fill(homes, 2);
+  const std::vector<int> evened = Deal(Equal(24), 4, homes);
+  for (int rank = 0; rank < 4; ++rank) EXPECT_EQ(std::ranges::count(evened, rank), 6);
+}
+
 TEST(Division, AloneTakesPartsInOrder) {
   Division alone;
   std::vector<int> taken;
