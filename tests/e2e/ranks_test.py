@@ -83,7 +83,7 @@ class Ranks(unittest.TestCase):
         return launcher
 
     def test_fits_have_the_bits_of_one_process(self):
-        for ranks in (2, 4):
+        for ranks in (2, 4, 8):
             self.fit(ranks, f"ranks_{ranks}")
             self.assert_expected(f"ranks_{ranks}")
 

@@ -18,7 +18,7 @@ import unittest
 
 PATHFIT = pathlib.Path(sys.argv[1]).resolve()
 SOURCE = pathlib.Path(sys.argv[2]).resolve()
-PYTHON, MODULE = sys.argv[3:5] if len(sys.argv) > 3 else (None, "")
+PYTHON, MODULE = (sys.argv[3], str(pathlib.Path(sys.argv[4]).resolve())) if len(sys.argv) > 3 else (None, "")
 TUTORIALS = SOURCE / "configs" / "tutorials"
 HEADINGS = ("## With your own data", "## What may go wrong")
 MOST_BYTES_OF_PICTURE = 60000

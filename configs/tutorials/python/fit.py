@@ -32,5 +32,5 @@ print(result["status"], "after", result["rounds"], "rounds")
 place = scene.values(scene.parameters(["ball.translation"]))
 paint = scene.values(scene.parameters(["paint.base_color"]))
 error = result["standard_errors"]["paint.base_color"]
-print("paint", np.round(paint, 3), "+-", np.round(error, 4))
+print("paint", np.round(paint, 3).tolist(), "+-", np.round(error, 4).tolist())
 assert np.allclose(paint, [0.7, 0.3, 0.2], atol=0.02)
