@@ -28,13 +28,15 @@ struct Exported : RunScene {
   std::vector<std::optional<renderer::Texture>> normals = {};  ///< of WriteMeshes
 };
 
-/// Names of the photos, and where they are, seen from a folder.
-struct PhotoNames {
+/// Names of the photos, where they are, seen from a folder, and their cameras.
+struct Photos {
   std::vector<std::string> names, paths;
 };
-PhotoNames PhotosOf(const RunScene& loaded, const fs::path& folder) {
-  PhotoNames photos;
-  for (const ExportedView& view : ExportedViews(loaded.experiment, loaded.config)) {
+Photos PhotosOf(const RunScene& loaded, const fs::path& folder) {
+  const std::vector<ExportedView> views = ExportedViews(loaded.experiment, loaded.config);
+  Photos photos;
+  photos.cameras = CamerasOfPhotos(loaded.experiment.scene, views);
+  for (const ExportedView& view : views) {
     photos.names.push_back(view.name);
     photos.paths.push_back(NearPath(view.image_path, folder).generic_string());
   }
@@ -51,8 +53,8 @@ Files WriteMeshesAs(const fs::path& folder, const Exported& loaded, Log& /*log*/
 }
 
 Files WriteColmap(const fs::path& folder, const Exported& loaded, Log& /*log*/) {
-  const ColmapText text =
-      ColmapModel(loaded.experiment.scene.sensors, PhotosOf(loaded, folder).names);
+  const Photos photos = PhotosOf(loaded, folder);
+  const ColmapText text = ColmapModel(photos.cameras, photos.names);
   const std::array<std::pair<const char*, const std::string*>, 3> files = {
       {{"cameras.txt", &text.cameras},
        {"images.txt", &text.images},
@@ -67,10 +69,10 @@ Files WriteColmap(const fs::path& folder, const Exported& loaded, Log& /*log*/) 
 
 Files WriteTransforms(const fs::path& folder, const Exported& loaded, Log& /*log*/) {
   const fs::path path = folder / "transforms.json";
-  renderer::WriteFileAtomically(path,
-                                TransformsJson(loaded.experiment.scene.sensors,
-                                               PhotosOf(loaded, folder).paths,
-                                               loaded.experiment.observations.metres_per_unit));
+  const Photos photos = PhotosOf(loaded, folder);
+  renderer::WriteFileAtomically(
+      path,
+      TransformsJson(photos.cameras, photos.paths, loaded.experiment.observations.metres_per_unit));
   return {path};
 }
 

@@ -59,7 +59,7 @@ std::vector<ExportedView> ExportedViews(const Experiment& experiment,
     });
     const fs::path path =
         file != experiment.input_files.end() ? *file : config.input->photos.images_dir / view.name;
-    views.push_back({view.name, path.string(), view.validation});
+    views.push_back({view.name, path.string(), view.validation, view.file_width, view.file_height});
   }
   return views;
 }

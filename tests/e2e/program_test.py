@@ -128,9 +128,12 @@ class Program(unittest.TestCase):
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("they have start, all", wrong.stderr)
 
-        # Its own cameras, read back, give its own pictures.
-        for name, more in (("own", []), ("colmap", ["--cameras", run_folder / "export/colmap"])):
-            out = run("render", run_folder, "--views", "1", "--spp", "4", "-o", self.folder / name, "--json", *more)
+        # Its cameras are those of the photos' files, and give the same pictures in any format.
+        out = run("init", SOURCE / "data/axe/images", run_folder / "result/cameras", "-o", self.folder / "again.yaml")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        for name, cameras in (("own", "result/cameras/transforms.json"), ("colmap", "export/colmap")):
+            out = run("render", run_folder, "--views", "1", "--spp", "4", "-o", self.folder / name, "--json",
+                      "--cameras", run_folder / cameras)
             self.assertEqual(out.returncode, 0, out.stderr)
         own, again = ((self.folder / name / "IMG_8841_coverage.exr").read_bytes() for name in ("own", "colmap"))
         self.assertEqual(own, again)
