@@ -22,6 +22,8 @@
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/ranks/ranks.h"
 #include "optim/round/fit.h"
+#include "optim/round/memory_forecast.h"
+#include "optim/round/stage_plan.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
@@ -117,7 +119,7 @@ ExitStatus RunInDirectory(CommandContext& context,
   const StopSignals signals;
   const int resume_step = resume ? resume->step : 0;
   Progress progress(context.terminal);
-  progress.Expect(experiment.fit);
+  progress.Expect(optim::PlanStages(experiment.scene, experiment.observations, experiment.fit));
   const std::string last_stage =
       own.stop_after.empty() ? config.fit.stages.back().name : own.stop_after;
   FitRecorder recorder(run,
@@ -252,6 +254,10 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   record.threads = threads;
   record.seed = config.render.seed;
   record.config_path = config.path.string();
+  if (experiment.fit.max_memory_bytes > 0.0) {
+    optim::ForecastStages(
+        experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
+  }
   record.inputs = HashInputs(experiment.input_files);
   record.assumptions = experiment.assumptions;
   record.attributions = experiment.attributions;

@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "app/output/remaining_time.h"
 #include "app/output/terminal.h"
@@ -21,7 +23,7 @@ class Progress {
   Progress(Terminal& terminal, Clock clock);
 
   /// The stages of the fit, so that the time it will still take is that of all.
-  void Expect(const optim::FitSpec& spec) { remaining_.Expect(spec); }
+  void Expect(std::vector<optim::StagePlan> stages) { remaining_.Expect(std::move(stages)); }
   void OnRound(const optim::RoundReport& report);
   void OnStage(const optim::StageReport& report);
   /// Removes the status line.

@@ -323,6 +323,15 @@ class Program(unittest.TestCase):
         self.assertEqual(inverted.returncode, 0)
         self.assertIn("the masks look inverted", json.loads(inverted.stdout)["warnings"][0])
 
+    def test_check_and_fit_refuse_the_same_memory(self):
+        limits = ["--set", "input.max_size_px=64", "--max-memory", "50MiB"]
+        said = [run("check", DEMO, "-o", self.folder / "page.html", *limits),
+                run("fit", DEMO, "-o", self.folder / "run", "--progress", "none", *limits)]
+        for out in said:
+            self.assertEqual(out.returncode, 8, out.stderr)
+            self.assertRegex(out.stderr, r"needs about +[\d.]+ MB, the limit is +52.4 MB(.|\n)*scene and photos as loaded")
+        self.assertFalse((self.folder / "run").exists())
+
     def test_help_goes_to_stdout_with_status_zero(self):
         out = run("--help")
         self.assertEqual((out.returncode, out.stderr), (0, ""))

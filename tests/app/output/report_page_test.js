@@ -410,7 +410,7 @@ function testCheck(script) {
   const data = (word = "a") => ({
     check: { warnings: [word], assumptions: [word], meshes: [{ name: word, vertices: 8, triangles: 12 }], stages: [
       { name: word, unknowns: 24, image_scale: 0.5, max_rounds: 8, memory_bytes: 2.5e8, linear_solver: "cgnr", first_round_s: 4,
-        most_s: 118 }, { name: "b", unknowns: 3, image_scale: 1, max_rounds: 2 }] },
+        likely_s: 65, most_s: 118 }, { name: "b", unknowns: 3, image_scale: 1, max_rounds: 2 }] },
     name: word, config_path: word, views: [view(0, word), view(1, word)], attributions: [word], config: word,
     lights: [{ name: word, kind: "point", frame: "world", place: "at [0, 1, 0]", photos: 1 }],
     parameters: [{ name: word, unit: "m", num_scalars: 3, initial: null, minimum: -1, maximum: 2, lower_bound: "-inf",
@@ -419,7 +419,7 @@ function testCheck(script) {
   const { main, links, title } = draw(script, data());
   assert.deepStrictEqual(links, ["views", "model", "stages", "unknowns", "lights", "assumptions", "attribution", "config"]);
   assert.strictEqual(title, "a – pathfit check");
-  for (const part of ["1 warning", "0.875", "250.0 MB", "1 min 58 s", "held out", "at [0, 1, 0]", "1 of 2 photos", "[−∞, 5]",
+  for (const part of ["1 warning", "0.875", "250.0 MB", "65.0 s", "1 min 58 s", "held out", "at [0, 1, 0]", "1 of 2 photos", "[−∞, 5]",
     "held", "too large", "25.0 %"]) {
     assert.ok(main.textContent.includes(part), part);
   }
