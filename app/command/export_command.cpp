@@ -31,6 +31,7 @@ struct Exported : RunScene {
 /// Names of the photos, where they are, seen from a folder, and their cameras.
 struct Photos {
   std::vector<std::string> names, paths;
+  std::vector<renderer::Camera> cameras;
 };
 Photos PhotosOf(const RunScene& loaded, const fs::path& folder) {
   const std::vector<ExportedView> views = ExportedViews(loaded.experiment, loaded.config);
@@ -127,7 +128,11 @@ void Declare(OptionList& options, Options& own) {
   options.Text(
       "--stage", "STAGE", "State at the end of a stage, or start; else the newest", own.stage);
   options.Path(
-      "-o,--output", "DIR", "Folder for the files; else export/FORMAT in the run", own.output);
+      "-o,--output",
+      "DIR",
+      "Folder for the files, with one of its own for each format if there are several; else "
+      "export/FORMAT in the run",
+      own.output);
   options.Whole("--triangles",
                 "Of each mesh at most; what it loses becomes textures, its shape a normal texture",
                 4,
@@ -159,11 +164,15 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     loaded.normals = std::move(asset.normals);
   }
   Json json = Json::object();
+  // Formats have files of the same name, GLB meshes in metres and those for Blender.
+  const bool apart = own.output.empty() || std::ranges::count_if(kFormats, [&](const auto& format) {
+                                             return Wants(own, format);
+                                           }) > 1;
+  const fs::path output =
+      fs::absolute(own.output.empty() ? loaded.run.root() / "export" : own.output);
   for (const ExportFormat& format : kFormats) {
     if (!Wants(own, format)) continue;
-    const fs::path folder =
-        fs::absolute(own.output.empty() ? loaded.run.root() / "export" / format.word : own.output)
-            .lexically_normal();
+    const fs::path folder = (apart ? output / format.word : output).lexically_normal();
     renderer::CreateFolders(folder);
     for (const fs::path& file : format.write(folder, loaded, context.log)) {
       json[format.word].push_back(file.string());
