@@ -135,6 +135,7 @@ class FitDriver {
       }
       ShareState();
       while (state_.stage < static_cast<int>(spec_.stages.size()) && RunStage()) {
+        SaveStageEnd();
         ++state_.stage;
         BeginStage();
         SaveCheckpoint();
@@ -540,6 +541,13 @@ class FitDriver {
     report.wall_s = WallSeconds();
     observer_.OnStage(report);
     result_.stages.push_back(std::move(report));
+  }
+
+  void SaveStageEnd() const {
+    if (division_.IsFirst() && !controls_.checkpoint_folder.empty()) {
+      WriteStageEnd(
+          controls_.checkpoint_folder, {start_, spec_.unknowns}, state_.stage, state_.scene);
+    }
   }
 
   void SaveCheckpoint() {

@@ -102,6 +102,12 @@ class Program(unittest.TestCase):
         self.assert_same_results(run_folder, self.folder / "again")
         rendered = run("render", run_folder, "--views", "0", "--spp", "4", "-o", self.folder / "renders")
         self.assertEqual(rendered.returncode, 0, rendered.stderr)
+        for views, hint in (("0,nosuch", "nosuch"), ("IMG_8839", "did you mean 'IMG_8839.jpg'")):
+            wrong = run("render", run_folder, "--views", views, "-o", self.folder / "wrong")
+            self.assertEqual(wrong.returncode, 4)
+            self.assertIn(hint, wrong.stderr)
+        small = run("report", run_folder, "--max-size-mb", "0.1", "-o", self.folder / "small.html")
+        self.assertRegex(small.stderr, r"the page has [\d.]+ MB, more than --max-size-mb 0.1")
         for path in rendered.stdout.split():
             self.assertTrue(pathlib.Path(path).exists(), path)
         self.check_what_can_be_made_of(run_folder)
@@ -126,7 +132,12 @@ class Program(unittest.TestCase):
         self.assertTrue((self.folder / "start/axe.ply").read_bytes() != fitted, "the start was kept")
         wrong = run("export", run_folder, "--to", "ply", "--stage", "nothing")
         self.assertEqual(wrong.returncode, 2)
-        self.assertIn("they have start, all", wrong.stderr)
+        self.assertIn("they have start, light, all", wrong.stderr)
+        light = run("export", run_folder, "--to", "ply,glb", "--stage", "light", "-o", self.folder / "light", "--json")
+        self.assertEqual(light.returncode, 0, light.stderr)
+        files = json.loads(light.stdout)["files"]
+        self.assertEqual(files["ply"], [str(self.folder / "light/ply/axe.ply")], "a folder for each of several formats")
+        self.assertTrue(pathlib.Path(files["ply"][0]).read_bytes() not in (fitted, (self.folder / "start/axe.ply").read_bytes()))
 
         # Its cameras are those of the photos' files, and give the same pictures in any format.
         out = run("init", SOURCE / "data/axe/images", run_folder / "result/cameras", "-o", self.folder / "again.yaml")
