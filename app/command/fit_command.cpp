@@ -159,8 +159,11 @@ ExitStatus RunInDirectory(CommandContext& context,
     }
     const Ending ending = EndingOf(result.status, signals, observer.reached(), run);
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
-    context.log.Info(
-        fmt::format("{}; {} rounds in {:.0f} s", ending.reason, result.rounds, result.wall_s));
+    std::string words = ResultWords(recorder.history());
+    if (!words.empty()) words = "; " + words;
+    if (config.output.report) words += "; report: " + run.Report().string();
+    context.log.Info(fmt::format(
+        "{}; {} rounds in {}{}", ending.reason, result.rounds, DurationText(result.wall_s), words));
     return ending.exit;
   } catch (const renderer::DiskFullError& e) {
     progress.Finish();
