@@ -179,7 +179,11 @@ ExitStatus RunInDirectory(CommandContext& context,
     return ExitStatus::kStopped;
   } catch (const std::exception& e) {
     progress.Finish();
-    recorder.Finish(RunStatus::kFailed, e.what(), static_cast<int>(StatusOfException(e)));
+    try {
+      recorder.Finish(RunStatus::kFailed, e.what(), static_cast<int>(StatusOfException(e)));
+    } catch (const std::exception& second) {
+      context.log.Warn(std::string("run.json still says that the run goes on: ") + second.what());
+    }
     throw;
   }
 }
@@ -250,6 +254,10 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   Experiment experiment = BuildExperiment(config);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   const StartCheck start = CheckStart(config, experiment);
+  if (experiment.fit.max_memory_bytes > 0.0) {
+    optim::ForecastStages(
+        experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
+  }
 
   RunRecord record = MakeRunRecord(context.line.arguments);
   record.name = config.name;
@@ -257,10 +265,6 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   record.threads = threads;
   record.seed = config.render.seed;
   record.config_path = config.path.string();
-  if (experiment.fit.max_memory_bytes > 0.0) {
-    optim::ForecastStages(
-        experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
-  }
   record.inputs = HashInputs(experiment.input_files);
   record.assumptions = experiment.assumptions;
   record.attributions = experiment.attributions;
