@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -39,35 +41,46 @@ std::vector<Overlap> OverlapsOf(const StartCheck& start) {
   return overlaps;
 }
 
-/// By stage; none without photos.
-std::vector<optim::StageMemory> ForecastStages(const Experiment& experiment) {
-  const auto& views = experiment.observations.views;
-  if (std::ranges::all_of(views, [](const optim::View& view) { return view.validation; })) {
-    return {};
-  }
-  return optim::ForecastStages(experiment.scene, experiment.observations, experiment.fit);
+bool HasFittedPhotos(const Experiment& experiment) {
+  return !std::ranges::all_of(experiment.observations.views,
+                              [](const optim::View& view) { return view.validation; });
 }
 
-/// Of what takes another form in the stage, the forecast knows the number.
-std::int64_t NumScalars(const Experiment& experiment,
-                        const std::vector<optim::StageMemory>& memory,
-                        std::size_t stage_index) {
+/// Numbers that a stage frees in the scene that the fit begins with.
+std::int64_t NumScalars(const Experiment& experiment, std::size_t stage_index) {
   const optim::StageSpec& stage = experiment.fit.stages[stage_index];
   renderer::ParameterLayout layout(experiment.scene);
   for (const int index : stage.free) {
     const optim::UnknownSpec& unknown = experiment.fit.unknowns[static_cast<std::size_t>(index)];
-    if (optim::IsReplaced(experiment.scene, unknown, experiment.fit.unknowns)) {
-      if (!memory.empty()) return static_cast<std::int64_t>(memory[stage_index].num_scalars);
-      continue;
-    }
+    if (optim::IsReplaced(experiment.scene, unknown, experiment.fit.unknowns)) continue;
     layout.Add(unknown.kind, unknown.object);
   }
   return layout.NumScalars();
 }
 
-void PrintSummary(const Experiment& experiment,
-                  const StartCheck& start,
-                  const std::vector<optim::StageMemory>& memory) {
+/// What uses a texture, in words: "roughness of bronze, light of lamp".
+std::string TextureRoles(const renderer::Scene& scene, int texture) {
+  std::string text;
+  const auto add = [&](int used, const char* role, const std::string& name) {
+    if (used == texture) text += (text.empty() ? "" : ", ") + std::string(role) + " of " + name;
+  };
+  for (const renderer::Material& material : scene.materials) {
+    add(material.base_color_texture, "base colour", material.name);
+    add(material.roughness_texture, "roughness", material.name);
+    add(material.metallic_texture, "metallic", material.name);
+  }
+  for (const renderer::Emitter& emitter : scene.emitters) {
+    if (const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light)) {
+      add(area->texture, "light", emitter.name);
+    } else if (const auto* projector = std::get_if<renderer::ProjectorEmitter>(&emitter.light)) {
+      add(projector->texture, "light", emitter.name);
+    }
+  }
+  return text.empty() ? "not used" : text;
+}
+
+/// All but what takes long to find.
+void PrintStart(const Experiment& experiment, const StartCheck& start) {
   for (const std::string& text : experiment.assumptions) fmt::print("{}\n", text);
   for (const auto& mesh : experiment.scene.meshes) {
     fmt::print("Mesh {}: {} vertices, {} triangles.\n",
@@ -75,44 +88,19 @@ void PrintSummary(const Experiment& experiment,
                mesh.mesh.positions.size(),
                mesh.mesh.triangles.size());
   }
+  for (std::size_t i = 0; i < experiment.scene.textures.size(); ++i) {
+    const renderer::Texture& texture = experiment.scene.textures[i];
+    fmt::print("Texture {}: {} x {}, {}: {}.\n",
+               texture.name,
+               texture.width,
+               texture.height,
+               texture.scalar ? "numbers" : "colours",
+               TextureRoles(experiment.scene, static_cast<int>(i)));
+  }
   for (const auto& sensor : experiment.scene.sensors) {
     if (experiment.observations.views.empty()) {
       fmt::print("Sensor {}: {} x {} pixels.\n", sensor.name, sensor.width, sensor.height);
     }
-  }
-  for (std::size_t i = 0; i < experiment.fit.stages.size(); ++i) {
-    const optim::StageSpec& stage = experiment.fit.stages[i];
-    fmt::print("Stage {}: {} unknown numbers, images at {:g} of their size, up to {} rounds.\n",
-               stage.name,
-               NumScalars(experiment, memory, i),
-               stage.image_scale,
-               stage.max_rounds);
-  }
-  for (std::size_t i = 0; i < memory.size(); ++i) {
-    fmt::print("Memory of stage {}: about {:.0f} MB with {:.0f} unknown numbers, solved by {}:",
-               experiment.fit.stages[i].name,
-               optim::TotalBytes(memory[i].items) / 1e6,
-               memory[i].num_scalars,
-               optim::LinearSolverName(memory[i].solver));
-    for (const optim::MemoryItem& item : memory[i].items) {
-      fmt::print("{} {} {:.0f} MB",
-                 &item == &memory[i].items.front() ? "" : ",",
-                 item.what,
-                 item.bytes / 1e6);
-    }
-    fmt::print(".\n");
-  }
-  double total_s = 0.0;
-  for (std::size_t i = 0; i < memory.size(); ++i) {
-    fmt::print("Time of stage {}: about {} for its first round, {} if it needs all its rounds.\n",
-               experiment.fit.stages[i].name,
-               DurationText(memory[i].first_round_s),
-               DurationText(memory[i].most_s));
-    total_s += memory[i].most_s;
-  }
-  if (!memory.empty()) {
-    fmt::print("Time of the fit: at most about {} on this machine, as busy as it is now.\n",
-               DurationText(total_s));
   }
   const std::vector<Overlap> overlaps = OverlapsOf(start);
   if (overlaps.empty() && !experiment.observations.views.empty()) {
@@ -126,6 +114,51 @@ void PrintSummary(const Experiment& experiment,
         overlaps.front().iou,
         overlaps.front().name);
   }
+}
+
+void PrintStage(const Experiment& experiment,
+                std::size_t index,
+                const std::optional<optim::StageMemory>& memory) {
+  const optim::StageSpec& stage = experiment.fit.stages[index];
+  const auto scalars =
+      memory ? static_cast<std::int64_t>(memory->num_scalars) : NumScalars(experiment, index);
+  const auto at_start = memory ? static_cast<std::int64_t>(memory->num_scalars_at_start) : scalars;
+  fmt::print("Stage {}: {} unknown numbers{}, images at {:g} of their size, up to {} rounds.\n",
+             stage.name,
+             scalars,
+             scalars == at_start
+                 ? ""
+                 : fmt::format(" once its meshes and textures are as fine as those images ({} as "
+                               "they come)",
+                               at_start),
+             stage.image_scale,
+             stage.max_rounds);
+  if (!memory) return;
+  fmt::print("Memory of stage {}: about {:.0f} MB, solved by {}:",
+             stage.name,
+             optim::TotalBytes(memory->items) / 1e6,
+             optim::LinearSolverName(memory->solver));
+  for (const optim::MemoryItem& item : memory->items) {
+    fmt::print(
+        "{} {} {:.0f} MB", &item == &memory->items.front() ? "" : ",", item.what, item.bytes / 1e6);
+  }
+  fmt::print(".\nTime of stage {}: likely {}, at most {}; {} for its first round.\n",
+             stage.name,
+             DurationText(memory->likely_s),
+             DurationText(memory->most_s),
+             DurationText(memory->first_round_s));
+}
+
+void PrintTotal(const std::vector<optim::StageMemory>& memory) {
+  if (memory.empty()) return;
+  double likely_s = 0.0, most_s = 0.0;
+  for (const optim::StageMemory& stage : memory) {
+    likely_s += stage.likely_s;
+    most_s += stage.most_s;
+  }
+  fmt::print("Time of the fit: likely {}, at most {} on this machine, as busy as it is now.\n",
+             DurationText(likely_s),
+             DurationText(most_s));
 }
 
 Json ResultOf(const Experiment& experiment,
@@ -145,14 +178,19 @@ Json ResultOf(const Experiment& experiment,
   for (std::size_t i = 0; i < experiment.fit.stages.size(); ++i) {
     const optim::StageSpec& stage = experiment.fit.stages[i];
     json["stages"].push_back({{"name", stage.name},
-                              {"unknowns", NumScalars(experiment, memory, i)},
+                              {"unknowns", NumScalars(experiment, i)},
+                              {"unknowns_at_start", NumScalars(experiment, i)},
                               {"image_scale", stage.image_scale},
                               {"max_rounds", stage.max_rounds}});
   }
   for (std::size_t i = 0; i < memory.size(); ++i) {
+    json["stages"][i]["unknowns"] = static_cast<std::int64_t>(memory[i].num_scalars);
+    json["stages"][i]["unknowns_at_start"] =
+        static_cast<std::int64_t>(memory[i].num_scalars_at_start);
     json["stages"][i]["memory_bytes"] = optim::TotalBytes(memory[i].items);
     json["stages"][i]["jacobian_bytes"] = memory[i].jacobian_bytes;
     json["stages"][i]["first_round_s"] = memory[i].first_round_s;
+    json["stages"][i]["likely_s"] = memory[i].likely_s;
     json["stages"][i]["most_s"] = memory[i].most_s;
     json["stages"][i]["linear_solver"] = optim::LinearSolverName(memory[i].solver);
   }
@@ -188,8 +226,9 @@ constexpr ResultKey kResult[] = {
     {"meshes", "list", "Maps of name, vertices and triangles"},
     {"stages",
      "list",
-     "Maps of name, unknowns, image_scale, max_rounds; with photos memory_bytes, jacobian_bytes, "
-     "linear_solver, first_round_s and most_s (if all rounds are needed)"},
+     "Maps of name, unknowns (with meshes as fine as its photos), unknowns_at_start, image_scale, "
+     "max_rounds; with photos memory_bytes, jacobian_bytes, linear_solver, first_round_s, likely_s "
+     "(of as many rounds as are usual) and most_s (if all are needed)"},
     {"initial_iou", "map", "By photo with a mask: overlap of the start's silhouette with it"},
     {"page", "text or null", "The page that was written; null without photos"}};
 
@@ -212,19 +251,53 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
   const Experiment experiment = BuildExperiment(config);
   const StartCheck start = CheckStart(config, experiment);
-  const std::vector<optim::StageMemory> memory = ForecastStages(experiment);
-  Json result = ResultOf(experiment, start, memory);
-  Json& page = result["page"] = nullptr;
-  if (!start.views.empty())
-    page = WritePage(context, own.output, config, experiment, start, result);
-  if (context.line.json) {
-    PrintResult(context, result);
-  } else {
-    PrintSummary(experiment, start, memory);
-    if (!page.is_null()) fmt::print("The start over every photo: {}\n", page.get<std::string>());
-  }
   for (const std::string& warning : experiment.warnings) context.log.Warn(warning);
   for (const std::string& warning : start.warnings) context.log.Warn(warning);
+  const bool speaks = !context.line.json;
+  if (speaks) PrintStart(experiment, start);
+  std::vector<optim::StageMemory> memory;
+  Json result, page;
+  const auto write_page = [&] {
+    result = ResultOf(experiment, start, memory);
+    page = nullptr;
+    if (!start.views.empty()) {
+      page = WritePage(context, own.output, config, experiment, start, result);
+    }
+    result["page"] = page;
+  };
+  write_page();
+  // What a look at a few photos tells takes longer: it comes as it is found.
+  const bool forecasts = HasFittedPhotos(experiment);
+  const optim::MemoryItem loaded = optim::LoadedMemory();
+  for (std::size_t i = 0; i < experiment.fit.stages.size(); ++i) {
+    std::fflush(stdout);
+    std::optional<optim::StageMemory> found;
+    if (forecasts) {
+      found = optim::ForecastStage(experiment.scene,
+                                   experiment.observations,
+                                   experiment.fit,
+                                   static_cast<int>(i),
+                                   loaded,
+                                   optim::ForecastParts::kMemoryAndTimes);
+    }
+    if (speaks) PrintStage(experiment, i, found);
+    if (!found) continue;
+    std::fflush(stdout);
+    optim::RequireMemory(*found, experiment.fit.stages[i].name, experiment.fit.max_memory_bytes);
+    memory.push_back(std::move(*found));
+  }
+  if (page.is_null()) {
+    result = ResultOf(experiment, start, memory);
+    result["page"] = nullptr;
+  } else if (!memory.empty()) {
+    write_page();
+  }
+  if (speaks) {
+    PrintTotal(memory);
+    if (!page.is_null()) fmt::print("The start over every photo: {}\n", page.get<std::string>());
+  } else {
+    PrintResult(context, result);
+  }
   return ExitStatus::kFinished;
 }
 

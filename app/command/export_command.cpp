@@ -23,13 +23,16 @@ namespace {
 namespace fs = std::filesystem;
 using Files = std::vector<fs::path>;
 
-/// Names of the photos, and where they are, seen from a folder.
-struct PhotoNames {
+/// Names of the photos, where they are, seen from a folder, and their cameras.
+struct Photos {
   std::vector<std::string> names, paths;
+  std::vector<renderer::Camera> cameras;
 };
-PhotoNames PhotosOf(const RunScene& loaded, const fs::path& folder) {
-  PhotoNames photos;
-  for (const ExportedView& view : ExportedViews(loaded.experiment, loaded.config)) {
+Photos PhotosOf(const RunScene& loaded, const fs::path& folder) {
+  const std::vector<ExportedView> views = ExportedViews(loaded.experiment, loaded.config);
+  Photos photos;
+  photos.cameras = CamerasOfPhotos(loaded.experiment.scene, views);
+  for (const ExportedView& view : views) {
     photos.names.push_back(view.name);
     photos.paths.push_back(NearPath(view.image_path, folder).generic_string());
   }
@@ -48,8 +51,8 @@ Files WriteMeshesAs(const fs::path& folder, const RunScene& loaded, Log& /*log*/
 }
 
 Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
-  const ColmapText text =
-      ColmapModel(loaded.experiment.scene.sensors, PhotosOf(loaded, folder).names);
+  const Photos photos = PhotosOf(loaded, folder);
+  const ColmapText text = ColmapModel(photos.cameras, photos.names);
   const std::array<std::pair<const char*, const std::string*>, 3> files = {
       {{"cameras.txt", &text.cameras},
        {"images.txt", &text.images},
@@ -64,10 +67,10 @@ Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) 
 
 Files WriteTransforms(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
   const fs::path path = folder / "transforms.json";
-  renderer::WriteFileAtomically(path,
-                                TransformsJson(loaded.experiment.scene.sensors,
-                                               PhotosOf(loaded, folder).paths,
-                                               loaded.experiment.observations.metres_per_unit));
+  const Photos photos = PhotosOf(loaded, folder);
+  renderer::WriteFileAtomically(
+      path,
+      TransformsJson(photos.cameras, photos.paths, loaded.experiment.observations.metres_per_unit));
   return {path};
 }
 
@@ -122,7 +125,11 @@ void Declare(OptionList& options, Options& own) {
   options.Text(
       "--stage", "STAGE", "State at the end of a stage, or start; else the newest", own.stage);
   options.Path(
-      "-o,--output", "DIR", "Folder for the files; else export/FORMAT in the run", own.output);
+      "-o,--output",
+      "DIR",
+      "Folder for the files, with one of its own for each format if there are several; else "
+      "export/FORMAT in the run",
+      own.output);
   options.Whole("--triangles",
                 "Of each mesh at most; what it loses becomes textures, its shape a normal texture",
                 4,
@@ -153,11 +160,15 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     loaded.experiment.scene = std::move(asset.scene);
   }
   Json json = Json::object();
+  // Formats have files of the same name, GLB meshes in metres and those for Blender.
+  const bool apart = own.output.empty() || std::ranges::count_if(kFormats, [&](const auto& format) {
+                                             return Wants(own, format);
+                                           }) > 1;
+  const fs::path output =
+      fs::absolute(own.output.empty() ? loaded.run.root() / "export" : own.output);
   for (const ExportFormat& format : kFormats) {
     if (!Wants(own, format)) continue;
-    const fs::path folder =
-        fs::absolute(own.output.empty() ? loaded.run.root() / "export" / format.word : own.output)
-            .lexically_normal();
+    const fs::path folder = (apart ? output / format.word : output).lexically_normal();
     renderer::CreateFolders(folder);
     for (const fs::path& file : format.write(folder, loaded, context.log)) {
       json[format.word].push_back(file.string());

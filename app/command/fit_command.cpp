@@ -22,6 +22,8 @@
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/ranks/ranks.h"
 #include "optim/round/fit.h"
+#include "optim/round/memory_forecast.h"
+#include "optim/round/stage_plan.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
@@ -72,7 +74,7 @@ ExitStatus RunInDirectory(CommandContext& context,
   const StopSignals signals;
   const int resume_step = resume ? resume->step : 0;
   Progress progress(context.terminal);
-  progress.Expect(experiment.fit);
+  progress.Expect(optim::PlanStages(experiment.scene, experiment.observations, experiment.fit));
   const std::string last_stage =
       own.stop_after.empty() ? config.fit.stages.back().name : own.stop_after;
   FitRecorder recorder(run,
@@ -113,8 +115,11 @@ ExitStatus RunInDirectory(CommandContext& context,
     }
     const Ending ending = EndingOf(result.status, signals, run);
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
-    context.log.Info(
-        fmt::format("{}; {} rounds in {:.0f} s", ending.reason, result.rounds, result.wall_s));
+    std::string words = ResultWords(recorder.history());
+    if (!words.empty()) words = "; " + words;
+    if (config.output.report) words += "; report: " + run.Report().string();
+    context.log.Info(fmt::format(
+        "{}; {} rounds in {}{}", ending.reason, result.rounds, DurationText(result.wall_s), words));
     return ending.exit;
   } catch (const renderer::DiskFullError& e) {
     progress.Finish();
@@ -130,7 +135,11 @@ ExitStatus RunInDirectory(CommandContext& context,
     return ExitStatus::kStopped;
   } catch (const std::exception& e) {
     progress.Finish();
-    recorder.Finish(RunStatus::kFailed, e.what(), static_cast<int>(StatusOfException(e)));
+    try {
+      recorder.Finish(RunStatus::kFailed, e.what(), static_cast<int>(StatusOfException(e)));
+    } catch (const std::exception& second) {
+      context.log.Warn(std::string("run.json still says that the run goes on: ") + second.what());
+    }
     throw;
   }
 }
@@ -201,6 +210,10 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   const StartCheck start = CheckStart(config, experiment);
+  if (experiment.fit.max_memory_bytes > 0.0) {
+    optim::ForecastStages(
+        experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
+  }
 
   RunRecord record = MakeRunRecord(context.line.arguments);
   record.name = config.name;

@@ -48,9 +48,7 @@ std::vector<Direction> ChooseDirections(const Experiment& experiment,
       if (MatchesGlob(param, unknown.name)) names.push_back(unknown.name);
     }
     if (names.size() == before) {
-      throw renderer::SceneError(
-          params.empty() ? "nothing to check: give --params, gradcheck.params or unknowns"
-                         : "no unknown matches '" + param + "'");
+      throw renderer::SceneError("no unknown matches '" + param + "'");
     }
   }
   std::vector<Direction> directions;
@@ -365,6 +363,11 @@ ExitStatus Conclude(CommandContext& context, const std::vector<Row>& rows) {
 ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const ExperimentConfig config = LoadExperimentConfig(line.target, line.overrides);
+  if (config.gradcheck.params.empty() && config.fit.unknowns.empty()) {
+    throw ConfigError(
+        {config.path.string(), {}, {}},
+        {{{}, "unknowns", "nothing to check: give --params, gradcheck.params or unknowns"}});
+  }
   const renderer::ThreadLimit limit(NumThreads(line, config.threads));
   const Experiment experiment = BuildExperiment(config, context.ranks);
   for (const std::string& text : experiment.assumptions) context.log.Info(text);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <set>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -13,6 +14,7 @@
 #include "app/command/run_scene.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
+#include "app/config/nearest_name.h"
 #include "app/experiment/build_parts.h"
 #include "app/experiment/direction.h"
 #include "app/experiment/experiment.h"
@@ -47,28 +49,38 @@ struct Options {
   int orbit = 0;                         ///< number of cameras on a circle; 0: none
 };
 
-/// Sensors by index or name; all without a choice.
+/// Names of sensors that are meant by one that is none: without its extension, or nearly right.
+std::string SensorHint(const renderer::Scene& scene, const std::string& wanted) {
+  std::vector<std::string> names;
+  for (const renderer::Camera& sensor : scene.sensors) {
+    names.push_back(sensor.name);
+    if (fs::path(sensor.name).stem() == wanted) return " (did you mean '" + sensor.name + "'?)";
+  }
+  return NameHint(wanted, names);
+}
+
+/// Sensors by index or name, in the scene's order; all without a choice.
 std::vector<int> ChooseSensors(const renderer::Scene& scene,
                                const std::vector<std::string>& wanted) {
   const int count = static_cast<int>(scene.sensors.size());
-  std::vector<int> chosen;
-  for (int i = 0; i < count; ++i) {
-    const std::string& name = scene.sensors[static_cast<std::size_t>(i)].name;
-    for (const std::string& w : wanted) {
-      if (w == name || w == std::to_string(i) || w == "all") {
-        chosen.push_back(i);
-        break;
-      }
+  std::set<int> chosen;
+  for (const std::string& w : wanted) {
+    bool known = false;
+    for (int i = 0; i < count; ++i) {
+      const std::string& name = scene.sensors[static_cast<std::size_t>(i)].name;
+      if (w != name && w != std::to_string(i) && w != "all") continue;
+      chosen.insert(i);
+      known = true;
+    }
+    if (!known) {
+      throw renderer::SceneError("no sensor or photo is called '" + w + "'" + SensorHint(scene, w) +
+                                 "; there are " + std::to_string(count) + ", numbered from 0");
     }
   }
   if (wanted.empty()) {
-    for (int i = 0; i < count; ++i) chosen.push_back(i);
-  } else if (chosen.empty()) {
-    throw renderer::SceneError("no sensor or photo is called '" + wanted.front() + "'; there are " +
-                               std::to_string(count) + ", the first is '" +
-                               (count > 0 ? scene.sensors[0].name : "") + "'");
+    for (int i = 0; i < count; ++i) chosen.insert(i);
   }
-  return chosen;
+  return {chosen.begin(), chosen.end()};
 }
 
 void WriteFilm(const renderer::Film& film, const fs::path& stem, std::vector<fs::path>& written) {

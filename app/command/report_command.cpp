@@ -41,7 +41,15 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   options.max_bytes = static_cast<std::size_t>(own.max_size_mb * kBytesPerMegabyte);
   const fs::path page =
       fs::absolute(own.output.empty() ? run.Report() : own.output).lexically_normal();
-  renderer::WriteFileAtomically(page, ReportPage(ReportJson(data, options)));
+  const std::string text = ReportPage(ReportJson(data, options));
+  renderer::WriteFileAtomically(page, text);
+  if (text.size() > options.max_bytes) {
+    context.log.Warn(fmt::format(
+        "the page has {:.1f} MB, more than --max-size-mb {:g}: what is left after views "
+        "are left out",
+        static_cast<double>(text.size()) / kBytesPerMegabyte,
+        own.max_size_mb));
+  }
   if (data.status != "finished") {
     context.log.Warn(fmt::format("the run is {}; the page shows the {} rounds that are recorded",
                                  data.status,

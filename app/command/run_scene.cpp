@@ -20,29 +20,29 @@ RunScene LoadRunScene(CommandContext& context, const fs::path& target, const std
   for (const std::string& text : experiment.assumptions) context.log.Info(text);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
   if (stage == "start") return loaded;
-  optim::NewestCheckpoint newest =
-      optim::ReadNewestCheckpoint(run.Checkpoints(), {experiment.scene, experiment.fit.unknowns});
+  const optim::FitOrigin origin{experiment.scene, experiment.fit.unknowns};
+  if (!stage.empty()) {
+    std::vector<std::string> known = {"start"};
+    for (std::size_t i = 0; i < experiment.fit.stages.size(); ++i) {
+      std::optional<renderer::Scene> end =
+          optim::ReadStageEnd(run.Checkpoints(), origin, static_cast<int>(i));
+      if (!end) continue;
+      known.push_back(experiment.fit.stages[i].name);
+      if (known.back() != stage) continue;
+      experiment.scene = std::move(*end);
+      return loaded;
+    }
+    throw UsageError(context.line.command->name,
+                     "--stage: the run's checkpoints have no end of a stage '" + stage +
+                         "'; they have " + JoinNames(known));
+  }
+  optim::NewestCheckpoint newest = optim::ReadNewestCheckpoint(run.Checkpoints(), origin);
   for (const std::string& reason : newest.damaged) {
     context.log.Warn("a checkpoint is left out, and an older one used: " + reason);
   }
   if (!newest.state) throw renderer::IoError(run.root().string() + ": the run has no checkpoint");
-  if (stage.empty()) {
-    experiment.scene = std::move(newest.state->scene);
-    return loaded;
-  }
-  // What the current stage began with is what the one before it ended with.
-  std::vector<std::string> known = {"start"};
-  const auto next = static_cast<std::size_t>(newest.state->stage);
-  if (next > 0 && next <= experiment.fit.stages.size()) {
-    known.push_back(experiment.fit.stages[next - 1].name);
-    if (known.back() == stage) {
-      experiment.scene = std::move(newest.state->stage_start);
-      return loaded;
-    }
-  }
-  throw UsageError(context.line.command->name,
-                   "--stage: the run's checkpoints have no end of a stage '" + stage +
-                       "'; they have " + JoinNames(known));
+  experiment.scene = std::move(newest.state->scene);
+  return loaded;
 }
 
 std::vector<ExportedView> ExportedViews(const Experiment& experiment,
@@ -59,7 +59,7 @@ std::vector<ExportedView> ExportedViews(const Experiment& experiment,
     });
     const fs::path path =
         file != experiment.input_files.end() ? *file : config.input->photos.images_dir / view.name;
-    views.push_back({view.name, path.string(), view.validation});
+    views.push_back({view.name, path.string(), view.validation, view.file_width, view.file_height});
   }
   return views;
 }

@@ -3,6 +3,7 @@
 #include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
 #include "app/config/schema_parts.h"
+#include "optim/observation/visual_hull.h"
 #include "renderer/io/mesh_file.h"
 
 namespace pathfit::app {
@@ -170,7 +171,9 @@ SchemaNode GeometrySchema() {
                        InlineMeshSchema(),
                        MapOf("visual_hull",
                              {Key("resolution", &VisualHullGeometry::resolution) |
-                              Doc("Cells along the longest side of the box.") | From(8, 1024)},
+                              Doc("Cells along the longest side of the box.") |
+                              From(optim::VisualHullOptions::kMinResolution,
+                                   optim::VisualHullOptions::kMaxResolution)},
                              Become<VisualHullGeometry>) |
                            Doc("Carved from the masks.") | OneOf("shape"),
                        Name("material", &GeometryConfig::material) |

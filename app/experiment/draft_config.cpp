@@ -1,6 +1,7 @@
 #include "app/experiment/draft_config.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -66,17 +67,23 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
         "point; give a start mesh (--mesh FILE) or masks (--masks DIR)");
   }
   const CameraLayout& layout = *input.layout;
+  // Places to a hundredth of the radius: the centre may be far away from the frame's origin.
+  const int digits =
+      std::clamp(static_cast<int>(std::ceil(2.0 - std::log10(layout.radius))), 0, 300);
   return fmt::format(
       "    # The start: a sphere where the cameras look. A mesh of your own, in the frame of the "
       "cameras, is better:\n"
       "    # {{file: mesh.ply, material: surface}}\n"
       "    object:\n      primitive: {{sphere: {{radius_m: {:.4g}}}}}\n      transform: "
-      "{{translate_m: [{:.4g}, "
-      "{:.4g}, {:.4g}]}}\n      material: surface\n",
+      "{{translate_m: [{:.{}f}, "
+      "{:.{}f}, {:.{}f}]}}\n      material: surface\n",
       kSphereShare * layout.radius,
       layout.centre.x,
+      digits,
       layout.centre.y,
-      layout.centre.z);
+      digits,
+      layout.centre.z,
+      digits);
 }
 
 }  // namespace
@@ -88,8 +95,10 @@ std::string LightGuess(const FoundInput& input) {
   }
   return CamerasMoveAlone(input)
              ? fmt::format(
-                   "the background changes from photo to photo (by {:.0f} %): the camera "
-                   "went round the object, whose light stood still",
+                   "the background changes from photo to photo (by {:.0f} %): the camera went "
+                   "round "
+                   "the object, taken to be in light that stood still (or, with a flash on the "
+                   "camera, frame: camera)",
                    100.0 * *input.background_change)
              : fmt::format(
                    "the background stays as it is (to {:.0f} %) while the view changes: "
@@ -150,7 +159,11 @@ std::string DraftConfig(const FoundInput& input,
       "unknowns:\n"
       "  object.vertices: {}\n"
       "  object.colors: {}\n"
-      "  surroundings.texels: {}\n"
+      "  # Photos tell a tinted light on a pale thing badly from a white light on a coloured one: "
+      "the "
+      "light is kept near\n  # grey where they do not say. Leave the prior out where the light is "
+      "coloured.\n"
+      "  surroundings.texels: {priors: [{neutral: {weight: 0.003}}]}\n"
       "  exposure: {}\n"
       "\nstages:\n"
       "  - {name: light, free: [surroundings.texels, exposure]}\n"

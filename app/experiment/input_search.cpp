@@ -63,6 +63,37 @@ std::string PathList(const std::vector<fs::path>& paths) {
   return text;
 }
 
+/// "" unless there are pictures of formats that are not read.
+std::string OtherPictures(const std::vector<fs::path>& folders) {
+  static const std::set<std::string> kOthers = {".heic",
+                                                ".heif",
+                                                ".avif",
+                                                ".webp",
+                                                ".cr2",
+                                                ".cr3",
+                                                ".nef",
+                                                ".arw",
+                                                ".dng",
+                                                ".raf",
+                                                ".orf",
+                                                ".rw2",
+                                                ".pef",
+                                                ".bmp",
+                                                ".gif"};
+  std::set<std::string> seen;
+  for (const fs::path& folder : folders) {
+    for (const fs::path& path : EntriesOf(folder, [](const fs::path&) { return true; })) {
+      const std::string extension = renderer::LowerCase(path.extension().string());
+      if (kOthers.contains(extension)) seen.insert(extension);
+    }
+  }
+  if (seen.empty()) return "";
+  std::string text;
+  for (const std::string& extension : seen) text += (text.empty() ? "" : ", ") + extension;
+  return ". There are pictures that are not read (" + text +
+         "); convert them to JPEG, PNG, TIFF or EXR";
+}
+
 /// The file or folder of the cameras.
 fs::path FindCameras(const InputPlaces& places) {
   if (!places.cameras.empty()) return Absolute(places.cameras);
@@ -94,7 +125,10 @@ fs::path FindCameras(const InputPlaces& places) {
       top.string() + ": no cameras were found. Looked for " + optim::CameraFormatList() +
       " in: " + PathList(tried) +
       ". Photos need cameras first: --sfm colmap finds them (apt install colmap), or give "
-      "their file or folder as second argument");
+      "their file or folder as second argument. One camera that stood still while the light "
+      "changed needs none: its config has input.cameras: {sensor: ...} "
+      "(configs/tutorials/photometric_stereo/README.md)" +
+      OtherPictures({top}));
 }
 
 /// Photos of the cameras that are in a folder (empty: where the camera file says).
@@ -135,13 +169,18 @@ fs::path FindPhotos(const InputPlaces& places, const ImportedCameras& cameras) {
       return !optim::FindPhoto(camera.image, cameras, best).found;
     });
     throw IoError(fmt::format(
-        "{}: {} of its {} photos are missing, the first is {} ({}). Looked in: {}",
+        "{}: {} of its {} photos are missing, the first is {} ({}). Looked in: {}{}. Name the "
+        "folder "
+        "that holds all of them, or leave out the cameras of photos that are gone: `pathfit "
+        "convert "
+        "cameras` makes a list (cameras.yaml) that can be edited",
         cameras.files.empty() ? cameras.folder.string() : cameras.files.front().string(),
         cameras.cameras.size() - most,
         cameras.cameras.size(),
         missing->image,
         missing->place,
-        folders.empty() ? "no folder" : PathList(folders)));
+        folders.empty() ? "no folder" : PathList(folders),
+        OtherPictures(folders)));
   }
   // The very folder of the photos, if it is one.
   std::set<fs::path> parents;

@@ -221,6 +221,17 @@ std::vector<std::string> MeshFileNames(const Scene& scene) {
 
 }  // namespace
 
+std::vector<renderer::Camera> CamerasOfPhotos(const Scene& scene,
+                                              const std::vector<ExportedView>& views) {
+  PATHFIT_CHECK(scene.sensors.size() == views.size());
+  std::vector<renderer::Camera> cameras = scene.sensors;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (views[i].width == 0) continue;
+    cameras[i] = renderer::ScaledCamera(cameras[i], views[i].width, views[i].height);
+  }
+  return cameras;
+}
+
 std::vector<fs::path> WriteMeshes(const fs::path& folder,
                                   const Scene& scene,
                                   MeshFormat format,
@@ -391,7 +402,8 @@ void ExportResult(const fs::path& folder,
     image_names.push_back(view.name);
     image_paths.push_back(NearPath(view.image_path, folder / "cameras").generic_string());
   }
-  WriteCameras(folder / "cameras", scene.sensors, image_names, image_paths, metres_per_unit);
+  WriteCameras(
+      folder / "cameras", CamerasOfPhotos(scene, views), image_names, image_paths, metres_per_unit);
   renderer::WriteFileAtomically(folder / "lights.json", LightsJson(scene));
   renderer::WriteFileAtomically(folder / "exposure.csv", ExposureCsv(scene, views));
   renderer::WriteFileAtomically(folder / "parameters.csv", CsvTable(parameters));

@@ -21,6 +21,7 @@ struct ExportedView {
   std::string name;        ///< file name of the photo
   std::string image_path;  ///< where it is; transforms.json names it as seen from there (NearPath)
   bool validation = false;
+  int width = 0, height = 0;  ///< of the photo's file; 0: that of its sensor
   double gain_error = std::numeric_limits<double>::quiet_NaN();  ///< standard error of its gain
 };
 
@@ -28,6 +29,10 @@ enum class MeshFormat { kGlb, kPly, kObj };
 /// With the words that name them.
 inline constexpr std::array<std::pair<const char*, MeshFormat>, 3> kMeshFormats = {
     {{"glb", MeshFormat::kGlb}, {"obj", MeshFormat::kObj}, {"ply", MeshFormat::kPly}}};
+
+/// The scene's sensors at the sizes of the photos' files, which the fit may have reduced.
+std::vector<renderer::Camera> CamerasOfPhotos(const renderer::Scene& scene,
+                                              const std::vector<ExportedView>& views);
 
 /// A file for each mesh of the scene, where their poses place them, and what it refers to. Returns
 /// the files: of each mesh in the scene's order, its own first. GLB files are in metres where

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,7 @@ namespace {
 constexpr double kRedrawSeconds = 0.2;
 constexpr double kLineSeconds = 10.0;
 constexpr int kBarCells = 20;
+constexpr int kShortBarCells = 8;  // where there is little room
 constexpr double kLongestSeconds = 1e9;
 constexpr double kRoundTimeMemory = 0.7;  ///< weight of the past in the running mean
 
@@ -25,11 +27,11 @@ double SteadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-std::string Bar(const optim::RoundReport& report, bool utf8) {
+std::string Bar(const optim::RoundReport& report, int cells, bool utf8) {
   const double share = report.max_rounds > 0 ? double{1.0} * report.round / report.max_rounds : 0.0;
-  const int filled = static_cast<int>(std::lround(std::clamp(share, 0.0, 1.0) * kBarCells));
+  const int filled = static_cast<int>(std::lround(std::clamp(share, 0.0, 1.0) * cells));
   std::string bar;
-  for (int i = 0; i < kBarCells; ++i) bar += i < filled ? (utf8 ? "█" : "#") : (utf8 ? "░" : "-");
+  for (int i = 0; i < cells; ++i) bar += i < filled ? (utf8 ? "█" : "#") : (utf8 ? "░" : "-");
   return bar;
 }
 
@@ -116,35 +118,48 @@ std::string StatusLine(const optim::RoundReport& report,
                        int columns,
                        bool utf8,
                        bool color) {
+  const auto part = [](std::string text, std::string_view sgr) {
+    return TextPart(std::move(text), sgr);
+  };
+  const auto bar = [&](int cells) { return part(" " + Bar(report, cells, utf8), "36"); };
+  std::vector<Part> figures;
+  for (std::string& text : FigureTexts(report, &Figure::status)) {
+    figures.push_back(part(std::move(text), ""));
+  }
   std::vector<Part> parts;
-  parts.push_back(TextPart(
+  parts.push_back(part(
       fmt::format(
           "[{}/{} {}]", report.stage_index + 1, report.num_stages, WithoutControls(report.stage)),
       "1"));
-  parts.push_back(TextPart(" " + Bar(report, utf8), "36"));
-  parts.push_back(TextPart(fmt::format(" {}/{}", report.round, report.max_rounds),
-                           report.accepted ? "32" : "33"));
-  for (std::string& text : FigureTexts(report, &Figure::status)) {
-    parts.push_back(TextPart(std::move(text), ""));
-  }
-  parts.push_back(TextPart(fmt::format("  {:.1f} s/it", seconds_per_round), "2"));
-  parts.push_back(TextPart(fmt::format("  ETA {}", ClockText(eta_s)), "2"));
+  parts.push_back(bar(kBarCells));
+  parts.push_back(
+      part(fmt::format(" {}/{}", report.round, report.max_rounds), report.accepted ? "32" : "33"));
+  const std::size_t first_figure = parts.size();
+  std::ranges::copy(figures, std::back_inserter(parts));
+  parts.push_back(part(fmt::format("  {:.1f} s/it", seconds_per_round), "2"));
+  parts.push_back(part(fmt::format("  ETA {}", ClockText(eta_s)), "2"));
 
-  int total = 0;
-  for (const Part& part : parts) total += part.columns;
   // The last column stays free: some terminals wrap as soon as it is written.
   const int room = columns - 1;
-  if (total > room) {
-    total -= parts[1].columns;
-    parts.erase(parts.begin() + 1);
+  const auto too_long = [&] {
+    int total = 0;
+    for (const Part& one : parts) total += one.columns;
+    return total > room;
+  };
+  const auto leave_out = [&](std::size_t i) {
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(i));
+  };
+  if (too_long()) leave_out(parts.size() - 2);
+  if (too_long()) parts[1] = bar(kShortBarCells);
+  // Of the figures the last one, what held-out photos say, stays longest.
+  for (std::size_t left = figures.size(); left > 0 && too_long(); --left) {
+    leave_out(first_figure + (left > 1 ? left - 2 : 0));
   }
-  while (total > room && parts.size() > 1) {
-    total -= parts.back().columns;
-    parts.pop_back();
-  }
-  if (total > room) return "";
+  if (too_long()) leave_out(1);
+  while (too_long() && parts.size() > 1) parts.pop_back();
+  if (too_long()) return "";
   std::string line;
-  for (const Part& part : parts) line += Colored(part.text, part.sgr, color);
+  for (const Part& one : parts) line += Colored(one.text, one.sgr, color);
   return line;
 }
 
@@ -168,6 +183,27 @@ std::string RoundWords(const optim::RoundReport& report) {
 std::string StageWords(const optim::StageReport& report) {
   return "stage=" + WithoutControls(report.stage) + " end=true" +
          FigureText(report, &Figure::plain);
+}
+
+std::string ResultWords(const FitHistory& history) {
+  if (history.stages.size() < 2) return "";
+  const optim::StageReport& first = history.stages.front().report;
+  const optim::StageReport& last = history.stages.back().report;
+  std::string words;
+  const auto add = [&](const char* pattern, double from, double to) {
+    if (!std::isfinite(from) || !std::isfinite(to)) return false;
+    words += (words.empty() ? "" : ", ") + fmt::format(fmt::runtime(pattern), from, to);
+    return true;
+  };
+  if (!add("PSNR of held-out photos {:.1f} -> {:.1f} dB (sRGB)",
+           first.psnr_srgb_val,
+           last.psnr_srgb_val)) {
+    add("PSNR of the photos {:.1f} -> {:.1f} dB (sRGB)", first.psnr_srgb_fit, last.psnr_srgb_fit);
+  }
+  if (!add("mask IoU {:.3f} -> {:.3f}", first.iou_val, last.iou_val)) {
+    add("mask IoU {:.3f} -> {:.3f}", first.iou_fit, last.iou_fit);
+  }
+  return words;
 }
 
 std::string JsonLine(const optim::RoundReport& report,

@@ -2,7 +2,10 @@
 
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "app/output/fit_history.h"
 #include "app/output/remaining_time.h"
 #include "app/output/terminal.h"
 #include "optim/round/fit_report.h"
@@ -21,7 +24,7 @@ class Progress {
   Progress(Terminal& terminal, Clock clock);
 
   /// The stages of the fit, so that the time it will still take is that of all.
-  void Expect(const optim::FitSpec& spec) { remaining_.Expect(spec); }
+  void Expect(std::vector<optim::StagePlan> stages) { remaining_.Expect(std::move(stages)); }
   void OnRound(const optim::RoundReport& report);
   void OnStage(const optim::StageReport& report);
   /// Removes the status line.
@@ -41,8 +44,9 @@ class Progress {
   bool any_round_ = false;
 };
 
-/// The status line within `columns`: parts are left out from the right, the bar first, rather than
-/// wrapped. `eta_s`: of the whole fit (RemainingTime).
+/// The status line within `columns`. Where there is little room, seconds per round are left out
+/// first; then the bar is shortened, figures are left out, then the bar and what is on the right.
+/// `eta_s`: of the whole fit (RemainingTime).
 std::string StatusLine(const optim::RoundReport& report,
                        double seconds_per_round,
                        double eta_s,
@@ -57,6 +61,9 @@ std::string PlainLine(const optim::RoundReport& report,
 /// The same of a round or of a stage's end without time, level and what is to come, for logs.
 std::string RoundWords(const optim::RoundReport& report);
 std::string StageWords(const optim::StageReport& report);
+/// What a fit came to: PSNR and IoU of its start and of its newest stage, of held-out photos if
+/// there are any. Empty without two stages' ends, the start's counted.
+std::string ResultWords(const FitHistory& history);
 /// One JSON object with every figure of the round, named as in metrics.csv.
 std::string JsonLine(const optim::RoundReport& report,
                      double seconds_per_round,

@@ -145,7 +145,8 @@ Json WithoutShared(Json start, const Json& result) {
   Json& meshes = start.at("meshes");
   for (std::size_t i = 0; i < meshes.size() && i < result.at("meshes").size(); ++i) {
     const Json& other = result.at("meshes")[i];
-    for (const char* key : {"triangles", "uvs", "texture", "roughness_texture"}) {
+    for (const char* key :
+         {"triangles", "uvs", "texture", "roughness_texture", "metallic_texture"}) {
       if (meshes[i].contains(key) && other.contains(key) && meshes[i][key] == other[key]) {
         meshes[i][key] = nullptr;
       }

@@ -161,8 +161,13 @@ void AddSurface(const Mesh& mesh,
     if (material.roughness_texture >= 0) {
       json["roughness_texture"] = TextureJson(material.roughness_texture, scene);
     }
+    json["metallic"] = bsdf->metallic;
+    if (material.metallic_texture >= 0) {
+      json["metallic_texture"] = TextureJson(material.metallic_texture, scene);
+    }
   }
-  if (json.contains("texture") || json.contains("roughness_texture")) {
+  if (json.contains("texture") || json.contains("roughness_texture") ||
+      json.contains("metallic_texture")) {
     json["uvs"] =
         Gathered<float>(split, &renderer::SplitVertex::uv, [&](std::size_t i, auto& values) {
           values.push_back(static_cast<float>(mesh.uvs[i].x));
@@ -184,7 +189,8 @@ Json MeshJson(std::size_t index,
     world.colors.clear();
     world.color_triangles.clear();
   }
-  if (material.base_color_texture < 0 && material.roughness_texture < 0) {
+  if (material.base_color_texture < 0 && material.roughness_texture < 0 &&
+      material.metallic_texture < 0) {
     world.uvs.clear();
     world.uv_triangles.clear();
   }

@@ -21,11 +21,12 @@ inline constexpr int kViewedTexturePx = 1024;
 /// `positions` (3 uint16 each, 65535 being the box's far side), `triangles` (3 indices each, uint16
 /// up to 65536 vertices, else uint32), `normals` (3 int8 each; absent: flat), `colors` (3 uint8
 /// each, sRGB-encoded base colour) or `uvs` (2 float32 each, v up) with `texture`, else `color`
-/// (one, 0..255); `roughness` (number, absent where the material has none), `roughness_texture`;
-/// `photos` (uint8: how many fitted photos show the vertex, at most 255), and where they are known
-/// of any vertex `position_error` and `color_error`: float32 root of the summed squares of the
-/// components' standard errors, infinite where photos do not tell, NaN where only that is not so.
-/// Textures are data URIs of JPEG, at most kViewedTexturePx large, with their given `size_px`.
+/// (one, 0..255); `roughness` (number, absent where the material has none), `roughness_texture`,
+/// and the same of `metallic`; `photos` (uint8: how many fitted photos show the vertex, at most
+/// 255), and where they are known of any vertex `position_error` and `color_error`: float32 root of
+/// the summed squares of the components' standard errors, infinite where photos do not tell, NaN
+/// where only that is not so. Textures are data URIs of JPEG, at most kViewedTexturePx large, with
+/// their given `size_px`.
 ///
 /// `cameras`: `name`, `validation`, `size_px`, `fx`, `fy`, `cx`, `cy`, `parallel`, and the rows of
 /// `world_from_camera` (3 x 4); `environment`, if there is one: `frame`, `frame_from_light` (rows).

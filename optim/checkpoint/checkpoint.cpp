@@ -519,6 +519,32 @@ FitState ReadState(const fs::path& path, const Codec& codec) {
   }
 }
 
+void WriteState(const fs::path& path, const FitOrigin& origin, const FitState& state) {
+  Bytes payload = Codec(origin).Encode(state);
+  const std::uint32_t checksum = ChecksumOf(payload);
+  const Json json{
+      {"format", kFormat}, {"crc32c", checksum}, {"payload", Json::binary(std::move(payload))}};
+  fs::create_directories(path.parent_path());
+  renderer::WriteThroughTemporary(path, [&](const fs::path& temporary) {
+    std::ofstream stream(temporary, std::ios::binary);
+    Json::to_cbor(json, stream);
+    stream.close();
+    if (!stream) {
+      throw renderer::IoError(path.string() + ": cannot be written (disk full?)");
+    }
+  });
+}
+
+renderer::IoError CannotWrite(const fs::path& folder, const fs::filesystem_error& error) {
+  return renderer::IoError(folder.string() + ": cannot write a checkpoint: " + error.what());
+}
+
+fs::path StageEndPath(const fs::path& folder, int stage) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "stage_%02d.cbor", stage);
+  return folder / name.data();
+}
+
 }  // namespace
 
 bool HasWeightsOfRounds(const AverageState& average, int round) {
@@ -546,29 +572,42 @@ FitState DecodeState(const FitOrigin& origin, const std::vector<char>& bytes) {
 }
 
 void WriteCheckpoint(const fs::path& folder, const FitOrigin& origin, const FitState& state) {
-  Bytes payload = Codec(origin).Encode(state);
-  const std::uint32_t checksum = ChecksumOf(payload);
-  const Json json{
-      {"format", kFormat}, {"crc32c", checksum}, {"payload", Json::binary(std::move(payload))}};
   std::array<char, 32> name{};
   std::snprintf(name.data(), name.size(), "state_%06d.cbor", state.sequence);
   try {
-    fs::create_directories(folder);
-    const fs::path path = folder / name.data();
-    renderer::WriteThroughTemporary(path, [&](const fs::path& temporary) {
-      std::ofstream stream(temporary, std::ios::binary);
-      Json::to_cbor(json, stream);
-      stream.close();
-      if (!stream) {
-        throw renderer::IoError(path.string() + ": cannot be written (disk full?)");
-      }
-    });
+    WriteState(folder / name.data(), origin, state);
     const std::vector<fs::path> states = StatePaths(folder);
     for (std::size_t i = kKeptStates; i < states.size(); ++i) {
       fs::remove_all(states[i]);
     }
   } catch (const fs::filesystem_error& error) {
-    throw renderer::IoError(folder.string() + ": cannot write a checkpoint: " + error.what());
+    throw CannotWrite(folder, error);
+  }
+}
+
+void WriteStageEnd(const fs::path& folder,
+                   const FitOrigin& origin,
+                   int stage,
+                   const renderer::Scene& scene) {
+  FitState state;
+  state.stage = stage;
+  state.scene = state.stage_start = state.level_scene = scene;
+  try {
+    WriteState(StageEndPath(folder, stage), origin, state);
+  } catch (const fs::filesystem_error& error) {
+    throw CannotWrite(folder, error);
+  }
+}
+
+std::optional<renderer::Scene> ReadStageEnd(const fs::path& folder,
+                                            const FitOrigin& origin,
+                                            int stage) {
+  const fs::path path = StageEndPath(folder, stage);
+  if (!fs::exists(path)) return std::nullopt;
+  try {
+    return ReadState(path, Codec(origin)).scene;
+  } catch (const renderer::IoError& error) {
+    throw renderer::IoError(path.string() + ": " + error.what());
   }
 }
 

@@ -29,6 +29,17 @@ void WriteCheckpoint(const std::filesystem::path& folder,
                      const FitOrigin& origin,
                      const FitState& state);
 
+/// Keeps the scene that a stage ended with for as long as the folder: stage_NN.cbor, a state
+/// without what rounds add to it. Throws renderer::IoError.
+void WriteStageEnd(const std::filesystem::path& folder,
+                   const FitOrigin& origin,
+                   int stage,
+                   const renderer::Scene& scene);
+/// Empty if it is not there. Throws renderer::IoError if it is damaged or of another experiment.
+std::optional<renderer::Scene> ReadStageEnd(const std::filesystem::path& folder,
+                                            const FitOrigin& origin,
+                                            int stage);
+
 /// The same without a file: for other processes with the same origin.
 std::vector<char> EncodeState(const FitOrigin& origin, const FitState& state);
 FitState DecodeState(const FitOrigin& origin, const std::vector<char>& bytes);

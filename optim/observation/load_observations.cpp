@@ -210,6 +210,8 @@ class FrameLoader {
     View& view = result.view;
     view.name = name;
     view.camera.name = name;
+    view.file_width = photo.photo.width;
+    view.file_height = photo.photo.height;
     result.facts.bits = photo.bits;
     result.facts.srgb = photo.srgb;
     result.facts.exif_orientation = photo.exif_orientation;

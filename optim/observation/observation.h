@@ -28,6 +28,8 @@ struct ViewFiles {
 struct View {
   std::string name;  ///< file name of the photo
   renderer::Camera camera;
+  /// Of the photo's file, which is area-averaged to the size of the camera; 0: as the camera.
+  int file_width = 0, file_height = 0;
   PackedImage photo;  ///< 3 channels, linear Rec.709; size of the camera
   PackedImage mask;   ///< 1 channel, 0..1, 1 = object (or data); empty without masks
   /// 1 channel: share of each pixel that was at or above the clipping level in the file; empty if

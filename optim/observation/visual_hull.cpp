@@ -22,9 +22,6 @@ using renderer::SceneError;
 using renderer::Triangle;
 using renderer::Vec3;
 
-constexpr int kMinResolution = 16;
-constexpr int kMaxResolution = 512;
-
 // Search for the box.
 constexpr int kSearchResolution = 32;
 constexpr int kMaxEnlargements = 6;
@@ -242,10 +239,11 @@ void MoveToZero(const SilhouetteField& field, double spacing, Mesh& mesh) {
 }  // namespace
 
 Mesh CarveVisualHull(const ObservationSet& observations, const VisualHullOptions& options) {
-  if (options.resolution < kMinResolution || options.resolution > kMaxResolution) {
+  constexpr int kMin = VisualHullOptions::kMinResolution;
+  constexpr int kMax = VisualHullOptions::kMaxResolution;
+  if (options.resolution < kMin || options.resolution > kMax) {
     throw SceneError("visual hull: the resolution is " + std::to_string(options.resolution) +
-                     " (allowed: " + std::to_string(kMinResolution) + " to " +
-                     std::to_string(kMaxResolution) + ")");
+                     " (allowed: " + std::to_string(kMin) + " to " + std::to_string(kMax) + ")");
   }
   const SilhouetteField field(observations);
   const VoxelGrid grid = CarveFinely(field, FindBox(field), options.resolution);

@@ -6,7 +6,8 @@
 namespace pathfit::optim {
 
 struct VisualHullOptions {
-  int resolution = 128;  ///< voxels along the longest side of the hull's box, 16 to 512
+  static constexpr int kMinResolution = 16, kMaxResolution = 512;
+  int resolution = 128;  ///< voxels along the longest side of the hull's box
 };
 
 /// Surface of the largest body whose silhouettes lie inside the masks of all fitted views, found

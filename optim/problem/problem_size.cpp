@@ -113,15 +113,15 @@ bool Fits(const ProblemSize& size, LinearSolverKind kind, double max_bytes) {
          (max_bytes <= 0.0 || TotalBytes(ForecastMemory(size, kind)) <= max_bytes);
 }
 
-void CheckFits(const ProblemSize& size, LinearSolverKind kind, double max_bytes) {
-  if (Fits(size, kind, max_bytes)) {
-    return;
-  }
-  std::vector<MemoryItem> items = ForecastMemory(size, kind);
-  std::string text = "the solve (" + std::string(LinearSolverName(kind)) + ") needs about " +
-                     Megabytes(TotalBytes(items));
-  text += WithinIndices(size, kind) ? ", the limit is " + Megabytes(max_bytes)
-                                    : " and more than 2^31 entries, which the solver cannot index";
+MemoryError MemoryErrorOf(const std::string& what,
+                          LinearSolverKind kind,
+                          std::vector<MemoryItem> items,
+                          double max_bytes) {
+  const double total = TotalBytes(items);
+  std::string text = what + " needs about " + Megabytes(total);
+  text += max_bytes > 0.0 && total > max_bytes
+              ? ", the limit is " + Megabytes(max_bytes)
+              : " and more than 2^31 entries, which the solver cannot index";
   std::stable_sort(items.begin(), items.end(), [](const MemoryItem& a, const MemoryItem& b) {
     return a.bytes > b.bytes;
   });
@@ -137,7 +137,17 @@ void CheckFits(const ProblemSize& size, LinearSolverKind kind, double max_bytes)
   } else if (kind == LinearSolverKind::kCgnr) {
     text += ", linear_solver: sparse_gram";
   }
-  throw MemoryError(text);
+  return MemoryError(text);
+}
+
+void CheckFits(const ProblemSize& size, LinearSolverKind kind, double max_bytes) {
+  if (Fits(size, kind, max_bytes)) {
+    return;
+  }
+  throw MemoryErrorOf("the solve (" + std::string(LinearSolverName(kind)) + ")",
+                      kind,
+                      ForecastMemory(size, kind),
+                      WithinIndices(size, kind) ? max_bytes : 0.0);
 }
 
 }  // namespace pathfit::optim

@@ -51,6 +51,13 @@ double JacobianBytes(const ProblemSize& size, bool uses_gram);
 /// Of the Cholesky factor of a surface mesh's unknowns.
 double FactorCells(double num_scalars);
 
+/// `what` ("the solve") takes too much: with a table of the items, the largest first, and what
+/// helps.
+MemoryError MemoryErrorOf(const std::string& what,
+                          LinearSolverKind kind,
+                          std::vector<MemoryItem> items,
+                          double max_bytes);
+
 /// Throws MemoryError with a table if the forecast exceeds `max_bytes` (0 = no limit) or the
 /// solver's 32-bit indices.
 void CheckFits(const ProblemSize& size, LinearSolverKind kind, double max_bytes);

@@ -137,6 +137,7 @@ class FitDriver {
       }
       ShareState();
       while (state_.stage < static_cast<int>(spec_.stages.size()) && RunStage()) {
+        SaveStageEnd();
         const std::string& done = spec_.stages[static_cast<std::size_t>(state_.stage++)].name;
         BeginStage();
         SaveCheckpoint();
@@ -561,6 +562,13 @@ class FitDriver {
     report.wall_s = WallSeconds();
     observer_.OnStage(report);
     result_.stages.push_back(std::move(report));
+  }
+
+  void SaveStageEnd() const {
+    if (division_.IsFirst() && !controls_.checkpoint_folder.empty()) {
+      WriteStageEnd(
+          controls_.checkpoint_folder, {start_, spec_.unknowns}, state_.stage, state_.scene);
+    }
   }
 
   void SaveCheckpoint() {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <utility>
 
 #include "optim/checkpoint/fit_state.h"
@@ -14,6 +15,7 @@
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
+#include "optim/round/stage_plan.h"
 #include "optim/round/surface_levels.h"
 #include "optim/solver/trust_region_solver.h"
 #include "renderer/core/clock.h"
@@ -107,7 +109,7 @@ double BytesOfValues(const renderer::ParameterLayout& layout) {
 /// From two numbers of samples. `samples_of` makes those of a round.
 template <class Samples>
 ViewSeconds TimeViews(SceneImageSource& source,
-                      FitViews& views,
+                      FitViews views,
                       const ParameterSet& set,
                       ImageProblemOptions options,
                       const std::vector<double>& values,
@@ -137,35 +139,33 @@ ViewSeconds TimeViews(SceneImageSource& source,
 
 struct ViewCounts {
   double fitted = 0.0, all = 0.0;
-  double pixels = 0.0;  ///< of the fitted ones that are evidence
 };
 
-/// Fills the times of a stage that has all its rounds, whose samples grow with each.
+double RoundSeconds(const ViewSeconds& times, const ViewCounts& counts, int spp) {
+  const double validation =
+      (counts.all - counts.fitted) * std::min(spp, kValidationSpp) * times.render_sample;
+  return counts.fitted * times.Round(spp, 1) + validation;
+}
+
+/// Fills the times of a stage, whose samples grow with each round if it has all of them.
 void ForecastTimes(const FitSpec& spec,
                    int stage_index,
-                   const std::vector<double>& scales,
-                   bool moves,
-                   bool few,
+                   const StagePlan& plan,
                    const ViewCounts& counts,
                    const ViewSeconds& times,
                    StageMemory& memory) {
-  const StageSpec& stage = spec.stages[static_cast<std::size_t>(stage_index)];
-  const int num_levels = static_cast<int>(scales.size());
-  int left = stage.max_rounds;
-  for (int level = 0; level < num_levels; ++level) {
-    const double scale = scales[static_cast<std::size_t>(level)];
-    const double pixels = std::pow(scale / stage.image_scale, 2);
-    const double factor = SampleFactor(stage, scale, counts.pixels * pixels, moves, few);
-    const int rounds =
-        level + 1 == num_levels ? left : std::min(left, LevelShare(stage, num_levels));
-    left -= rounds;
-    for (int round = 0; round < rounds; ++round) {
-      const int spp = SamplesOfRound(stage, round, factor);
-      const double validation =
-          (counts.all - counts.fitted) * std::min(spp, kValidationSpp) * times.render_sample;
-      const double seconds = pixels * (counts.fitted * times.Round(spp, 1) + validation);
-      if (level == 0 && round == 0) memory.first_round_s = seconds;
-      memory.most_s += seconds;
+  const StageSpec& stage = plan.stage;
+  for (const LevelPlan& level : plan.levels) {
+    const double pixels = std::pow(level.scale / stage.image_scale, 2);
+    for (int round = 0; round < level.most_rounds; ++round) {
+      memory.most_s +=
+          pixels * RoundSeconds(times, counts, SamplesOfRound(stage, round, level.factor));
+    }
+    for (int round = 0; round < level.likely_rounds; ++round) {
+      const double seconds =
+          pixels * RoundSeconds(times, counts, LikelySamples(plan, level, round));
+      if (&level == &plan.levels.front() && round == 0) memory.first_round_s = seconds;
+      memory.likely_s += seconds;
     }
   }
   const StageSpec& last = spec.stages.back();
@@ -173,37 +173,116 @@ void ForecastTimes(const FitSpec& spec,
   const bool is_last = stage_index + 1 == static_cast<int>(spec.stages.size());
   const int pictures = (is_last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp) +
                        (stage_index == 0 ? FitEvaluation::kDraftSpp : 0);
-  memory.most_s +=
+  const double end =
       times.render_sample * (kNumCandidates * FitEvaluation::kFirstSpp * counts.fitted +
                              pictures * last_pixels * counts.all);
+  memory.likely_s += end;
+  memory.most_s += end;
+}
+
+/// A stage's problem with photos of some size, some of which are fitted.
+struct Probe {
+  Probe(const renderer::Scene& scene,
+        const ObservationSet& observations,
+        const FitSpec& spec,
+        const StageSpec& stage,
+        double scale)
+      : all(ListViews(observations)), views(all) {
+    views.fitted = SampleViews(all.fitted);
+    for (const View& view : observations.views) {
+      views.levels.emplace_back(view, observations, scale);
+      cameras.push_back(views.levels.back().camera());
+    }
+    refined = SceneOfLevel(scene, spec, stage.free, views, scale).scene;
+    exposure = MakeExposureModel(refined, spec.exposure);
+    set = std::make_unique<ParameterSet>(refined, spec.unknowns, stage.free, all.fitted, exposure);
+  }
+  [[nodiscard]] std::unique_ptr<SceneImageSource> MakeSource(const FitSpec& spec) const {
+    return std::make_unique<SceneImageSource>(
+        refined, set->layout(), cameras, spec.estimators, nullptr);
+  }
+
+  FitViews all;  ///< without images
+  FitViews views;
+  std::vector<renderer::Camera> cameras;
+  renderer::Scene refined;
+  ExposureModel exposure;
+  std::unique_ptr<ParameterSet> set;
+};
+
+// Of a photo that is linearised: larger ones are halved. Rounds of a surface cost by the pixel, and
+// its mesh follows the pixels' size.
+constexpr double kMeasuredPixels = 5e4;
+
+double MeasuredScale(const ObservationSet& observations, double scale) {
+  double pixels = 0.0;
+  for (const View& view : observations.views) {
+    pixels = std::max(pixels, scale * scale * view.photo.width() * view.photo.height());
+  }
+  for (; pixels > kMeasuredPixels; pixels *= 0.25) scale *= 0.5;
+  return scale;
+}
+
+LinearSolverChoice SolverOf(LinearSolverChoice choice, std::size_t num_scalars) {
+  if (ImageProblem::FormsNormalEquations(choice, num_scalars)) return LinearSolverChoice::kGram;
+  if (ImageProblem::FormsSparseNormalEquations(choice, num_scalars)) {
+    return LinearSolverChoice::kSparseGram;
+  }
+  return choice;
+}
+
+/// From photos of one size to those of `pixels` times as many, with `unknowns` times the numbers.
+void Enlarge(double pixels, double unknowns, ProblemSize& size) {
+  size.num_scalars *= unknowns;
+  size.largest_view_bytes *= pixels;
+  size.sparse_gram_bytes *= unknowns;
+  size.sparse_gram_seen *= unknowns;
+  for (const auto figure : {&RootSize::gathered_bytes,
+                            &RootSize::kept_bytes,
+                            &RootSize::num_panels,
+                            &RootSize::panel_blocks,
+                            &RootSize::jacobian_cells,
+                            &RootSize::product_cells}) {
+    size.roots.*figure *= pixels;
+  }
+}
+
+}  // namespace
+
+MemoryItem LoadedMemory() {
+  renderer::ReturnFreedMemory();
+  return {"scene and photos as loaded", renderer::ProcessMemory("VmRSS:")};
 }
 
 StageMemory ForecastStage(const renderer::Scene& scene,
                           const ObservationSet& observations,
                           const FitSpec& spec,
-                          int stage) {
+                          int stage,
+                          const MemoryItem& loaded,
+                          ForecastParts parts) {
   const StageSpec& stage_spec = spec.stages[static_cast<std::size_t>(stage)];
   const double scale = stage_spec.image_scale;
-  FitViews views = ListViews(observations);
-  const std::vector<int> fitted = views.fitted;
-  views.fitted = SampleViews(fitted);
-  std::vector<renderer::Camera> cameras;
-  for (std::size_t i = 0; i < observations.views.size(); ++i) {
-    views.levels.emplace_back(observations.views[i], observations, scale);
-    cameras.push_back(views.levels.back().camera());
-  }
-
-  const renderer::Scene refined = SceneOfLevel(scene, spec, stage_spec.free, views, scale).scene;
-  const ExposureModel exposure = MakeExposureModel(refined, spec.exposure);
-  const ParameterSet set(refined, spec.unknowns, stage_spec.free, fitted, exposure);
+  const Probe whole(scene, observations, spec, stage_spec, scale);
+  const ParameterSet& set = *whole.set;
+  const std::vector<int>& fitted = whole.all.fitted;
   renderer::ReturnFreedMemory();
   const double before = renderer::ProcessMemory("VmRSS:");
-  SceneImageSource source(refined, set.layout(), cameras, spec.estimators, nullptr);
+  std::unique_ptr<SceneImageSource> source = whole.MakeSource(spec);
   const double scene_bytes =
       renderer::ProcessMemory("VmRSS:") - before + kSceneCopies * BytesOfValues(set.layout());
+
+  const double measured_scale = MeasuredScale(observations, scale);
+  std::unique_ptr<Probe> smaller;
+  if (measured_scale < scale) {
+    smaller = std::make_unique<Probe>(scene, observations, spec, stage_spec, measured_scale);
+    source = smaller->MakeSource(spec);
+  }
+  const Probe& probe = smaller ? *smaller : whole;
+  const double more_pixels = std::pow(scale / measured_scale, 2);
+  const auto num_scalars = static_cast<double>(set.NumScalars());
   ImageProblemOptions options;
   options.loss = spec.loss;
-  options.linear_solver = spec.linear_solver;
+  options.linear_solver = SolverOf(spec.linear_solver, set.NumScalars());
   options.max_memory_bytes = spec.max_memory_bytes;
   options.expected_views = fitted.size();
   // The size of normal equations does not depend on what the pixels see.
@@ -218,21 +297,25 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   };
   options.samples = samples_of(spp);
   if (!HasAllBudgets(stage_spec.samples) && set.layout().AnyKind(renderer::MovesGeometry)) {
-    options.num_measured = std::min(kMeasuredViews, views.fitted.size());
+    options.num_measured = std::min(kMeasuredViews, probe.views.fitted.size());
   }
-  const std::vector<double> values = set.layout().Gather(refined);
+  const std::vector<double> values = probe.set->layout().Gather(probe.refined);
   bool uses_gram = false, uses_sparse_gram = false;
   ProblemSize size;
   {
-    ImageProblem problem(source, views, set, options);
+    ImageProblem problem(*source, probe.views, *probe.set, options);
     problem.Linearize(values);
     uses_gram = problem.UsesGram();
     uses_sparse_gram = problem.UsesSparseGram();
-    size = SizeOfAll(problem.sizes(), fitted.size(), set.NumBlocks());
+    size = SizeOfAll(problem.sizes(), fitted.size(), probe.set->NumBlocks());
   }
+  Enlarge(
+      more_pixels, num_scalars / std::max(1.0, static_cast<double>(probe.set->NumScalars())), size);
   for (const auto& terms :
-       {BuildPriorTerms(scene, refined, spec.unknowns, set, exposure, views.num_channels),
-        BuildProximalTerms(refined, spec.unknowns, set, values, 1.0)}) {
+       {BuildPriorTerms(
+            scene, whole.refined, spec.unknowns, set, whole.exposure, whole.views.num_channels),
+        BuildProximalTerms(
+            whole.refined, spec.unknowns, set, set.layout().Gather(whole.refined), 1.0)}) {
     size.num_prior_terms += static_cast<double>(terms.size());
     for (const PriorTerm& term : terms) {
       size.prior_blocks += static_cast<double>(term.blocks.size());
@@ -240,8 +323,8 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
   size.images_bytes = 0.0;
   double pixels = 0.0;
-  for (std::size_t i = 0; i < views.levels.size(); ++i) {
-    const PackedLevel& level = views.levels[i];
+  for (std::size_t i = 0; i < whole.views.levels.size(); ++i) {
+    const PackedLevel& level = whole.views.levels[i];
     if (!observations.views[i].validation) {
       for (const float weight : level.ColorWeight().data) pixels += static_cast<double>(weight);
     }
@@ -251,46 +334,57 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
 
   StageMemory memory;
-  memory.num_scalars = size.num_scalars;
+  memory.num_scalars = num_scalars;
+  memory.num_scalars_at_start = static_cast<double>(
+      ParameterSet(
+          scene, spec.unknowns, stage_spec.free, fitted, MakeExposureModel(scene, spec.exposure))
+          .NumScalars());
   memory.jacobian_bytes = JacobianBytes(size, uses_gram);
   if (uses_gram || uses_sparse_gram) {
     memory.solver = uses_gram ? LinearSolverKind::kGram : LinearSolverKind::kSparseGram;
-    CheckFits(size, memory.solver, spec.max_memory_bytes);
   } else {
     memory.solver = SolverOfRows(spec.linear_solver, size, spec.max_memory_bytes);
   }
   memory.items = ForecastMemory(size, memory.solver);
-  memory.items.insert(memory.items.begin(), {"scenes", scene_bytes});
-  if (set.NumScalars() > 0) {
-    const bool moves = set.layout().AnyKind(renderer::MovesGeometry);
-    const std::vector<double> scales =
-        ScalesOfStage(stage_spec, moves, few, SmallestSide(observations));
-    const ViewSeconds times = TimeViews(source, views, set, options, values, spp, samples_of);
-    ForecastTimes(spec,
-                  stage,
-                  scales,
-                  moves,
-                  few,
-                  {static_cast<double>(fitted.size()),
-                   static_cast<double>(observations.views.size()),
-                   pixels},
-                  times,
-                  memory);
+  memory.items.insert(memory.items.begin(), {loaded, {"scenes", scene_bytes}});
+  if (num_scalars > 0.0 && parts == ForecastParts::kMemoryAndTimes) {
+    const StagePlan plan = PlanStage(stage_spec,
+                                     set.layout().AnyKind(renderer::MovesGeometry),
+                                     few,
+                                     SmallestSide(observations),
+                                     pixels);
+    ViewSeconds times =
+        TimeViews(*source, probe.views, *probe.set, options, values, spp, samples_of);
+    for (double ViewSeconds::*part :
+         {&ViewSeconds::linearize, &ViewSeconds::linearize_sample, &ViewSeconds::render_sample}) {
+      times.*part *= more_pixels;
+    }
+    ForecastTimes(
+        spec,
+        stage,
+        plan,
+        {static_cast<double>(fitted.size()), static_cast<double>(observations.views.size())},
+        times,
+        memory);
   }
   return memory;
 }
 
-}  // namespace
+void RequireMemory(const StageMemory& memory, const std::string& stage, double max_bytes) {
+  if (max_bytes <= 0.0 || TotalBytes(memory.items) <= max_bytes) return;
+  throw MemoryErrorOf("stage '" + stage + "'", memory.solver, memory.items, max_bytes);
+}
 
 std::vector<StageMemory> ForecastStages(const renderer::Scene& scene,
                                         const ObservationSet& observations,
-                                        const FitSpec& spec) {
-  renderer::ReturnFreedMemory();
-  const MemoryItem loaded = {"scene and photos as loaded", renderer::ProcessMemory("VmRSS:")};
+                                        const FitSpec& spec,
+                                        ForecastParts parts) {
+  const MemoryItem loaded = LoadedMemory();
   std::vector<StageMemory> stages;
   for (std::size_t stage = 0; stage < spec.stages.size(); ++stage) {
-    stages.push_back(ForecastStage(scene, observations, spec, static_cast<int>(stage)));
-    stages.back().items.insert(stages.back().items.begin(), loaded);
+    stages.push_back(
+        ForecastStage(scene, observations, spec, static_cast<int>(stage), loaded, parts));
+    RequireMemory(stages.back(), spec.stages[stage].name, spec.max_memory_bytes);
   }
   return stages;
 }

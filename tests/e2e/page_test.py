@@ -181,7 +181,8 @@ class CheckPage(unittest.TestCase):
         self.assertEqual(browser.eval("document.querySelector('.badge').textContent"), "no objection")
         self.assertEqual(len(answer["stages"]), 2)
         for stage in answer["stages"]:
-            self.assertGreater(stage["most_s"], stage["first_round_s"])
+            self.assertGreaterEqual(stage["most_s"], stage["likely_s"])
+            self.assertGreater(stage["likely_s"], stage["first_round_s"])
         box = browser.eval("(() => { const one = document.querySelector('.checked svg'); one.scrollIntoView(); "
                            "const at = one.getBoundingClientRect(); return [at.x + scrollX, at.y + scrollY, at.width, at.height]; })()")
         with_outline = browser.screenshot(clip=box)

@@ -102,6 +102,12 @@ class Program(unittest.TestCase):
         self.assert_same_results(run_folder, self.folder / "again")
         rendered = run("render", run_folder, "--views", "0", "--spp", "4", "-o", self.folder / "renders")
         self.assertEqual(rendered.returncode, 0, rendered.stderr)
+        for views, hint in (("0,nosuch", "nosuch"), ("IMG_8839", "did you mean 'IMG_8839.jpg'")):
+            wrong = run("render", run_folder, "--views", views, "-o", self.folder / "wrong")
+            self.assertEqual(wrong.returncode, 4)
+            self.assertIn(hint, wrong.stderr)
+        small = run("report", run_folder, "--max-size-mb", "0.1", "-o", self.folder / "small.html")
+        self.assertRegex(small.stderr, r"the page has [\d.]+ MB, more than --max-size-mb 0.1")
         for path in rendered.stdout.split():
             self.assertTrue(pathlib.Path(path).exists(), path)
         self.check_what_can_be_made_of(run_folder)
@@ -126,11 +132,19 @@ class Program(unittest.TestCase):
         self.assertTrue((self.folder / "start/axe.ply").read_bytes() != fitted, "the start was kept")
         wrong = run("export", run_folder, "--to", "ply", "--stage", "nothing")
         self.assertEqual(wrong.returncode, 2)
-        self.assertIn("they have start, all", wrong.stderr)
+        self.assertIn("they have start, light, all", wrong.stderr)
+        light = run("export", run_folder, "--to", "ply,glb", "--stage", "light", "-o", self.folder / "light", "--json")
+        self.assertEqual(light.returncode, 0, light.stderr)
+        files = json.loads(light.stdout)["files"]
+        self.assertEqual(files["ply"], [str(self.folder / "light/ply/axe.ply")], "a folder for each of several formats")
+        self.assertTrue(pathlib.Path(files["ply"][0]).read_bytes() not in (fitted, (self.folder / "start/axe.ply").read_bytes()))
 
-        # Its own cameras, read back, give its own pictures.
-        for name, more in (("own", []), ("colmap", ["--cameras", run_folder / "export/colmap"])):
-            out = run("render", run_folder, "--views", "1", "--spp", "4", "-o", self.folder / name, "--json", *more)
+        # Its cameras are those of the photos' files, and give the same pictures in any format.
+        out = run("init", SOURCE / "data/axe/images", run_folder / "result/cameras", "-o", self.folder / "again.yaml")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        for name, cameras in (("own", "result/cameras/transforms.json"), ("colmap", "export/colmap")):
+            out = run("render", run_folder, "--views", "1", "--spp", "4", "-o", self.folder / name, "--json",
+                      "--cameras", run_folder / cameras)
             self.assertEqual(out.returncode, 0, out.stderr)
         own, again = ((self.folder / name / "IMG_8841_coverage.exr").read_bytes() for name in ("own", "colmap"))
         self.assertEqual(own, again)
@@ -235,8 +249,9 @@ class Program(unittest.TestCase):
         self.assertRegex(log, r"debug stage=all it=6/6 ")
         self.assertRegex(log, r"debug stage=all end=true ")
         record = json.loads((folder / "run.json").read_text())
-        said = re.search(r"all stages done; 8 rounds in (\d+) s", log)
-        self.assertEqual(int(said[1]), round(record["wall_s"]), "one time")
+        said = re.search(r"all stages done; 8 rounds in (?:(\d+) min )?([\d.]+) s; (.*)", log)
+        self.assertAlmostEqual(60 * int(said[1] or 0) + float(said[2]), record["wall_s"], delta=0.51, msg="one time")
+        self.assertRegex(said[3], rf"^PSNR of held-out photos [\d.]+ -> [\d.]+ dB \(sRGB\), mask IoU [\d.]+ -> [\d.]+; report: {folder}/report.html$")
 
     def test_a_full_disk_stops_with_the_last_good_state(self):
         disk = self.folder / "disk"
@@ -307,6 +322,15 @@ class Program(unittest.TestCase):
         nothing = run("init", self.folder)
         self.assertEqual(nothing.returncode, 4)
         self.assertIn("no cameras were found", nothing.stderr)
+
+    def test_check_and_fit_refuse_the_same_memory(self):
+        limits = ["--set", "input.max_size_px=64", "--max-memory", "50MiB"]
+        said = [run("check", DEMO, "-o", self.folder / "page.html", *limits),
+                run("fit", DEMO, "-o", self.folder / "run", "--progress", "none", *limits)]
+        for out in said:
+            self.assertEqual(out.returncode, 8, out.stderr)
+            self.assertRegex(out.stderr, r"needs about +[\d.]+ MB, the limit is +52.4 MB(.|\n)*scene and photos as loaded")
+        self.assertFalse((self.folder / "run").exists())
 
     def test_hopeless_input_is_refused_or_warned_of(self):
         away = run("check", DEMO, "--set", "scene.geometry.axe.transform={translate_m: [50, 0, 0]}")

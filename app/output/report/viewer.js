@@ -30,8 +30,9 @@ const UNTOLD = -3; // red: photos do not tell
 const VIEWED = [
   { key: "color", label: "base colour" },
   { key: "shape", label: "shape only" },
-  { key: "roughness", label: "roughness", values: (mesh) =>
-    (mesh.roughness === undefined ? null : new Float32Array(mesh.num_vertices).fill(mesh.roughness)) },
+  { key: "normals", label: "normals, as seen: red to the right, green up" },
+  ...["roughness", "metallic"].map((key) => ({ key, label: key, share: true, values: (mesh) =>
+    (mesh[key] === undefined ? null : new Float32Array(mesh.num_vertices).fill(mesh[key])) })),
   { key: "position_error", label: "standard error of place", unit: "m", log: true,
     values: (mesh) => (mesh.position_error ? buffer(mesh.position_error, Float32Array) : null) },
   { key: "color_error", label: "standard error of colour", unit: "", log: true,
@@ -41,7 +42,7 @@ const VIEWED = [
 
 /** Least and largest finite value of all meshes, what the ends of the ramp stand for; null if there is none. */
 function rampEnds(viewed, lists) {
-  if (viewed.key === "roughness") return [0, 1];
+  if (viewed.share) return [0, 1];
   let low = Infinity;
   let high = -Infinity;
   for (const values of lists) {
@@ -87,7 +88,7 @@ void main() {
 
 const FRAGMENT_SHADER = `
 uniform sampler2D map;
-uniform bool hasMap, ramp, shaded, smoothNormals, marked;
+uniform bool hasMap, ramp, shaded, smoothNormals, marked, normals;
 varying vec3 vPlace, vNormal, vColor;
 varying vec2 vUv;
 varying float vValue, vPhotos;
@@ -108,7 +109,7 @@ void main() {
                          : normalize(cross(dFdx(vPlace), dFdy(vPlace)));
   float light = shaded ? 0.3 + 0.7 * max(dot(n, normalize(vec3(0.25, 0.45, 1.0))), 0.0) : 1.0;
   if (!gl_FrontFacing) light *= 0.5;
-  color = pow(pow(color, vec3(2.2)) * light, vec3(1.0 / 2.2));
+  color = normals ? 0.5 + 0.5 * n : pow(pow(color, vec3(2.2)) * light, vec3(1.0 / 2.2));
   if (marked && vPhotos < 0.5 && fract((gl_FragCoord.x + gl_FragCoord.y) / 9.0) < 0.5) {
     color = mix(color, vec3(0.95, 0.10, 0.75), 0.8);
   }
@@ -172,7 +173,8 @@ function viewedMesh(mesh, place, redraw) {
     return textures[key] ?? null;
   };
   const uniforms = { map: { value: null }, hasMap: { value: false }, ramp: { value: false }, shaded: { value: true },
-    smoothNormals: { value: Boolean(mesh.normals) }, marked: { value: true } };
+    smoothNormals: { value: Boolean(mesh.normals) }, marked: { value: true },
+    normals: { value: false } };
   const material = new THREE.ShaderMaterial({ uniforms, vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER,
     side: THREE.DoubleSide, extensions: { derivatives: true } });
   const object = new THREE.Mesh(geometry, material);
@@ -183,7 +185,8 @@ function viewedMesh(mesh, place, redraw) {
     geometry.setAttribute("shownColor",
       new THREE.BufferAttribute(viewed.key === "shape" ? one([185, 185, 185]) : colors, 3, true));
     uniforms.map.value = viewed.key === "color" ? textureOf(mesh.texture, "color")
-      : viewed.key === "roughness" ? textureOf(mesh.roughness_texture, "roughness") : null;
+      : viewed.share ? textureOf(mesh[`${viewed.key}_texture`], viewed.key) : null;
+    uniforms.normals.value = viewed.key === "normals";
     uniforms.hasMap.value = uniforms.map.value !== null;
     uniforms.ramp.value = Boolean(viewed.values);
   };

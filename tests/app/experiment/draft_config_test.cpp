@@ -240,8 +240,30 @@ TEST_F(DraftConfigTest, ExposuresStartAsExifSays) {
   EXPECT_TRUE(AnySays(experiment.assumptions, "the others have none"));
 }
 
+TEST(DraftConfig, PlacesTheSphereOfFarAwayCamerasToItsRadius) {
+  FoundInput input;
+  input.options.images_dir = "/set/images";
+  input.options.cameras = "/set/transforms.json";
+  input.options.masks.meaning = optim::MaskMeaning::kNone;
+  input.observations.views.resize(1);
+  input.layout = CameraLayout{.centre = {500123.456, 4649776.25, 12.5}, .distance = 8.0};
+  input.layout->radius = 2.0;
+  EXPECT_TRUE(Says(DraftConfig(input, "/set/a.yaml", "a", {}),
+                   "translate_m: [500123.46, 4649776.25, 12.50]"));
+  input.layout->radius = 2e-3;
+  EXPECT_TRUE(Says(DraftConfig(input, "/set/a.yaml", "a", {}), "500123.45600,"));
+}
+
 TEST_F(DraftConfigTest, SaysWhatIsMissing) {
-  EXPECT_TRUE(Says(Refusal({.photos = top()}), "no cameras were found. Looked for"));
+  const std::string no_cameras = Refusal({.photos = top()});
+  EXPECT_TRUE(Says(no_cameras, "no cameras were found. Looked for"));
+  EXPECT_TRUE(Says(no_cameras, "input.cameras: {sensor: ...}")) << no_cameras;
+  EXPECT_FALSE(Says(no_cameras, "not read"));
+  folder_.WriteText("phone/a.HEIC", "x");
+  folder_.WriteText("phone/b.CR2", "x");
+  EXPECT_TRUE(
+      Says(Refusal({.photos = top() / "phone"}), "pictures that are not read (.cr2, .heic)"));
+  fs::remove_all(top() / "phone");
   EXPECT_TRUE(Says(Refusal({.photos = top() / "nowhere"}), "no such folder"));
   WriteSet(top() / "one", Cameras::kTransforms);
   EXPECT_EQ(Refusal({.photos = top()}), "") << "one set in a folder is that set";
@@ -251,6 +273,7 @@ TEST_F(DraftConfigTest, SaysWhatIsMissing) {
   fs::remove(top() / "two" / paths_[3]);
   const std::string text = Refusal({.photos = top() / "two"});
   EXPECT_TRUE(Says(text, "1 of its 6 photos are missing, the first is images/view3.png")) << text;
+  EXPECT_TRUE(Says(text, "leave out the cameras of photos that are gone")) << text;
   folder_.WriteText("three/cameras.bin", "x");
   EXPECT_TRUE(Says(Refusal({.photos = top() / "three"}), "cameras.bin: the file ends too early"));
 }

@@ -171,6 +171,25 @@ TEST(ExportResult, WritesMeshesLightsAndTables) {
   EXPECT_EQ(Count(renderer::ReadWholeFile(result / "parameters.csv"), "\n"), 9);
 }
 
+TEST(ExportResult, CamerasAreThoseOfThePhotosFiles) {
+  const TemporaryFolder folder("export_file_size");
+  const optim::ObservationSet set = MakeObservations(2, 64, 48);
+  const renderer::Scene scene = MakeScene(set);
+  std::vector<ExportedView> views = Views(set);
+  views[1].width = 256;
+  views[1].height = 192;
+  ExportResult(folder.path(), scene, views, {});
+  const auto frames =
+      nlohmann::json::parse(renderer::ReadWholeFile(folder.path() / "cameras/transforms.json"))
+          .at("frames");
+  EXPECT_EQ(frames[0].at("w"), 64);
+  EXPECT_EQ(frames[1].at("w"), 256);
+  EXPECT_EQ(frames[1].at("h"), 192);
+  EXPECT_EQ(frames[1].at("fl_x"), 4.0 * scene.sensors[1].fx);
+  EXPECT_EQ(frames[1].at("cy"), 4.0 * scene.sensors[1].cy);
+  EXPECT_EQ(Count(renderer::ReadWholeFile(folder.path() / "cameras/cameras.txt"), " 256 192 "), 1);
+}
+
 TEST(ExportResult, AConstantColourIsAFactorInGlbAndVertexColoursInPly) {
   const TemporaryFolder folder("export_constant");
   const optim::ObservationSet set = MakeObservations(1, 64, 48);

@@ -68,7 +68,32 @@ TEST(StatusLine, NeverWraps) {
   for (int columns = 1; columns < 120; ++columns) {
     EXPECT_LT(Columns(StatusLine(DocumentedRound(), 7.9, 229.1, columns, true, false)), columns);
   }
-  EXPECT_EQ(Count(StatusLine(DocumentedRound(), 7.9, 229.1, 70, true, false), "█"), 0);
+  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 229.1, 80, true, false),
+            "[2/4 shape] ████░░░░ 31/60  cost 3.214e-03  held out 27.9 dB linear  ETA 3:49");
+  EXPECT_EQ(StatusLine(DocumentedRound(), 7.9, 229.1, 64, true, false),
+            "[2/4 shape] ████░░░░ 31/60  held out 27.9 dB linear  ETA 3:49");
+  EXPECT_EQ(Count(StatusLine(DocumentedRound(), 7.9, 229.1, 30, true, false), "█"), 0);
+}
+
+TEST(ResultWords, SayWhatAFitCameTo) {
+  FitHistory history;
+  optim::StageReport report;
+  report.psnr_srgb_fit = 14.0;
+  report.psnr_srgb_val = 18.13;
+  report.iou_fit = report.iou_val = 0.9803;
+  AddStage(report, history);
+  EXPECT_EQ(ResultWords(history), "");
+  report.stage = "all";
+  report.psnr_srgb_fit = 30.0;
+  report.psnr_srgb_val = 28.21;
+  report.iou_val = 0.98929;
+  AddStage(report, history);
+  EXPECT_EQ(ResultWords(history),
+            "PSNR of held-out photos 18.1 -> 28.2 dB (sRGB), mask IoU 0.980 -> 0.989");
+  for (StageEntry& entry : history.stages) {
+    entry.report.psnr_srgb_val = entry.report.iou_val = entry.report.iou_fit = kNan;
+  }
+  EXPECT_EQ(ResultWords(history), "PSNR of the photos 14.0 -> 30.0 dB (sRGB)");
 }
 
 TEST(StatusLine, LeavesOutWhatIsNotANumber) {

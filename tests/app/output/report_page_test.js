@@ -95,7 +95,7 @@ function someModel(word) {
   const mesh = { name: word, num_vertices: 3, num_triangles: 1, box: [[0, 0, 0], [1, 2, 0]],
     positions: base64(Uint16Array.from([0, 0, 0, 65535, 0, 0, 0, 65535, 0])), triangles: base64(Uint16Array.from([0, 1, 2])),
     colors: base64(Uint8Array.from([255, 0, 0, 0, 255, 0, 0, 0, 255])), photos: base64(Uint8Array.from([2, 1, 0])),
-    roughness: 0.5, position_error: base64(Float32Array.from([0.01, NaN, Infinity])) };
+    roughness: 0.5, metallic: 0.25, position_error: base64(Float32Array.from([0.01, NaN, Infinity])) };
   const camera = { name: word, validation: true, size_px: [4, 3], fx: 4, fy: 4, cx: 2, cy: 1.5, parallel: false,
     world_from_camera: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]] };
   const result = { version: 1, meshes: [mesh], cameras: [camera],
@@ -203,7 +203,7 @@ function testSliderFadesFromPhotoToRenderingToDifference(script) {
 function testModelWithoutWebGl(script) {
   const { main, context } = draw(script, someData());
   const model = main.tagged("section").find((one) => one.attributes.id === "model");
-  for (const part of ["WebGL is off or missing", "1 of 3 vertices", "1 triangles", "standard error of place"]) {
+  for (const part of ["WebGL is off or missing", "1 of 3 vertices", "1 triangles", "standard error of place", "metallic", "normals"]) {
     assert.ok(model.textContent.includes(part), part);
   }
   assert.ok(!model.textContent.includes("standard error of colour"), "which is not known");
@@ -226,6 +226,7 @@ function testRampOfValues(script) {
   })()`)].map((share) => Math.round(share * 1000) / 1000);
   assert.deepStrictEqual(shares("position_error", "0.001, 0.01, 0.1, NaN, Infinity"), [0, 0.5, 1, -1, -3]);
   assert.deepStrictEqual(shares("position_error", "NaN, Infinity"), [-1, -3], "nothing but what is not known");
+  assert.deepStrictEqual(shares("metallic", "0.25"), [0.25]);
   assert.deepStrictEqual(shares("photos", "0, 1, 4"), [0, 0.25, 1]);
   assert.deepStrictEqual(shares("photos", "0, 0"), [0, 0]);
   assert.ok(shares("position_error", "NaN, 0.02").every((share) => Number.isFinite(share)));
@@ -410,7 +411,7 @@ function testCheck(script) {
   const data = (word = "a") => ({
     check: { warnings: [word], assumptions: [word], meshes: [{ name: word, vertices: 8, triangles: 12 }], stages: [
       { name: word, unknowns: 24, image_scale: 0.5, max_rounds: 8, memory_bytes: 2.5e8, linear_solver: "cgnr", first_round_s: 4,
-        most_s: 118 }, { name: "b", unknowns: 3, image_scale: 1, max_rounds: 2 }] },
+        likely_s: 65, most_s: 118 }, { name: "b", unknowns: 3, image_scale: 1, max_rounds: 2 }] },
     name: word, config_path: word, views: [view(0, word), view(1, word)], attributions: [word], config: word,
     lights: [{ name: word, kind: "point", frame: "world", place: "at [0, 1, 0]", photos: 1 }],
     parameters: [{ name: word, unit: "m", num_scalars: 3, initial: null, minimum: -1, maximum: 2, lower_bound: "-inf",
@@ -419,7 +420,7 @@ function testCheck(script) {
   const { main, links, title } = draw(script, data());
   assert.deepStrictEqual(links, ["views", "model", "stages", "unknowns", "lights", "assumptions", "attribution", "config"]);
   assert.strictEqual(title, "a – pathfit check");
-  for (const part of ["1 warning", "0.875", "250.0 MB", "1 min 58 s", "held out", "at [0, 1, 0]", "1 of 2 photos", "[−∞, 5]",
+  for (const part of ["1 warning", "0.875", "250.0 MB", "65.0 s", "1 min 58 s", "held out", "at [0, 1, 0]", "1 of 2 photos", "[−∞, 5]",
     "held", "too large", "25.0 %"]) {
     assert.ok(main.textContent.includes(part), part);
   }

@@ -127,6 +127,8 @@ TEST_F(LoadObservationsTest, KnownPointLandsOnTheSamePlaceAtHalfSize) {
   ASSERT_EQ(set.views.size(), 1U);
   EXPECT_EQ(set.views[0].photo.width(), 100);
   EXPECT_EQ(set.views[0].photo.height(), 60);
+  EXPECT_EQ(set.views[0].file_width, 200);
+  EXPECT_EQ(set.views[0].file_height, 120);
   set.views[0].camera.cy -= 30.0;  // brings the point into the picture, for the pixel below
   const std::optional<renderer::Projection> p =
       renderer::CameraModel(set.views[0].camera).Project({-1.75, -1.0, -0.5});

@@ -385,6 +385,20 @@ TEST_F(FitTest, RefusesWhatCannotBeFitted) {
   EXPECT_THROW(optim::ForecastStages(start_, observations_, spec_), optim::MemoryError);
 }
 
+TEST_F(FitTest, RefusesByAllThatItsForecastLists) {
+  const std::vector<optim::StageMemory> stages =
+      optim::ForecastStages(start_, observations_, spec_, optim::ForecastParts::kMemory);
+  const std::vector<optim::MemoryItem>& items = stages.back().items;
+  // Enough for the solve, which the rounds themselves look at, but not for what is there before.
+  spec_.max_memory_bytes = optim::TotalBytes(items) - 0.5 * items.front().bytes;
+  try {
+    optim::ForecastStages(start_, observations_, spec_, optim::ForecastParts::kMemory);
+    ADD_FAILURE() << "not refused";
+  } catch (const optim::MemoryError& error) {
+    EXPECT_NE(std::string(error.what()).find("MB  scene and photos as loaded"), std::string::npos);
+  }
+}
+
 TEST_F(FitTest, ForecastsSparseNormalEquations) {
   spec_.linear_solver = optim::LinearSolverChoice::kSparseGram;
   const std::vector<optim::StageMemory> stages =
@@ -419,8 +433,10 @@ TEST_F(FitTest, ForecastsTimesThatGrowWithWhatIsToBeDone) {
   const std::vector<optim::StageMemory> many = optim::ForecastStages(start_, observations_, spec_);
   for (std::size_t i = 0; i < few.size(); ++i) {
     EXPECT_GT(few[i].first_round_s, 0.0);
-    EXPECT_GT(few[i].most_s, few[i].first_round_s);
+    EXPECT_GT(few[i].likely_s, few[i].first_round_s);
+    EXPECT_GE(few[i].most_s, few[i].likely_s);
     EXPECT_GT(many[i].most_s, 2.0 * few[i].most_s);
+    EXPECT_GT(many[i].most_s, 2.0 * many[i].likely_s);
   }
 }
 

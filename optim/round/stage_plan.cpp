@@ -1,0 +1,88 @@
+#include "optim/round/stage_plan.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "optim/parameter/parameter_set.h"
+#include "optim/problem/fit_views.h"
+#include "optim/problem/image_problem.h"
+#include "optim/round/exposure_gauge.h"
+#include "optim/round/round_policy.h"
+
+namespace pathfit::optim {
+namespace {
+
+// Medians of recorded fits: of the first level, those between, and the last.
+constexpr int kFewRounds = 12;  // a stage that may have no more takes them all
+struct UsualRounds {
+  int first, middle, last, only;
+};
+constexpr UsualRounds kOfLights = {8, 8, 4, 10};  // few unknowns that move nothing
+constexpr UsualRounds kOfPoses = {5, 5, 10, 10};  // few that move something
+constexpr UsualRounds kOfShapes = {15, 8, 16, 16};
+
+int Usual(const UsualRounds& usual, int level, int num_levels) {
+  if (num_levels == 1) return usual.only;
+  if (level + 1 == num_levels) return usual.last;
+  return level == 0 ? usual.first : usual.middle;
+}
+
+}  // namespace
+
+StagePlan PlanStage(
+    const StageSpec& stage, bool moves, bool few, int smallest_side, double pixels) {
+  StagePlan plan{stage, few, {}};
+  const std::vector<double> scales = ScalesOfStage(stage, moves, few, smallest_side);
+  const int num_levels = static_cast<int>(scales.size());
+  const UsualRounds& usual = !few ? kOfShapes : moves ? kOfPoses : kOfLights;
+  int most_left = stage.max_rounds;
+  int left = stage.max_rounds;
+  for (int level = 0; level < num_levels; ++level) {
+    const bool is_last = level + 1 == num_levels;
+    LevelPlan& one = plan.levels.emplace_back();
+    one.scale = scales[static_cast<std::size_t>(level)];
+    const double share = one.scale / stage.image_scale;
+    one.factor = SampleFactor(stage, one.scale, pixels * share * share, moves, few);
+    one.most_rounds = is_last ? most_left : std::min(most_left, LevelShare(stage, num_levels));
+    const int likely =
+        stage.max_rounds <= kFewRounds ? one.most_rounds : Usual(usual, level, num_levels);
+    one.likely_rounds = std::min({likely, left, is_last ? left : LevelShare(stage, num_levels)});
+    most_left -= one.most_rounds;
+    left -= one.likely_rounds;
+  }
+  return plan;
+}
+
+std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
+                                  const ObservationSet& observations,
+                                  const FitSpec& spec) {
+  const int side = SmallestSide(observations);
+  const ExposureModel exposure = MakeExposureModel(scene, spec.exposure);
+  std::vector<int> all(scene.sensors.size());
+  std::iota(all.begin(), all.end(), 0);
+  const double small = std::min(1.0, static_cast<double>(kSmallestSideOfShapes) / side);
+  const double pixels = MakeFitViews(observations, small).num_channels / (3.0 * small * small);
+  std::vector<StagePlan> plans;
+  for (const StageSpec& stage : spec.stages) {
+    const ParameterSet set(scene, spec.unknowns, stage.free, all, exposure);
+    const bool promotes = std::ranges::any_of(stage.free, [&](int index) {
+      const UnknownSpec& unknown = spec.unknowns[static_cast<std::size_t>(index)];
+      return unknown.promotion && !unknown.hold;
+    });
+    const bool few =
+        !promotes && ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
+    plans.push_back(PlanStage(stage,
+                              set.layout().AnyKind(renderer::MovesGeometry),
+                              few,
+                              side,
+                              pixels * stage.image_scale * stage.image_scale));
+  }
+  return plans;
+}
+
+int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round) {
+  const int growths = plan.few ? round : std::max(0, round + 1 - kRoundsBeforeGrowth);
+  return SamplesOfRound(plan.stage, growths, level.factor);
+}
+
+}  // namespace pathfit::optim

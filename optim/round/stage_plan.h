@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "optim/observation/observation.h"
+#include "optim/round/fit_spec.h"
+#include "renderer/scene/scene.h"
+
+namespace pathfit::optim {
+
+/// What a stage does at one of the sizes of its photos.
+struct LevelPlan {
+  double scale = 1.0;
+  double factor = 1.0;  ///< of its samples (SampleFactor)
+  int likely_rounds = 0;
+  int most_rounds = 0;
+};
+
+/// How a stage goes: when it ends by itself cannot be known before, but how many rounds that
+/// usually takes. One with a small max_rounds is taken to need all of them.
+struct StagePlan {
+  StageSpec stage;
+  bool few = false;  ///< normal equations are formed (round_policy.h)
+  std::vector<LevelPlan> levels;
+};
+
+/// `pixels`: of all fitted photos that are evidence, at the stage's last scale. `smallest_side`: of
+/// the photos.
+StagePlan PlanStage(const StageSpec& stage, bool moves, bool few, int smallest_side, double pixels);
+
+/// Of all stages, concluded from the scene they begin with.
+std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
+                                  const ObservationSet& observations,
+                                  const FitSpec& spec);
+
+/// Of a level's round (from 0), as samples usually grow.
+int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round);
+inline constexpr int kRoundsBeforeGrowth = 3;  ///< of many unknowns; those of few grow at once
+
+}  // namespace pathfit::optim
