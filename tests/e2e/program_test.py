@@ -102,7 +102,7 @@ class Program(unittest.TestCase):
         self.assert_same_results(run_folder, self.folder / "again")
         rendered = run("render", run_folder, "--views", "0", "--spp", "4", "-o", self.folder / "renders")
         self.assertEqual(rendered.returncode, 0, rendered.stderr)
-        for views, hint in (("0,nosuch", "nosuch"), ("IMG_8839", "did you mean 'IMG_8839.jpg'")):
+        for views, hint in (("0,nosuch", "nosuch"), ("IMG_8839", "did you mean 'IMG_8839.JPG'")):
             wrong = run("render", run_folder, "--views", views, "-o", self.folder / "wrong")
             self.assertEqual(wrong.returncode, 4)
             self.assertIn(hint, wrong.stderr)
@@ -133,11 +133,14 @@ class Program(unittest.TestCase):
         wrong = run("export", run_folder, "--to", "ply", "--stage", "nothing")
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("they have start, light, all", wrong.stderr)
-        light = run("export", run_folder, "--to", "ply,glb", "--stage", "light", "-o", self.folder / "light", "--json")
+        light = run("export", run_folder, "--to", "ply,blender", "--stage", "light", "-o", self.folder / "light", "--json")
         self.assertEqual(light.returncode, 0, light.stderr)
         files = json.loads(light.stdout)["files"]
         self.assertEqual(files["ply"], [str(self.folder / "light/ply/axe.ply")], "a folder for each of several formats")
-        self.assertTrue(pathlib.Path(files["ply"][0]).read_bytes() not in (fitted, (self.folder / "start/axe.ply").read_bytes()))
+        self.assertTrue(pathlib.Path(files["ply"][0]).read_bytes() == (self.folder / "start/axe.ply").read_bytes())
+        lights = {(folder / "environment.hdr").read_bytes() for folder in
+                  (self.folder / "light/blender", run_folder / "export/blender")}
+        self.assertEqual(len(lights), 2, "the first stage's light is not the last one's")
 
         # Its cameras are those of the photos' files, and give the same pictures in any format.
         out = run("init", SOURCE / "data/axe/images", run_folder / "result/cameras", "-o", self.folder / "again.yaml")
