@@ -148,7 +148,8 @@ void Division::ForEach(Kind kind,
     return;
   }
   std::vector<ItemCost>& costs = costs_[kind];
-  costs.assign(rank_of.size(), {});
+  const bool is_again = costs.size() == rank_of.size();
+  if (!is_again) costs.assign(rank_of.size(), {});
   for (std::size_t i = 0; i < rank_of.size(); ++i) {
     const auto start = renderer::Clock::now();
     ItemCost cost, cpu;
@@ -186,7 +187,10 @@ void Division::ForEach(Kind kind,
         });
       }
     }
-    costs[i] = cost;
+    // Single times are noise to a degree that would move items to and fro.
+    costs[i] = is_again ? ItemCost{0.5 * (costs[i].making + cost.making),
+                                   0.5 * (costs[i].taking + cost.taking)}
+                        : cost;
     times_.making += cpu.making;
     times_.taking += cpu.taking;
   }
