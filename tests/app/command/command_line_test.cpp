@@ -251,7 +251,8 @@ TEST(CommandLine, EnvironmentGivesDefaultsOnly) {
 TEST(CommandLine, MistakesAreNamed) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{},
-       "pathfit: a command is needed: init, check, fit, resume, render, list, export, report, serve, "
+       "pathfit: a command is needed: init, check, fit, resume, render, list, export, report, "
+       "serve, "
        "compare, "
        "eval, sweep, synth, convert, gradcheck, config, completion, info, version, help"},
       {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
