@@ -157,22 +157,19 @@ void DirectBoundary::SampleWedgeFirst(const BoundaryDraw& draw, SplatBuffer& spl
   Rgb radiance;
   double light_pdf = 0.0;
   if (const auto hit = TraceSourceEnd(context_, segment)) {
-    if (lights.AreaLightOf(hit->id.mesh) == nullptr) {
+    const LightSet::AreaLight* light = lights.AreaLightOf(hit->id.mesh);
+    if (light == nullptr) {
       return;
     }
-    const Vec3 x_b = edge.a + (edge.b - edge.a) * pick.remainder;
-    const auto light = SeeAreaPoint(*context_.path.world,
-                                    lights,
-                                    {hit->id, hit->b1, hit->b2},
-                                    lights.area_sampler->Pdf(hit->id),
-                                    x_b);
-    if (!light) {
-      return;
-    }
-    radiance = light->radiance;
-    light_pdf = light->pdf;
+    // By the direction that was drawn, not that to the point: where the edge touches the light,
+    // they are one point.
+    const double cos_light = -Dot(context_.path.world->caster().Geometry(hit->id).n, w);
+    radiance =
+        AreaRadiance(*light, hit->id.triangle, hit->b1, hit->b2, cos_light > 0.0 ? 1.0 : -1.0);
+    light_pdf =
+        lights.area_sampler->Pdf(hit->id) * hit->distance * hit->distance / std::abs(cos_light);
     segment.t2 = std::max(0.0, hit->distance);
-    segment.source = light->end;
+    segment.source = MaterialPoint{hit->id, hit->b1, hit->b2};
   } else if (lights.environment) {
     radiance = EnvironmentRadianceInWorld(*lights.environment, w);
     light_pdf = PdfWithoutReceiver(*lights.environment, w);
