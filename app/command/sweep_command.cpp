@@ -265,13 +265,17 @@ std::optional<ComparedRun> FiguresOf(const fs::path& sweep, const Run& run) {
   }
 }
 
+/// Names of runs that ended before they had a folder, as those do that are refused.
+using Refused = std::set<std::string>;
+
 /// Begins or continues one run; warns if it is not done then.
 ExitStatus DoRun(const CommandContext& context,
                  const ExperimentConfig& config,
                  const Plan& plan,
                  const Run& run,
                  const fs::path& sweep,
-                 const StopSignals& signals) {
+                 const StopSignals& signals,
+                 Refused& refused) {
   const CommandLine& line = context.line;
   const fs::path folder = sweep / run.name;
   const auto fail = [&](ExitStatus with, const std::string& text) {
@@ -314,6 +318,7 @@ ExitStatus DoRun(const CommandContext& context,
   const bool stopped =
       signals.Received() || result == ExitStatus::kStopped || result == ExitStatus::kInterrupted;
   if (result == ExitStatus::kFinished || stopped) return result;
+  if (StatusOrDamaged(sweep, run) == "missing") refused.insert(run.name);
   const bool broken = words[1] == "resume" && result == ExitStatus::kInput;
   return fail(result,
               fmt::format("ended with status {}{}",
@@ -322,10 +327,11 @@ ExitStatus DoRun(const CommandContext& context,
 }
 
 /// One row for each run: its values, its status and what compare would say of it.
-Json TableOf(const Plan& plan, const fs::path& sweep) {
+Json TableOf(const Plan& plan, const fs::path& sweep, const Refused& refused) {
   Json rows = Json::array();
   for (const Run& run : plan.runs) {
-    Json row = {{"run", run.name}, {"status", StatusOrDamaged(sweep, run)}};
+    const std::string status = refused.contains(run.name) ? "failed" : StatusOrDamaged(sweep, run);
+    Json row = {{"run", run.name}, {"status", status}};
     for (std::size_t i = 0; i < plan.axes.size(); ++i) row[plan.axes[i].key] = run.values[i];
     const std::optional<ComparedRun> figures = FiguresOf(sweep, run);
     for (const FigureColumn& column : FigureColumns())
@@ -434,8 +440,11 @@ void PrintList(const CommandContext& context, const fs::path& folder, const Plan
       "same command without --list once all are done");
 }
 
-void WriteTable(const CommandContext& context, const fs::path& folder, const Plan& plan) {
-  const Json rows = TableOf(plan, folder);
+void WriteTable(const CommandContext& context,
+                const fs::path& folder,
+                const Plan& plan,
+                const Refused& refused) {
+  const Json rows = TableOf(plan, folder, refused);
   const fs::path csv = folder / "table.csv";
   const fs::path json = folder / "table.json";
   renderer::WriteFileAtomically(csv, CsvOf(rows));
@@ -498,12 +507,13 @@ ExitStatus RunSweep(CommandContext& context, const Options& own) {
   OpenFolder(folder, PlanJson(config, line, plan));
 
   const StopSignals signals;
+  Refused refused;
   ExitStatus worst = ExitStatus::kFinished;
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
     if (own.only > 0 && own.only != static_cast<int>(i) + 1) continue;
     const Run& run = plan.runs[i];
     context.log.Info(fmt::format("run {} of {}: {}", i + 1, plan.runs.size(), run.name));
-    const ExitStatus status = DoRun(context, config, plan, run, folder, signals);
+    const ExitStatus status = DoRun(context, config, plan, run, folder, signals, refused);
     if (signals.Received() || status == ExitStatus::kStopped ||
         status == ExitStatus::kInterrupted) {
       context.log.Warn("stopped; the same command goes on where it was");
@@ -517,13 +527,13 @@ ExitStatus RunSweep(CommandContext& context, const Options& own) {
       PrintResult(context,
                   {{"folder", folder.string()},
                    {"list", Json::array()},
-                   {"runs", Json::array({TableOf({plan.axes, {run}}, folder)[0]})},
+                   {"runs", Json::array({TableOf({plan.axes, {run}}, folder, refused)[0]})},
                    {"files", Json::array()}});
     } else {
       fmt::print("{}\n", (folder / run.name).string());
     }
   } else {
-    WriteTable(context, folder, plan);
+    WriteTable(context, folder, plan, refused);
   }
   return worst;
 }
