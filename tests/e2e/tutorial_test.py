@@ -48,12 +48,13 @@ def blocks(page):
 
 
 def shape(line, folder=None):
-    """A line without numbers, time of day and folder."""
+    """A line without numbers, units of times, time of day and folder."""
     if folder is not None:
         line = line.replace(f"{folder}/", "")
     line = re.sub(r"^\d{4}-\d\d-\d\dT[\d:]+Z ", "", line)
     line = re.sub(r'(kept=|reason=)("[^"]*"|\w+)', r"\1", line)  # how a stage in small ends
     line = re.sub(r"[-+]?(\d+(\.\d+)?|\.\d+)(e[-+]?\d+)?", "#", line)
+    line = re.sub(r"# (h # min|min # s|s)\b", "# s", line)  # short times are of seconds alone
     return " ".join(line.split())
 
 
