@@ -528,28 +528,89 @@ Rgb SkyTowards(const renderer::Emitter& emitter, const Vec3& direction) {
       sky, renderer::EnvironmentUv(renderer::Transposed(frame_from_light) * direction));
 }
 
+/// Errors of radiances against those of the truth, by their weights.
+struct SkyError {
+  Gauge gauge;
+  Rgb squares, truth;
+
+  void Add(const Rgb& a, const Rgb& b, double weight) {
+    gauge.Add(a, b, weight);
+    squares += (a - b) * (a - b) * weight;
+    truth += b * b * weight;
+  }
+  [[nodiscard]] double Whole() const { return truth.r + truth.g + truth.b; }
+  [[nodiscard]] double OfAll() const {
+    return Percent(std::sqrt(squares.r + squares.g + squares.b), std::sqrt(Whole()));
+  }
+  /// After the best factor of each channel.
+  [[nodiscard]] double Scaled() const {
+    const Rgb factor = gauge.Factor();
+    double left = 0.0;
+    for (int c = 0; c < 3; ++c) left += std::max(0.0, truth[c] - factor[c] * gauge.both[c]);
+    return Percent(std::sqrt(left), std::sqrt(Whole()));
+  }
+};
+
+/// Calls body(direction, weight of its solid angle) at the middles of so many columns and rows of a
+/// rectangle of the map.
+template <class Body>
+void ForDirections(const renderer::Emitter& emitter,
+                   const renderer::Vec2& corner,
+                   const renderer::Vec2& size,
+                   const std::array<int, 2>& count,
+                   const Body& body) {
+  const renderer::Mat3 frame_from_light =
+      renderer::RotationFromVector(emitter.rotation) *
+      std::get<renderer::EnvironmentEmitter>(emitter.light).frame_from_light;
+  for (int y = 0; y < count[1]; ++y) {
+    for (int x = 0; x < count[0]; ++x) {
+      const double u = corner.x + size.x * (x + 0.5) / count[0];
+      const double v = corner.y + size.y * (y + 0.5) / count[1];
+      body(frame_from_light * renderer::EnvironmentDirection({u, v}),
+           std::sin(std::numbers::pi * v));
+    }
+  }
+}
+
 void CompareSkies(const renderer::Emitter& found,
                   const renderer::Emitter& right,
                   EvaluatedLight& row) {
-  Gauge gauge;
-  Rgb squares, truth;
+  SkyError raw, of_texels;
   for (int y = 0; y < kSkyRows; ++y) {
     for (int x = 0; x < 2 * kSkyRows; ++x) {
       const double v = (y + 0.5) / kSkyRows;
       const Vec3 d = renderer::EnvironmentDirection({(x + 0.5) / (2 * kSkyRows), v});
-      const double weight = std::sin(std::numbers::pi * v);
-      const Rgb a = SkyTowards(found, d), b = SkyTowards(right, d);
-      gauge.Add(a, b, weight);
-      squares += (a - b) * (a - b) * weight;
-      truth += b * b * weight;
+      raw.Add(SkyTowards(found, d), SkyTowards(right, d), std::sin(std::numbers::pi * v));
     }
   }
-  const Rgb factor = gauge.Factor();
-  double left = 0.0;
-  for (int c = 0; c < 3; ++c) left += std::max(0.0, truth[c] - factor[c] * gauge.both[c]);
-  const double whole = truth.r + truth.g + truth.b;
-  row.radiance_percent = Percent(std::sqrt(squares.r + squares.g + squares.b), std::sqrt(whole));
-  row.scaled_percent = Percent(std::sqrt(left), std::sqrt(whole));
+  // A map has no more to say than its texels: the truth's own texels within each are averaged.
+  const auto& sky = std::get<renderer::EnvironmentEmitter>(found.light);
+  const auto& truth = std::get<renderer::EnvironmentEmitter>(right.light);
+  const auto parts = [](int of_truth, int of_found) {
+    return std::max(1, (of_truth + of_found - 1) / of_found);
+  };
+  const std::array<int, 2> count = {parts(truth.width, sky.width), parts(truth.height, sky.height)};
+  const renderer::Vec2 size{1.0 / sky.width, 1.0 / sky.height};
+  for (int y = 0; y < sky.height; ++y) {
+    for (int x = 0; x < sky.width; ++x) {
+      const renderer::Vec2 corner{size.x * x, size.y * y};
+      Rgb texel, mean;
+      ForDirections(found, corner, size, {1, 1}, [&](const Vec3& d, double) {
+        texel = SkyTowards(found, d);
+      });
+      double total = 0.0;
+      ForDirections(found, corner, size, count, [&](const Vec3& d, double weight) {
+        mean += SkyTowards(right, d) * weight;
+        total += weight;
+      });
+      of_texels.Add(texel, mean / total, total);
+    }
+  }
+  const Rgb factor = raw.gauge.Factor();
+  row.radiance_percent = raw.OfAll();
+  row.scaled_percent = raw.Scaled();
+  row.texels_percent = of_texels.OfAll();
+  row.texels_scaled_percent = of_texels.Scaled();
   row.ratio_r = 1.0 / factor.r;
   row.ratio_g = 1.0 / factor.g;
   row.ratio_b = 1.0 / factor.b;
@@ -581,6 +642,7 @@ void EvaluateLights(const Experiment& run, const Scene& truth, Evaluation& out) 
     row.direction_deg = AngleDeg(a.direction, b.direction);
     row.position_m = Norm(a.position - b.position);
     row.radiance_percent = row.scaled_percent = kUnknown;
+    row.texels_percent = row.texels_scaled_percent = kUnknown;
     if (std::holds_alternative<renderer::EnvironmentEmitter>(light.light)) {
       CompareSkies(light, *right, row);
     } else {

@@ -52,6 +52,9 @@ struct EvaluatedLight {
   double direction_deg = 0.0, position_m = 0.0;
   double ratio_r = 0.0, ratio_g = 0.0, ratio_b = 0.0;   ///< intensity of the run over the truth's
   double radiance_percent = 0.0, scaled_percent = 0.0;  ///< rms over all directions
+  /// The same of the run's texels against the means of the truth over them: 0 for the best map of
+  /// so many texels.
+  double texels_percent = 0.0, texels_scaled_percent = 0.0;
 };
 
 struct EvaluatedCamera {

@@ -86,6 +86,14 @@ struct Fields<EvaluatedLight> {
                  .doc = "Over all directions, in percent of the truth's root mean square."},
           r.radiance_percent);
     visit(Figure{.key = "scaled_percent", .unit = "%", .label = "scaled"}, r.scaled_percent);
+    visit(Figure{.key = "texels_percent",
+                 .unit = "%",
+                 .label = "Texels, rms error",
+                 .doc = "Of the map's texels against the truth's mean over each, in percent of the "
+                        "means' root mean square."},
+          r.texels_percent);
+    visit(Figure{.key = "texels_scaled_percent", .unit = "%", .label = "scaled"},
+          r.texels_scaled_percent);
   }
 };
 template <>

@@ -30,8 +30,8 @@ enum class RandomDomain : std::uint64_t {
   kValidationSeed = 0x5EEE,
   kEvaluationSeed = 0x5EEF,
   // Signs of shares of the gradient, for standard errors.
-  kGradientSign = 0x5EF0,  ///< by pixel
-  kPriorSign = 0x5EF1,     ///< by term
+  kGradientSign = 0x5EF0,       ///< by pixel
+  kPriorSign = 0x5EF1,          ///< by term
   kPhotoNoise = 0x70686f74,     ///< of synthetic photos
   kPhotoExposure = 0x70686f75,  ///< of synthetic photos
   kPhotoPose = 0x70686f76,      ///< what is believed of their cameras

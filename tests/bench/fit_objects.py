@@ -121,7 +121,7 @@ def figures(row):
             scaled = "" if entry["scaled_percent"] is None else f", {number(entry['scaled_percent'], '% scaled')}"
             parts.append(f"{entry['property']} {number(entry['rms'], '')} rms ({number(entry['rms_percent'], '%')}{scaled}), median {number(entry['median'], '')}")
     parts += [f"surface {number(s['mean_percent'], '%')}" for s in found.get("surfaces") or [] if s["surface"] == "seen"]
-    parts += [f"light {number(s['radiance_percent'], '%')}, {number(s['scaled_percent'], '% scaled')}" for s in found.get("lights") or []]
+    parts += [f"light {number(s['radiance_percent'], '%')}, {number(s['scaled_percent'], '% scaled')}, of its texels {number(s['texels_scaled_percent'], '% scaled')}" for s in found.get("lights") or []]
     return "; ".join(parts)
 
 

@@ -12,6 +12,7 @@ namespace pathfit::app {
 namespace {
 
 using renderer::ParameterKind;
+using renderer::Rgb;
 using renderer::Scene;
 
 constexpr int kViews = 4;
@@ -124,6 +125,43 @@ TEST(Evaluation, ErrorsAreWhatWasPutIn) {
   EXPECT_NEAR(e.cameras[1].exposure_ev, 1.0, 1e-12);
   EXPECT_NEAR(e.cameras[1].position_m, 0.1, 1e-12);
   EXPECT_NEAR(e.cameras[2].rotation_deg, 0.02 * 180.0 / 3.14159265358979, 1e-9);
+}
+
+/// A map of few texels cannot be the truth's; the best it can be has no error.
+TEST(Evaluation, CoarseMapsAreComparedWithTheMeansOfTheTruth) {
+  Scene truth = Truth();
+  auto& sky = std::get<renderer::EnvironmentEmitter>(truth.emitters[0].light);
+  constexpr int kWidth = 16, kHeight = 8;
+  sky.width = kWidth;
+  sky.height = kHeight;
+  std::vector<Rgb> fine(kWidth * kHeight), coarse(kWidth * kHeight / 4);
+  std::vector<double> weights(coarse.size());
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double value = 1.0 + (x * 7 + y * 3) % 5;
+      fine[static_cast<std::size_t>(y * kWidth + x)] = {value, 2.0 * value, 1.0};
+      const auto to = static_cast<std::size_t>(y / 2 * (kWidth / 2) + x / 2);
+      const double weight = std::sin(3.14159265358979 * (y + 0.5) / kHeight);
+      coarse[to] += Rgb{value, 2.0 * value, 1.0} * weight;
+      weights[to] += weight;
+    }
+  }
+  for (std::size_t i = 0; i < coarse.size(); ++i) coarse[i] = coarse[i] / weights[i];
+  sky.texels = fine;
+  Scene found = truth;
+  auto& small = std::get<renderer::EnvironmentEmitter>(found.emitters[0].light);
+  small.width = kWidth / 2;
+  small.height = kHeight / 2;
+  small.texels = coarse;
+  const auto light = [&](const Scene& scene) {
+    return Evaluate(RunOf(truth, scene), &truth, Quick()).lights[0];
+  };
+  EXPECT_GT(light(found).scaled_percent, 10.0);
+  EXPECT_NEAR(light(found).texels_percent, 0.0, 1e-4);
+  EXPECT_NEAR(light(truth).texels_percent, 0.0, 1e-9);
+  small.intensity *= 2.0;
+  EXPECT_NEAR(light(found).texels_percent, 100.0, 1e-4);
+  EXPECT_NEAR(light(found).texels_scaled_percent, 0.0, 1e-3);
 }
 
 /// Half as bright and twice as lit looks alike, and not under another light; a factor mends that.
