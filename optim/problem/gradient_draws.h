@@ -17,7 +17,7 @@ namespace pathfit::optim {
 class GradientDraws {
  public:
   /// At most 52.
-  static constexpr int kCount = 16;
+  static constexpr int kCount = 8;
 
   /// No draws.
   GradientDraws() = default;

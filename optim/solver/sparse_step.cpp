@@ -25,9 +25,9 @@ constexpr double kLeastDamping = 1e-6;  // of a scaled diagonal, over the radius
 constexpr double kLargestDamping = 1e32;
 constexpr double kLeastRelativeDecrease = 1e-3;
 
-// Of standard errors, which weakly told directions make: solved further than steps.
-constexpr double kEtaOfErrors = 1e-3;
-constexpr int kMaxIterationsOfErrors = 1000;
+// Of standard errors. All draws together must not take longer than a round.
+constexpr double kEtaOfErrors = 1e-2;
+constexpr int kMaxIterationsOfErrors = 20;
 constexpr double kSmallestShare = 1e-9;      // of the diagonal: keeps the matrix positive
 constexpr std::uint64_t kPriorDrawSeed = 1;  // there is no other draw of priors
 

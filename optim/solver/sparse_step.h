@@ -20,8 +20,9 @@ SolveOutcome SolveSparseRound(ImageProblem& problem,
 /// mean squares of A^-1 g over draws g of the photos' gradient and of the priors'
 /// (DrawPriorGradients), A the matrix of both. So what photos hardly tell is as uncertain as its
 /// neighbours and `residual`, the size of a residual that nothing explains, leave it. With
-/// GradientDraws::kCount draws they are known to a sixth of themselves. Infinite (of_ranges) for
-/// scalars that no pixel depends on.
+/// GradientDraws::kCount draws they are known to a quarter of themselves; what twenty conjugate
+/// gradients do not reach, changes of a whole surface that photos hardly tell, counts too little.
+/// Infinite (of_ranges) for scalars that no pixel depends on.
 StandardErrors EstimateErrorsOfMany(ImageProblem& problem,
                                     const std::vector<PriorTerm>& priors,
                                     const std::vector<double>& theta,
