@@ -73,7 +73,7 @@ class Page(unittest.TestCase):
             for value in browser.eval(f"[...{SELECTS}[1].options].map((one) => one.value)"):
                 self.choose(browser, 1, value)
                 seen[value] = self.canvas(browser, "colours_" + value)
-            self.assertEqual(sorted(seen), ["color", "color_error", "photos", "shape"], "colours are told, or not")
+            self.assertEqual(sorted(seen), ["color", "color_error", "normals", "photos", "position_error", "shape"], "colours are told, or not")
             self.assertNotEqual(seen["shape"], seen["color"])
             self.assertNotEqual(seen["photos"], seen["color"])
             self.choose(browser, 1, "color")
