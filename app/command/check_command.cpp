@@ -68,6 +68,7 @@ std::string TextureRoles(const renderer::Scene& scene, int texture) {
     add(material.base_color_texture, "base colour", material.name);
     add(material.roughness_texture, "roughness", material.name);
     add(material.metallic_texture, "metallic", material.name);
+    add(material.normal_texture, "normals", material.name);
   }
   for (const renderer::Emitter& emitter : scene.emitters) {
     if (const auto* area = std::get_if<renderer::AreaEmitter>(&emitter.light)) {

@@ -1,6 +1,7 @@
 #include "optim/round/memory_forecast.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -26,6 +27,13 @@ namespace {
 
 constexpr std::size_t kNumSampled = 8;  // views that are linearised
 constexpr double kSceneCopies = 4.0;    // states, their averages, and what is rendered
+
+constexpr std::array kRootFigures = {&RootSize::gathered_bytes,
+                                     &RootSize::kept_bytes,
+                                     &RootSize::num_panels,
+                                     &RootSize::panel_blocks,
+                                     &RootSize::jacobian_cells,
+                                     &RootSize::product_cells};
 
 /// Evenly over all that are fitted, and the first half of them as well.
 std::vector<int> SampleViews(const std::vector<int>& fitted) {
@@ -66,12 +74,7 @@ ProblemSize SizeOfAll(const std::vector<ProblemSize>& sizes,
                                                 size.sparse_gram_bytes / size.sparse_gram_seen,
                                                 more);
   }
-  for (const auto figure : {&RootSize::gathered_bytes,
-                            &RootSize::kept_bytes,
-                            &RootSize::num_panels,
-                            &RootSize::panel_blocks,
-                            &RootSize::jacobian_cells,
-                            &RootSize::product_cells}) {
+  for (const auto figure : kRootFigures) {
     size.roots.*figure = Extrapolate(half.roots.*figure, size.roots.*figure, more);
   }
   return size;
@@ -237,12 +240,7 @@ void Enlarge(double pixels, double unknowns, ProblemSize& size) {
   size.largest_view_bytes *= pixels;
   size.sparse_gram_bytes *= unknowns;
   size.sparse_gram_seen *= unknowns;
-  for (const auto figure : {&RootSize::gathered_bytes,
-                            &RootSize::kept_bytes,
-                            &RootSize::num_panels,
-                            &RootSize::panel_blocks,
-                            &RootSize::jacobian_cells,
-                            &RootSize::product_cells}) {
+  for (const auto figure : kRootFigures) {
     size.roots.*figure *= pixels;
   }
 }
