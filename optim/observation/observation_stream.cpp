@@ -36,7 +36,8 @@ struct SharedView {
   std::string name, photo, mask;
   renderer::Camera camera;
   MaskSource mask_source = MaskSource::kNone;
-  int width = 0, height = 0;
+  int width = 0, height = 0;  // of the photo as it is kept
+  int file_width = 0, file_height = 0;
   bool has_mask = false, has_clipped = false, straight_alpha = false, validation = false;
   float exif_ev = 0.0F;
 
@@ -48,6 +49,8 @@ struct SharedView {
     visit(view.mask_source);
     visit(view.width);
     visit(view.height);
+    visit(view.file_width);
+    visit(view.file_height);
     visit(view.has_mask);
     visit(view.has_clipped);
     visit(view.straight_alpha);
@@ -117,6 +120,8 @@ View ReadLater(const SharedView& shared, const std::shared_ptr<const Observation
   View view;
   view.name = shared.name;
   view.camera = shared.camera;
+  view.file_width = shared.file_width;
+  view.file_height = shared.file_height;
   view.straight_alpha = shared.straight_alpha;
   view.validation = shared.validation;
   view.exif_ev = shared.exif_ev;
@@ -147,6 +152,8 @@ Bytes EncodeObservations(const ObservationSet& observations) {
                          view.files.mask_source,
                          view.photo.width(),
                          view.photo.height(),
+                         view.file_width,
+                         view.file_height,
                          !view.mask.Empty(),
                          !view.clipped.Empty(),
                          view.straight_alpha,

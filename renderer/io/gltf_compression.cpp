@@ -95,7 +95,7 @@ void CheckDracoHeader(std::string_view bytes, std::size_t num_triangles) {
           "it is no Draco data");
   Require(major == 2 && minor == 2, "its Draco version is not 2.2");
   Require(type == draco::TRIANGULAR_MESH, "its Draco data is no triangle mesh");
-  buffer.set_bitstream_version(DRACO_BITSTREAM_VERSION(major, minor));
+  buffer.set_bitstream_version(static_cast<std::uint16_t>(DRACO_BITSTREAM_VERSION(major, minor)));
   if ((flags & METADATA_FLAG_MASK) != 0) {
     draco::GeometryMetadata ignored;
     Require(draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &ignored),
