@@ -172,6 +172,9 @@ struct PixelDerivative::Recorded {
   const SurfacePoint* start = nullptr;
   int first = 0;       // vertex from which on it is new
   double share = 1.0;  // see NearMotion
+  int alike = 0;       // bounces that it has in common with others: see PathRange
+  double light_share = 1.0;
+  VertexAdjoint* shared = nullptr;  // of the first vertex
 };
 
 struct PixelDerivative::Level {
@@ -182,6 +185,7 @@ struct PixelDerivative::Level {
     samplers.assign(kImageBatch, none);
   }
   std::vector<Recorded> samples;
+  std::array<VertexAdjoint, kImageBatch> shared;  // of first vertices: of those drawn again
   struct Again {
     const Recorded* sample = nullptr;
     NearMotion::Split split;
@@ -281,11 +285,12 @@ void PixelDerivative::RecordAgain(std::size_t depth, std::size_t count) {
     Recorded& sample = level.samples[i];
     sample.path.Clear();
     level.samplers[i] = sample.numbers;
-    level.batch.Start(i,
-                      *sample.start,
-                      level.samplers[i],
-                      sample.path,
-                      {context_.path.max_bounces, true, sample.mirrored});
+    level.batch.Start(
+        i,
+        *sample.start,
+        level.samplers[i],
+        sample.path,
+        {context_.path.max_bounces, true, sample.mirrored, sample.alike, sample.light_share});
   }
   level.batch.Trace();
   for (std::size_t i = 0; i < count; ++i) {
@@ -317,14 +322,19 @@ void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
     adjoint_.AddPath(
         sample.pixel,
         record,
-        split.touches ? static_cast<std::size_t>(split.vertex) : PathAdjoint::kNoContact);
+        split.touches ? static_cast<std::size_t>(split.vertex) : PathAdjoint::kNoContact,
+        sample.shared);
   }
   if (level.again.empty()) {
     return;
   }
   std::vector<Recorded>& next = LevelAt(depth + 1).samples;
   std::size_t filled = 0;
-  for (const auto& [sample, split] : level.again) {
+  for (std::size_t s = 0; s < level.again.size() && depth == 0; ++s) {
+    level.shared[s] = {};
+  }
+  for (std::size_t s = 0; s < level.again.size(); ++s) {
+    const auto& [sample, split] = level.again[s];
     const double each = 1.0 / split.count;
     for (int i = 0; i < split.count; ++i) {
       Recorded& again = next[filled++];
@@ -341,6 +351,11 @@ void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
       again.start = &sample->path.record().vertices.front().p;
       again.first = split.vertex + 1;
       again.share = sample->share * each;
+      // The first split only: those of the next begin with different directions.
+      again.alike = depth == 0 ? split.vertex + 1 : sample->alike;
+      again.light_share =
+          depth > 0 ? sample->light_share : (i == 0 ? static_cast<double>(split.count) : 0.0);
+      again.shared = depth == 0 ? &level.shared[s] : sample->shared;
       if (filled == kImageBatch) {
         RecordAgain(depth + 1, filled);
         filled = 0;
@@ -349,6 +364,12 @@ void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
   }
   if (filled > 0) {
     RecordAgain(depth + 1, filled);
+  }
+  for (std::size_t s = 0; s < level.again.size() && depth == 0; ++s) {
+    const Recorded& sample = *level.again[s].sample;
+    if (adjoint_.SharesFirst(sample.path.record())) {
+      adjoint_.AddFirst(sample.pixel, sample.path.record(), level.shared[s]);
+    }
   }
 }
 
