@@ -63,6 +63,25 @@ Ending EndingOf(optim::FitStatus status, const StopSignals& signals, const RunDi
           exit};
 }
 
+void WriteResults(const ExperimentConfig& config,
+                  const Experiment& experiment,
+                  const RunDirectory& run,
+                  const optim::FitResult& result,
+                  FitRecorder& recorder) {
+  recorder.RecordScenes(experiment.fit, experiment.scene, result.scene, result.standard_errors);
+  std::vector<ExportedView> views = ExportedViews(experiment, config);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].gain_error = recorder.history().gain_errors[i];
+  }
+  ExportResult(run.Result(),
+               result.scene,
+               views,
+               recorder.history().parameters,
+               experiment.observations.metres_per_unit);
+  WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
+  WriteTexelErrors(run.Result(), result.scene, experiment.fit, result.standard_errors);
+}
+
 /// Runs or continues a fit in its directory, with everything it leaves there.
 ExitStatus RunInDirectory(CommandContext& context,
                           const Options& own,
@@ -96,18 +115,7 @@ ExitStatus RunInDirectory(CommandContext& context,
     const optim::FitResult result = optim::RunFit(
         experiment.scene, experiment.observations, experiment.fit, recorder, controls);
     progress.Finish();
-    recorder.RecordScenes(experiment.fit, experiment.scene, result.scene, result.standard_errors);
-    std::vector<ExportedView> views = ExportedViews(experiment, config);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      views[i].gain_error = recorder.history().gain_errors[i];
-    }
-    ExportResult(run.Result(),
-                 result.scene,
-                 views,
-                 recorder.history().parameters,
-                 experiment.observations.metres_per_unit);
-    WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
-    WriteTexelErrors(run.Result(), result.scene, experiment.fit, result.standard_errors);
+    WriteResults(config, experiment, run, result, recorder);
     record.SetTimes(result.wall_s, 0.0);
     if (result.gauge) {
       record.SetGauge(result.gauge);
