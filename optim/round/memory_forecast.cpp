@@ -328,7 +328,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     }
     size.images_bytes += observations.views[i].validation
                              ? static_cast<double>(level.MemoryBytes())
-                             : ImageProblem::BytesOfView(level, uses_gram);
+                             : ImageProblem::BytesOfView(level, spec.loss, uses_gram);
   }
 
   StageMemory memory;
