@@ -169,7 +169,8 @@ SchemaNode GaugeSchema() {
                     Doc("`photos`: what they say, by highlights, light between surfaces or lights "
                         "that are seen. `mean_color`: the mean base colour is that of `mean`, "
                         "whatever photos say. `auto`: `mean_color` where photos say nothing at "
-                        "all, else `photos`."),
+                        "all, else `photos`. Of matt surfaces under lights that are not seen, "
+                        "`photos` say nothing, and the report says so."),
                 Bound(Either("mean",
                              {SchemaNode(number) | Words({"start"}),
                               ListNode("", number) | Items(3, 3)}) |
