@@ -69,6 +69,14 @@ TEST_F(StartCheckTest, NamesPhotosWhoseMaskIsBlack) {
       << check.warnings[0];
 }
 
+TEST_F(StartCheckTest, WhiteMasksAreNotTakenForInvertedOnes) {
+  SetMasks([](float) { return 1.0F; });
+  const StartCheck check = Check();
+  ASSERT_FALSE(check.warnings.empty());
+  EXPECT_TRUE(Says(check.warnings[0], "white throughout")) << check.warnings[0];
+  for (const std::string& text : check.warnings) EXPECT_FALSE(Says(text, "inverted")) << text;
+}
+
 TEST_F(StartCheckTest, NamesThePhotoThatIsUnlikeTheOthers) {
   optim::View& view = experiment_.observations.views[2];
   renderer::Image mask = view.mask.Unpack();
