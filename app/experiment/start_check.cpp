@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 
 #include "app/experiment/camera_layout.h"
+#include "optim/parameter/promotion.h"
 #include "renderer/core/error.h"
 #include "renderer/io/image_filter.h"
 #include "renderer/math/box.h"
 #include "renderer/math/median.h"
 #include "renderer/renderer.h"
+#include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::app {
 namespace {
@@ -26,12 +28,13 @@ constexpr double kSize = 256.0;  // pixels of the longer side
 // What is so far off that a fit hardly finds back.
 constexpr double kPoorIou = 0.3;
 constexpr double kInvertedIou = 0.5;
-constexpr double kOtherSize = 4.0;      // in area
-constexpr double kLittleLeft = 0.1;     // of a mask, by erosion
-constexpr double kSmallerThanPx = 2.0;  // at the size of this check
-constexpr double kOddIou = 0.6;         // of the median: a photo that agrees less is not like them
-constexpr double kOddLeast = 0.6;       // median from which on the start can tell
-constexpr double kMostlyClipped = 0.9;  // of what is evidence
+constexpr double kOtherSize = 4.0;       // in area
+constexpr double kLittleLeft = 0.1;      // of a mask, by erosion
+constexpr double kSmallerThanPx = 2.0;   // at the size of this check
+constexpr double kOddIou = 0.6;          // of the median: a photo that agrees less is not like them
+constexpr double kOddLeast = 0.6;        // median from which on the start can tell
+constexpr double kMostlyClipped = 0.9;   // of what is evidence
+constexpr double kLittleOutside = 0.02;  // of the bounds' width: white where 0.99 is allowed
 constexpr std::size_t kNamed = 5;
 
 /// What a view's picture says beyond ViewStart, for the reasons.
@@ -93,6 +96,7 @@ class StartChecker {
     WarnOfMasks();
     WarnOfPlace();
     WarnOfOddPhotos();
+    WarnOfBounds();
     WarnOfClipping();
     return std::move(check_);
   }
@@ -388,6 +392,33 @@ class StartChecker {
                     "are these masks and cameras those of these photos?",
                     median,
                     Counted(odd, num_fitted_)));
+  }
+
+  /// What a fit would bring inside its bounds before it begins.
+  void WarnOfBounds() {
+    for (const optim::UnknownSpec& unknown : experiment_.fit.unknowns) {
+      const renderer::Scene& scene = experiment_.scene;
+      if (unknown.hold || optim::IsReplaced(scene, unknown, experiment_.fit.unknowns)) continue;
+      renderer::ParameterLayout layout(scene);
+      layout.Add(unknown.kind, unknown.object);
+      const double width = unknown.upper - unknown.lower;
+      const double slack = std::isfinite(width) ? kLittleOutside * width : 0.0;
+      const std::vector<double> values = layout.Gather(scene);
+      const auto outside = [&](double v) {
+        return v < unknown.lower - slack || v > unknown.upper + slack;
+      };
+      const auto first = std::ranges::find_if(values, outside);
+      if (first == values.end()) continue;
+      Warn(
+          fmt::format("unknowns.{}: {} of {} numbers start outside of their bounds ({:.3g}, "
+                      "allowed are {:.3g} to {:.3g}); the fit begins with the nearest ones",
+                      unknown.name,
+                      std::ranges::count_if(values, outside),
+                      values.size(),
+                      *first,
+                      unknown.lower,
+                      unknown.upper));
+    }
   }
 
   void WarnOfClipping() {

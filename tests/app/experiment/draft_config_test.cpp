@@ -182,6 +182,13 @@ TEST_F(DraftConfigTest, GuessesWhoTurned) {
   EXPECT_EQ(Built(input).scene.emitters[0].frame, renderer::LightFrame::kWorld);
 }
 
+TEST_F(DraftConfigTest, AFolderWithoutPicturesHasNoCamerasAboveIt) {
+  WriteSet(top(), Cameras::kTransforms);
+  fs::create_directories(top() / "empty");
+  EXPECT_TRUE(Says(Refusal({.photos = top() / "empty"}), "no cameras were found"));
+  EXPECT_EQ(FindInput({.photos = top() / "images"}).observations.views.size(), std::size_t{kViews});
+}
+
 TEST_F(DraftConfigTest, LightGoesWithTheCameraAsExifOrAPersonSays) {
   WriteSet(top(), Cameras::kTransforms);
   const auto write = [&](std::size_t i, std::uint16_t flash) {

@@ -90,6 +90,20 @@ TEST_F(StartCheckTest, NamesThePhotoThatIsUnlikeTheOthers) {
       << check.warnings[0];
 }
 
+TEST_F(StartCheckTest, NamesUnknownsThatStartOutsideTheirBounds) {
+  optim::UnknownSpec& colors = experiment_.fit.unknowns.emplace_back();
+  colors.name = "ball.colors";
+  colors.kind = renderer::ParameterKind::kVertexColors;
+  colors.lower = 0.01;
+  colors.upper = 0.595;  // by less than can matter
+  EXPECT_TRUE(Check().warnings.empty());
+  colors.upper = 0.5;
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "unknowns.ball.colors: 486 of 486 numbers start outside"))
+      << check.warnings[0];
+}
+
 TEST_F(StartCheckTest, RefusesPhotosThatAreBlack) {
   std::vector<optim::View>& views = experiment_.observations.views;
   const renderer::Image black(views[0].photo.width(), views[0].photo.height(), 3);
