@@ -210,6 +210,13 @@ void DeclareResume(OptionList& options, Options& own) {
   DeclareTimeLimit(options, own);
 }
 
+/// Refuses what would pass the limit, if there is one, as `check` does.
+void RequireMemoryOf(const Experiment& experiment) {
+  if (experiment.fit.max_memory_bytes <= 0.0) return;
+  optim::ForecastStages(
+      experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
+}
+
 ExitStatus Fit(CommandContext& context, const Options& own) {
   const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
   RequireFittable(config, own.stop_after);
@@ -218,10 +225,7 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   const StartCheck start = CheckStart(config, experiment);
-  if (experiment.fit.max_memory_bytes > 0.0) {
-    optim::ForecastStages(
-        experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
-  }
+  RequireMemoryOf(experiment);
 
   RunRecord record = MakeRunRecord(context.line.arguments);
   record.name = config.name;
@@ -259,6 +263,7 @@ ExitStatus Resume(CommandContext& context, const Options& own) {
   Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
+  RequireMemoryOf(experiment);
 
   const RunRecord before = ReadRunRecord(run.Record());
   const std::vector<InputFile> inputs = HashInputs(experiment.input_files);

@@ -265,6 +265,7 @@ void CountPriors(const renderer::Scene& scene,
 /// Bytes of the photos and, in `pixels`, how many of the fitted ones count.
 double BytesOfImages(const ObservationSet& observations,
                      const FitViews& views,
+                     const LossSpec& loss,
                      bool uses_gram,
                      double& pixels) {
   double bytes = 0.0;
@@ -275,7 +276,7 @@ double BytesOfImages(const ObservationSet& observations,
       continue;
     }
     for (const float weight : level.ColorWeight().data) pixels += static_cast<double>(weight);
-    bytes += ImageProblem::BytesOfView(level, uses_gram);
+    bytes += ImageProblem::BytesOfView(level, loss, uses_gram);
   }
   return bytes;
 }
@@ -346,7 +347,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
       more_pixels, num_scalars / std::max(1.0, static_cast<double>(probe.set->NumScalars())), size);
   CountPriors(scene, spec, whole, size);
   double pixels = 0.0;
-  size.images_bytes = BytesOfImages(observations, whole.views, uses_gram, pixels);
+  size.images_bytes = BytesOfImages(observations, whole.views, spec.loss, uses_gram, pixels);
 
   StageMemory memory;
   memory.num_scalars = num_scalars;
