@@ -115,40 +115,48 @@ Rgba MeanOfSamples(const PathContext& context,
 
 }  // namespace
 
-Rgba EstimatePixel(const PathContext& context,
-                   const CameraModel& camera,
-                   const RenderOptions& options,
-                   int x,
-                   int y,
-                   RenderStats& stats) {
+struct PixelEstimator::Scratch {
+  explicit Scratch(const PathContext& context) : batch(context) {}
   NullListener listener;
-  const RayCaster& caster = context.world->caster();
-  const int pair = context.antithetic ? 2 : 1;
-  // Scratch space of all batches.
   std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
   std::array<Ray, kImageBatch> rays;
   std::array<std::optional<Hit>, kImageBatch> hits;
-  PathBatch<kImageBatch, LatticeSampler, NullListener> batch(context);
+  PathBatch<kImageBatch, LatticeSampler, NullListener> batch;
+};
+
+PixelEstimator::PixelEstimator(const PathContext& context,
+                               const CameraModel& camera,
+                               const RenderOptions& options)
+    : context_(context),
+      camera_(camera),
+      options_(options),
+      scratch_(std::make_unique<Scratch>(context)) {}
+PixelEstimator::~PixelEstimator() = default;
+
+Rgba PixelEstimator::Estimate(int x, int y, RenderStats& stats) {
+  const RayCaster& caster = context_.world->caster();
+  const int pair = context_.antithetic ? 2 : 1;
+  auto& [listener, samplers, rays, hits, batch] = *scratch_;
   const auto samples = [&](int first, const auto& numbers, std::span<Rgba> values) {
     const std::size_t count = values.size();
     for (std::size_t i = 0; i < count; ++i) {
       samplers[i].emplace(numbers(first + static_cast<int>(i)));
-      rays[i] = FollowFilter(camera, x, y, *samplers[i]).ray;
+      rays[i] = FollowFilter(camera_, x, y, *samplers[i]).ray;
     }
     caster.Intersect({rays.data(), count}, true, {hits.data(), count});
     for (std::size_t i = 0; i < count; ++i) {
       if (hits[i]) {
         const bool mirrored = (first + static_cast<int>(i)) % pair == 1;
         batch.Start(
-            i, *hits[i], rays[i], *samplers[i], listener, {context.max_bounces, true, mirrored});
+            i, *hits[i], rays[i], *samplers[i], listener, {context_.max_bounces, true, mirrored});
       }
     }
     batch.Trace();
     for (std::size_t i = 0; i < count; ++i) {
-      values[i] = hits[i] ? Rgba(batch.radiance(i), 1.0) : ValueOfMiss(context, rays[i]);
+      values[i] = hits[i] ? Rgba(batch.radiance(i), 1.0) : ValueOfMiss(context_, rays[i]);
     }
   };
-  return MeanOfSamples<kImageBatch>(context, camera, options, x, y, pair, stats, samples);
+  return MeanOfSamples<kImageBatch>(context_, camera_, options_, x, y, pair, stats, samples);
 }
 
 struct PixelDerivative::Recorded {
@@ -183,6 +191,14 @@ struct PixelDerivative::Level {
   PathBatch<kImageBatch, ShiftedSampler, PathRecorder> batch;
 };
 
+struct PixelDerivative::Scratch {
+  explicit Scratch(const PathContext& context) : batch(context) {}
+  std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
+  std::array<Ray, kImageBatch> rays;
+  std::array<std::optional<Hit>, kImageBatch> hits;
+  PathBatch<kImageBatch, LatticeSampler, PathRecorder> batch;
+};
+
 PixelDerivative::PixelDerivative(const AdjointContext& context,
                                  const RenderOptions& options,
                                  const std::vector<bool>* touches)
@@ -193,6 +209,7 @@ PixelDerivative::PixelDerivative(const AdjointContext& context,
       pair_(context.path.antithetic ? 2 : 1),
       points_(spread_ ? kMirrorGroup : 1),
       recorder_(touches == nullptr ? PathRecorder() : PathRecorder(*touches)),
+      scratch_(std::make_unique<Scratch>(context.path)),
       adjoint_(context, sum_) {}
 PixelDerivative::~PixelDerivative() = default;
 
@@ -231,16 +248,13 @@ void PixelDerivative::RecordTogether(std::span<Rgba> values) {
   const PathContext& path = context_.path;
   std::vector<Recorded>& samples = LevelAt(0).samples;
   const std::size_t count = values.size();
-  std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
-  std::array<Ray, kImageBatch> rays;
-  std::array<std::optional<Hit>, kImageBatch> hits;
+  auto& [samplers, rays, hits, batch] = *scratch_;
   for (std::size_t i = 0; i < count; ++i) {
     samplers[i] = samples[i].numbers;
     samples[i].path.Clear();
     rays[i] = samples[i].pixel.ray;
   }
   path.world->caster().Intersect({rays.data(), count}, true, {hits.data(), count});
-  PathBatch<kImageBatch, LatticeSampler, PathRecorder> batch(path);
   for (std::size_t i = 0; i < count; ++i) {
     if (hits[i]) {
       Recorded& sample = samples[i];
