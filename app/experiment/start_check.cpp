@@ -326,19 +326,19 @@ class StartChecker {
           observations_.mask_erode_px,
           Counted(eaten, num_fitted_)));
     }
-    const std::size_t full = FittedWhere([](const ViewStart& v) { return v.masked >= 1.0; }).size();
-    if (full == num_fitted_ && observations_.mask_meaning == MaskMeaning::kSilhouette) {
-      Warn(Where({"input", "masks"}) +
-           ": the masks are white throughout: they do not tell the object from what is around it. "
-           "Leave masks out if there are none");
-      return;
-    }
     const double white =
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.white_border; });
     const double inverted =
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.inverted_iou; });
     // A floor or wall may fill the pictures. What is carved from masks agrees with them anyway.
     const double iou = MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    const std::size_t full = FittedWhere([](const ViewStart& v) { return v.masked >= 1.0; }).size();
+    if (full == num_fitted_ && iou < kInvertedIou) {
+      Warn(Where({"input", "masks"}) +
+           ": the masks are white throughout: they do not tell the object from what is around it. "
+           "Leave masks out if there are none");
+      return;
+    }
     const bool carved = std::ranges::any_of(config_.geometry, [](const GeometryConfig& mesh) {
       return std::holds_alternative<VisualHullGeometry>(mesh.geometry);
     });

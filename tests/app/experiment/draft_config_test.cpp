@@ -192,11 +192,16 @@ TEST_F(DraftConfigTest, AFolderWithoutPicturesHasNoCamerasAboveIt) {
 TEST_F(DraftConfigTest, LightGoesWithTheCameraAsExifOrAPersonSays) {
   WriteSet(top(), Cameras::kTransforms);
   const auto write = [&](std::size_t i, std::uint16_t flash) {
-    const Image photo = EncodedImage(views_[i].photo.Unpack());
+    Image photo = EncodedImage(views_[i].photo.Unpack());
+    const Image mask = views_[i].mask.Unpack();
+    for (std::size_t c = 0; c < photo.data.size(); ++c) {  // a background that changes
+      if (mask.data[c / 3] == 0.0F) photo.data[c] = 0.2F + 0.15F * static_cast<float>(i % 5);
+    }
     folder_.WriteText(
         paths_[i],
         optim::WithExif(renderer::EncodeJpeg(photo, 95), optim::ExifBlock({.flash = flash})));
   };
+  for (std::size_t i = 0; i < kViews; ++i) write(i, 0);
   const auto frame = [&](const FoundInput& input) { return Built(input).scene.emitters[0].frame; };
   FoundInput input = FindInput({.photos = top()});
   EXPECT_FALSE(IsLightKnown(input));
