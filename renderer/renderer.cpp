@@ -64,8 +64,9 @@ Film Renderer::RenderPrimal(const Camera& camera,
   Film film(camera.width, camera.height);
   RenderStats sum;
   ForEachRow(camera.height, services, sum, [&](int y, RenderStats& row_stats) {
+    PixelEstimator pixels(context, model, options);
     for (int x = 0; x < camera.width; ++x) {
-      Rgba value = EstimatePixel(context, model, options, x, y, row_stats);
+      Rgba value = pixels.Estimate(x, y, row_stats);
       value = Rgba(value.Color() * camera.gain, value.a);
       film.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
                   static_cast<std::size_t>(x)] = value;
@@ -88,7 +89,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const CameraModel model(camera);
   const PathContext context = MakeContext(*world_, model, options);
   const ActiveParameters active = ActiveParameters::Make(scene(), layout, model, sensor);
-  const NearMotion near_motion(world_->caster(), context.lights, active, options);
+  const NearMotion near_motion(*world_, context.lights, active, options);
   const AdjointContext adjoint{context, model, active, options.form, &near_motion};
   Film film = options.with_image ? Film(camera.width, camera.height) : Film();
   RenderStats sum;
@@ -103,6 +104,7 @@ Film Renderer::RenderDerivative(const Camera& camera,
     sink.BeginTerm(DerivativeTerm::kInterior, options.spp * bounds.NumPixels());
   }
   ForEachRow(interior ? camera.height : 0, services, sum, [&](int y, RenderStats& row_stats) {
+    PixelEstimator pixels(context, model, options);
     PixelDerivative interior_of(adjoint, options, all_paths ? nullptr : &active.touches);
     DerivativeAccumulator& entries = interior_of.sum();
     for (int x = 0; x < camera.width; ++x) {
@@ -110,8 +112,8 @@ Film Renderer::RenderDerivative(const Camera& camera,
         continue;
       }
       const std::int64_t pixel = static_cast<std::int64_t>(y) * camera.width + x;
-      const Rgba value = derives ? interior_of.Estimate(x, y, row_stats)
-                                 : EstimatePixel(context, model, options, x, y, row_stats);
+      const Rgba value =
+          derives ? interior_of.Estimate(x, y, row_stats) : pixels.Estimate(x, y, row_stats);
       for (ParameterDerivative& entry : entries.Entries()) {
         for (Rgba& d : entry.d) {
           d *= camera.gain / options.spp;

@@ -63,6 +63,25 @@ Ending EndingOf(optim::FitStatus status, const StopSignals& signals, const RunDi
           exit};
 }
 
+void WriteResults(const ExperimentConfig& config,
+                  const Experiment& experiment,
+                  const RunDirectory& run,
+                  const optim::FitResult& result,
+                  FitRecorder& recorder) {
+  recorder.RecordScenes(experiment.fit, experiment.scene, result.scene, result.standard_errors);
+  std::vector<ExportedView> views = ExportedViews(experiment, config);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].gain_error = recorder.history().gain_errors[i];
+  }
+  ExportResult(run.Result(),
+               result.scene,
+               views,
+               recorder.history().parameters,
+               experiment.observations.metres_per_unit);
+  WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
+  WriteTexelErrors(run.Result(), result.scene, experiment.fit, result.standard_errors);
+}
+
 /// Runs or continues a fit in its directory, with everything it leaves there.
 ExitStatus RunInDirectory(CommandContext& context,
                           const Options& own,
@@ -96,18 +115,7 @@ ExitStatus RunInDirectory(CommandContext& context,
     const optim::FitResult result = optim::RunFit(
         experiment.scene, experiment.observations, experiment.fit, recorder, controls);
     progress.Finish();
-    recorder.RecordScenes(experiment.fit, experiment.scene, result.scene, result.standard_errors);
-    std::vector<ExportedView> views = ExportedViews(experiment, config);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      views[i].gain_error = recorder.history().gain_errors[i];
-    }
-    ExportResult(run.Result(),
-                 result.scene,
-                 views,
-                 recorder.history().parameters,
-                 experiment.observations.metres_per_unit);
-    WriteTexelSights(run.Result(), result.scene, experiment.fit, experiment.observations);
-    WriteTexelErrors(run.Result(), result.scene, experiment.fit, result.standard_errors);
+    WriteResults(config, experiment, run, result, recorder);
     record.SetTimes(result.wall_s, 0.0);
     if (result.gauge) {
       record.SetGauge(result.gauge);
@@ -202,6 +210,13 @@ void DeclareResume(OptionList& options, Options& own) {
   DeclareTimeLimit(options, own);
 }
 
+/// Refuses what would pass the limit, if there is one, as `check` does.
+void RequireMemoryOf(const Experiment& experiment) {
+  if (experiment.fit.max_memory_bytes <= 0.0) return;
+  optim::ForecastStages(
+      experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
+}
+
 ExitStatus Fit(CommandContext& context, const Options& own) {
   const ExperimentConfig config = LoadExperimentConfig(context.line.target, context.line.overrides);
   RequireFittable(config, own.stop_after);
@@ -210,10 +225,7 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   const StartCheck start = CheckStart(config, experiment);
-  if (experiment.fit.max_memory_bytes > 0.0) {
-    optim::ForecastStages(
-        experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
-  }
+  RequireMemoryOf(experiment);
 
   RunRecord record = MakeRunRecord(context.line.arguments);
   record.name = config.name;
@@ -251,6 +263,7 @@ ExitStatus Resume(CommandContext& context, const Options& own) {
   Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
+  RequireMemoryOf(experiment);
 
   const RunRecord before = ReadRunRecord(run.Record());
   const std::vector<InputFile> inputs = HashInputs(experiment.input_files);

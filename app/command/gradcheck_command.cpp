@@ -141,8 +141,8 @@ struct Row {
 };
 
 void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
-  row.tiles = optim::Compare(result, {}, kTile, sigma);
-  row.whole = optim::Compare(result, {}, 0, sigma);
+  row.tiles = optim::Compare(result, kTile, sigma);
+  row.whole = optim::Compare(result, 0, sigma);
   row.derivative = SumOf(optim::Estimates(result));
   row.difference = SumOf(result.difference);
   for (const auto& [name, term] : renderer::kDerivativeTerms) {

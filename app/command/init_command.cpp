@@ -9,6 +9,7 @@
 #include "app/experiment/draft_config.h"
 #include "app/output/fields.h"
 #include "app/output/run_directory.h"
+#include "app/output/terminal.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
@@ -49,7 +50,8 @@ Json Describe(const FoundInput& input, const fs::path& config, const std::string
 
 struct Options {
   fs::path output, masks, mesh, calibration;
-  std::string sfm;  ///< program that finds the cameras; empty: none
+  std::string sfm;    ///< program that finds the cameras; empty: none
+  std::string light;  ///< "world" or "camera"; empty: guessed
   bool force = false;
 };
 
@@ -63,6 +65,11 @@ void Declare(OptionList& options, Options& own) {
                "FILE",
                "OpenCV calibration of the camera, in place of what the camera file says of it",
                own.calibration);
+  options.Word("--light",
+               "world|camera",
+               "Whether it stood still around the object or went with the camera (flash, "
+               "turntable), if photos do not tell",
+               own.light);
   options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", own.mesh);
   options.Flag("--force", "Overwrites an existing file", own.force);
 }
@@ -106,6 +113,17 @@ ColmapModel FindCamerasByColmap(const fs::path& photos,
   return RunColmap({photos, own.masks, own.calibration, workspace}, signals, context);
 }
 
+/// Of a person at a terminal; else, and without an answer, empty.
+std::optional<bool> AskForLight(const CommandContext& context) {
+  if (context.line.json || !IsAtTerminal()) return std::nullopt;
+  const std::string answer =
+      Ask("Did the light go with the camera (flash), or did the object turn in front of it? [y/n, "
+          "Enter: photos do not say] ");
+  if (answer.starts_with('y') || answer.starts_with('Y')) return true;
+  if (answer.starts_with('n') || answer.starts_with('N')) return false;
+  return std::nullopt;
+}
+
 ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const renderer::ThreadLimit limit(NumThreads(line, 0));
@@ -129,7 +147,9 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     places.photos = found.photos;
     places.cameras = found.model;
   }
-  const FoundInput input = FindInput(places);
+  FoundInput input = FindInput(places);
+  if (!own.light.empty()) input.light_with_camera = own.light == "camera";
+  if (!IsLightKnown(input)) input.light_with_camera = AskForLight(context);
   const std::string name = NameOf(input.options.images_dir);
   const fs::path config = fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output);
   const std::string text =

@@ -138,10 +138,23 @@ SchemaNode LossSchema() {
                 Map("silhouette",
                     {Key("weight", &LossSpec::silhouette_weight) |
                      Doc("Of the masks against the colours.") | AtLeast(0.0)}) |
-                    Doc("Coverage of the model against the masks.") | Always()},
+                    Doc("Coverage of the model against the masks.") | Always(),
+                Either("robust",
+                       {Word("none"),
+                        Map("",
+                            {Key("huber", &LossSpec::robust_huber) |
+                             Doc("Residual of a pixel's colour (root of its channels' mean square) "
+                                 "from which it counts by its size instead of its square, so that "
+                                 "what the model cannot explain pulls no harder the worse it fits. "
+                                 "Some times the photos' usual residual.") |
+                             Above(0.0) | Required()}) |
+                            Refuse({{"cauchy", "; write huber"}, {"tukey", "; write huber"}})}) |
+                    Doc("What large residuals of colours count. A wrong mask pulls an outline by "
+                        "no more than a right one does, however far it is off.") |
+                    Default("none")},
                &ExperimentConfig::fit,
                &FitSpec::loss) |
-         Doc("What is made small.") | Always() | Refuse({{"robust", ""}});
+         Doc("What is made small.") | Always();
 }
 
 SchemaNode GaugeSchema() {
@@ -156,7 +169,8 @@ SchemaNode GaugeSchema() {
                     Doc("`photos`: what they say, by highlights, light between surfaces or lights "
                         "that are seen. `mean_color`: the mean base colour is that of `mean`, "
                         "whatever photos say. `auto`: `mean_color` where photos say nothing at "
-                        "all, else `photos`."),
+                        "all, else `photos`. Of matt surfaces under lights that are not seen, "
+                        "`photos` say nothing, and the report says so."),
                 Bound(Either("mean",
                              {SchemaNode(number) | Words({"start"}),
                               ListNode("", number) | Items(3, 3)}) |

@@ -34,7 +34,10 @@ std::optional<optim::GaussianPriorSpec> DefaultPrior(ParameterKind kind,
 /// The credit paragraph of a README.md beside an input file: photos under a licence that asks for
 /// it keep it in reports.
 std::string FindAttribution(const std::filesystem::path& folder) {
-  std::ifstream file(folder / "README.md");
+  const std::filesystem::path path = folder / "README.md";
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return {};  // to open a pipe is to wait
+  std::ifstream file(path);
   std::string text;
   bool inside = false;
   for (std::string line; std::getline(file, line);) {

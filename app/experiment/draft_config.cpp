@@ -26,8 +26,16 @@ std::string PathText(const fs::path& path, const fs::path& folder) {
   return quoted + "'";
 }
 
-bool CamerasMoveAlone(const FoundInput& input) {
-  return !input.background_change || *input.background_change >= kStillBackground;
+bool IsFlashOnCamera(const FoundInput& input) {
+  return input.observations.num_with_flash == static_cast<int>(input.observations.views.size());
+}
+
+bool IsBackgroundStill(const FoundInput& input) {
+  return input.background_change && *input.background_change < kStillBackground;
+}
+
+bool LightGoesWithCamera(const FoundInput& input) {
+  return input.light_with_camera.value_or(IsFlashOnCamera(input) || IsBackgroundStill(input));
 }
 
 std::string MaskLines(const FoundInput& input, const fs::path& folder) {
@@ -88,22 +96,32 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
 
 }  // namespace
 
+bool IsLightKnown(const FoundInput& input) {
+  return input.light_with_camera || IsFlashOnCamera(input) || IsBackgroundStill(input);
+}
+
 std::string LightGuess(const FoundInput& input) {
-  if (!input.background_change) {
-    return "nothing tells whether the light goes with the camera; taken to stand still around the "
-           "object";
+  if (input.light_with_camera) {
+    return *input.light_with_camera ? "as was said, the light goes with the camera"
+                                    : "as was said, the light stands still around the object";
   }
-  return CamerasMoveAlone(input)
+  if (IsFlashOnCamera(input)) {
+    return "a flash fired in all photos (EXIF): taken to be on the camera";
+  }
+  if (IsBackgroundStill(input)) {
+    return fmt::format(
+        "the background stays as it is (to {:.0f} %) while the view changes: "
+        "the object turned, and the light goes with the camera",
+        100.0 * *input.background_change);
+  }
+  return input.background_change
              ? fmt::format(
                    "the background changes from photo to photo (by {:.0f} %): the camera went "
-                   "round "
-                   "the object, taken to be in light that stood still (or, with a flash on the "
-                   "camera, frame: camera)",
+                   "round the object, taken to be in light that stood still (with a flash on the "
+                   "camera: init --light camera)",
                    100.0 * *input.background_change)
-             : fmt::format(
-                   "the background stays as it is (to {:.0f} %) while the view changes: "
-                   "the object turned, and the light goes with the camera",
-                   100.0 * *input.background_change);
+             : "nothing tells whether the light goes with the camera; taken to stand still around "
+               "the object (with a flash on the camera or a turntable: init --light camera)";
 }
 
 std::string DraftConfig(const FoundInput& input,
@@ -152,7 +170,7 @@ std::string DraftConfig(const FoundInput& input,
       "camera (turntable, flash).\n    # A matt surface sees no finer light than this.\n";
   text +=
       fmt::format("    surroundings: {{type: envmap, size_px: [8, 4], frame: {}, visible: {}}}\n",
-                  CamerasMoveAlone(input) ? "world" : "camera",
+                  LightGoesWithCamera(input) ? "camera" : "world",
                   !masked);
   text +=
       "\n# What may change, in these stages one after the other.\n"

@@ -17,6 +17,9 @@ std::string DraftConfig(const FoundInput& input,
                         const std::string& name,
                         const std::filesystem::path& mesh);
 
+/// Whether something tells how the light moves; else it is taken to stand still.
+bool IsLightKnown(const FoundInput& input);
+
 /// What stands in the draft as a guess, in words.
 std::string LightGuess(const FoundInput& input);
 

@@ -116,9 +116,14 @@ fs::path FindCameras(const InputPlaces& places) {
     throw IoError(top.string() + ": holds several sets of cameras; name one: " + PathList(sets));
   }
   if (sets.size() == 1) return sets.front();
+  // What is above a folder without any picture is of other photos.
+  const bool has_pictures =
+      !optim::PicturesIn(top).empty() || !EntriesOf(top, [](const fs::path& path) {
+                                            return !optim::PicturesIn(path).empty();
+                                          }).empty();
   for (const fs::path& folder : {top.parent_path(), top.parent_path().parent_path()}) {
     for (const fs::path& place : {folder, folder / "colmap", folder / "cameras"}) {
-      if (has_cameras(place)) return place;
+      if (has_pictures && has_cameras(place)) return place;
     }
   }
   throw IoError(

@@ -32,6 +32,8 @@ struct FoundInput {
   /// (medians); empty if there is too little background. Small: camera and surroundings
   /// stood still, and the object turned.
   std::optional<double> background_change;
+  /// Whether the light goes with the camera, as a person says; empty: to be guessed.
+  std::optional<bool> light_with_camera;
 };
 
 /// Looks for cameras in the folder of the photos, its `sparse`, `colmap` and other folders, and two

@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 
 #include "app/experiment/camera_layout.h"
+#include "optim/parameter/promotion.h"
 #include "renderer/core/error.h"
 #include "renderer/io/image_filter.h"
 #include "renderer/math/box.h"
 #include "renderer/math/median.h"
 #include "renderer/renderer.h"
+#include "renderer/scene/parameter_layout.h"
 
 namespace pathfit::app {
 namespace {
@@ -26,15 +28,21 @@ constexpr double kSize = 256.0;  // pixels of the longer side
 // What is so far off that a fit hardly finds back.
 constexpr double kPoorIou = 0.3;
 constexpr double kInvertedIou = 0.5;
-constexpr double kOtherSize = 4.0;      // in area
-constexpr double kLittleLeft = 0.1;     // of a mask, by erosion
-constexpr double kSmallerThanPx = 2.0;  // at the size of this check
+constexpr double kOtherSize = 4.0;       // in area
+constexpr double kLittleLeft = 0.1;      // of a mask, by erosion
+constexpr double kSmallerThanPx = 2.0;   // at the size of this check
+constexpr double kOddIou = 0.6;          // of the median: a photo that agrees less is not like them
+constexpr double kOddLeast = 0.6;        // median from which on the start can tell
+constexpr double kMostlyClipped = 0.9;   // of what is evidence
+constexpr double kLittleOutside = 0.02;  // of the bounds' width: white where 0.99 is allowed
 constexpr std::size_t kNamed = 5;
 
 /// What a view's picture says beyond ViewStart, for the reasons.
 struct ViewFacts {
   double inverted_iou = 0.0;
   double white_border = 0.0;  ///< share of the mask's border that is white
+  double brightest = 0.0;     ///< colour that is evidence
+  double clipped = 0.0;       ///< share of what is evidence
 };
 
 double Share(const Image& image) {
@@ -83,9 +91,13 @@ class StartChecker {
     if (num_fitted_ == 0) return std::move(check_);
     RefuseBlackMasks();
     RefuseEroded();
+    RefuseBlackPhotos();
     RefuseUnseen();
     WarnOfMasks();
     WarnOfPlace();
+    WarnOfOddPhotos();
+    WarnOfBounds();
+    WarnOfClipping();
     return std::move(check_);
   }
 
@@ -116,6 +128,7 @@ class StartChecker {
       start.iou = has_mask ? optim::MaskIou(coverage, level.mask)
                            : std::numeric_limits<double>::quiet_NaN();
       ViewFacts facts;
+      LookAtColours(level, facts);
       if (has_mask) {
         facts.white_border = WhiteBorder(level.mask);
         Image inverted = level.mask;
@@ -126,6 +139,32 @@ class StartChecker {
       check_.views.push_back(std::move(start));
       facts_.push_back(facts);
     }
+  }
+
+  static void LookAtColours(const optim::ViewLevel& level, ViewFacts& facts) {
+    double weight = 0.0;
+    for (std::size_t p = 0; p < level.color_weight.data.size(); ++p) {
+      const auto w = static_cast<double>(level.color_weight.data[p]);
+      if (w <= 0.0) continue;
+      weight += w;
+      for (std::size_t c = 0; c < 3; ++c) {
+        facts.brightest =
+            std::max(facts.brightest, static_cast<double>(level.photo.data[3 * p + c]));
+      }
+      if (!level.clipped.Empty()) facts.clipped += w * static_cast<double>(level.clipped.data[p]);
+    }
+    if (weight > 0.0) facts.clipped /= weight;
+  }
+
+  template <class Predicate>
+  [[nodiscard]] std::vector<std::string> FittedByFacts(Predicate predicate) const {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < check_.views.size(); ++i) {
+      if (!check_.views[i].validation && predicate(check_.views[i], facts_[i])) {
+        names.push_back(check_.views[i].name);
+      }
+    }
+    return names;
   }
 
   template <class Predicate>
@@ -162,6 +201,23 @@ class StartChecker {
           : options.alpha || options.folder.empty()
               ? "Is the alpha channel, or what the camera file names, meant?"
               : "Is " + options.folder.string() + " the right folder?")});
+  }
+
+  void RefuseBlackPhotos() {
+    const auto black = FittedByFacts([](const ViewStart& v, const ViewFacts& f) {
+      return v.evidence > 0.0 && f.brightest <= 0.0;
+    });
+    if (black.empty()) return;
+    const std::string where = observations_.mask_meaning == MaskMeaning::kNone
+                                  ? "are black"
+                                  : "are black inside their masks";
+    if (black.size() < num_fitted_) {
+      Warn(Counted(black, num_fitted_) + " " + where);
+      return;
+    }
+    throw optim::ObservationError({Where({"input", "images"}) + ": all " +
+                                   std::to_string(black.size()) + " fitted photos " + where +
+                                   ": there is nothing to fit to"});
   }
 
   /// The largest erosion that leaves a pixel of some mask.
@@ -270,6 +326,13 @@ class StartChecker {
           observations_.mask_erode_px,
           Counted(eaten, num_fitted_)));
     }
+    const std::size_t full = FittedWhere([](const ViewStart& v) { return v.masked >= 1.0; }).size();
+    if (full == num_fitted_ && observations_.mask_meaning == MaskMeaning::kSilhouette) {
+      Warn(Where({"input", "masks"}) +
+           ": the masks are white throughout: they do not tell the object from what is around it. "
+           "Leave masks out if there are none");
+      return;
+    }
     const double white =
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.white_border; });
     const double inverted =
@@ -312,6 +375,61 @@ class StartChecker {
                     "not find back; likely {}",
                     iou,
                     reason));
+  }
+
+  /// One that is far from the start while the others agree is of another place, or has the mask of
+  /// another.
+  void WarnOfOddPhotos() {
+    const double median =
+        MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    if (inverted_ || !(median > kOddLeast)) return;
+    const auto odd = FittedWhere([&](const ViewStart& v) {
+      return v.covered > 0.0 && v.masked > 0.0 && v.iou < kOddIou * median;
+    });
+    if (odd.empty()) return;
+    Warn(
+        fmt::format("the start agrees with the masks to a median IoU of {:.2f}, but hardly in {}: "
+                    "are these masks and cameras those of these photos?",
+                    median,
+                    Counted(odd, num_fitted_)));
+  }
+
+  /// What a fit would bring inside its bounds before it begins.
+  void WarnOfBounds() {
+    for (const optim::UnknownSpec& unknown : experiment_.fit.unknowns) {
+      const renderer::Scene& scene = experiment_.scene;
+      if (unknown.hold || optim::IsReplaced(scene, unknown, experiment_.fit.unknowns)) continue;
+      renderer::ParameterLayout layout(scene);
+      layout.Add(unknown.kind, unknown.object);
+      const double width = unknown.upper - unknown.lower;
+      const double slack = std::isfinite(width) ? kLittleOutside * width : 0.0;
+      const std::vector<double> values = layout.Gather(scene);
+      const auto outside = [&](double v) {
+        return v < unknown.lower - slack || v > unknown.upper + slack;
+      };
+      const auto first = std::ranges::find_if(values, outside);
+      if (first == values.end()) continue;
+      Warn(
+          fmt::format("unknowns.{}: {} of {} numbers start outside of their bounds ({:.3g}, "
+                      "allowed are {:.3g} to {:.3g}); the fit begins with the nearest ones",
+                      unknown.name,
+                      std::ranges::count_if(values, outside),
+                      values.size(),
+                      *first,
+                      unknown.lower,
+                      unknown.upper));
+    }
+  }
+
+  void WarnOfClipping() {
+    const auto clipped = FittedByFacts(
+        [](const ViewStart&, const ViewFacts& f) { return f.clipped > kMostlyClipped; });
+    if (clipped.empty()) return;
+    Warn(
+        fmt::format("more than {:.0f} % of what is to be fitted is clipped in {}: there photos "
+                    "only say \"at least so bright\" (input.colour.clip_above)",
+                    100.0 * kMostlyClipped,
+                    Counted(clipped, num_fitted_)));
   }
 
   void Warn(std::string text) { check_.warnings.push_back(std::move(text)); }

@@ -1,6 +1,7 @@
 #include "app/output/report.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -118,12 +119,16 @@ void AddViews(const ReportData& data, const ReportOptions& options, std::size_t 
   }
   const auto num_held_out = static_cast<std::size_t>(std::ranges::count_if(
       last->views, [](const optim::ViewReport& view) { return view.validation; }));
-  std::string note = fmt::format(
-      "{} of {} held-out views and the {} worst of {} fitted ones, by PSNR of the sRGB values.",
-      shown_held_out,
-      num_held_out,
-      shown.size() - shown_held_out,
-      last->views.size() - num_held_out);
+  const std::size_t num_fitted = last->views.size() - num_held_out;
+  const std::size_t shown_fitted = shown.size() - shown_held_out;
+  std::string note = num_held_out > 0
+                         ? fmt::format("{} of {} held-out views and ", shown_held_out, num_held_out)
+                         : std::string();
+  note += shown_fitted == num_fitted
+              ? fmt::format("all {} fitted ones", num_fitted)
+              : fmt::format("the {} worst of {} fitted ones", shown_fitted, num_fitted);
+  note[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(note[0])));
+  note += ", the worst first, by PSNR of the sRGB values.";
   if (shown.size() < chosen.size()) {
     note += fmt::format(" {} views were left out to keep this file below {}.",
                         chosen.size() - shown.size(),

@@ -88,11 +88,19 @@ std::string GaugeSentence(const optim::GaugeReport& gauge) {
         break;
       }
       break;
+    case optim::GaugeSource::kNothing:
+      break;
   }
+  const std::string scale =
+      gauge.source == optim::GaugeSource::kNothing
+          ? "Nothing tells the common scale of base colours and lights: photos of matt surfaces "
+            "show their product alone, and it is where the fit began and its bounds and priors "
+            "left it (gauge: {rule: auto} keeps the start's mean base colour)"
+          : "The common scale of base colours and lights is told " + how;
   return fmt::format(
-      "The common scale of base colours and lights is told {}; the mean base colour is "
+      "{}; the mean base colour is "
       "{} ({} at the start), lights are {} times those of the start.",
-      how,
+      scale,
       words(gauge.mean),
       words(gauge.start),
       words(gauge.lights));

@@ -15,7 +15,8 @@ NLOHMANN_JSON_SERIALIZE_ENUM(GaugeSource,
                              {{GaugeSource::kPhotos, "photos"},
                               {GaugeSource::kKnownLight, "known_light"},
                               {GaugeSource::kKnownColor, "known_color"},
-                              {GaugeSource::kMeanColor, "mean_color"}})
+                              {GaugeSource::kMeanColor, "mean_color"},
+                              {GaugeSource::kNothing, "nothing"}})
 }  // namespace pathfit::optim
 
 namespace pathfit::app {

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <iostream>
 #include <utility>
 
 #include <sys/ioctl.h>
@@ -67,6 +68,16 @@ TerminalOptions StderrOptions(ProgressMode progress, ColorMode color) {
   };
   options.columns = StderrColumns;
   return options;
+}
+
+bool IsAtTerminal() { return isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1; }
+
+std::string Ask(const std::string& question) {
+  std::fwrite(question.data(), 1, question.size(), stderr);
+  std::fflush(stderr);
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer;
 }
 
 Terminal::Terminal(TerminalOptions options) : options_(std::move(options)) {}

@@ -57,6 +57,11 @@ class Terminal {
   bool drawn_ = false;
 };
 
+/// Whether a person can be asked: standard input and error are a terminal.
+bool IsAtTerminal();
+/// The line that is typed in answer, without its end; empty at the end of input.
+std::string Ask(const std::string& question);
+
 /// `text` without control characters other than newline and tab, so that names cannot steer a
 /// terminal.
 std::string WithoutControls(std::string_view text);

@@ -54,7 +54,7 @@ Rgba TileSum(const Film& film, int x0, int y0, int tile) {
 
 /// What moving edges add to the mean estimate, by absolute value: the difference sees it as samples
 /// that change sides.
-Film EdgeFilm(const GradientCheckResult& result, const TermScales& scales) {
+Film EdgeFilm(const GradientCheckResult& result) {
   Film sum(result.difference.front().width, result.difference.front().height);
   for (const Term term : {Term::kPrimary, Term::kDirect, Term::kIndirect}) {
     if (result[term].empty()) {
@@ -63,7 +63,7 @@ Film EdgeFilm(const GradientCheckResult& result, const TermScales& scales) {
     const Film mean = MeanFilm(result[term]);
     for (std::size_t i = 0; i < sum.pixels.size(); ++i) {
       for (int c = 0; c < 4; ++c) {
-        sum.pixels[i][c] += std::abs(mean.pixels[i][c] * scales[term]);
+        sum.pixels[i][c] += std::abs(mean.pixels[i][c]);
       }
     }
   }
@@ -207,14 +207,11 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   return result;
 }
 
-GradientComparison Compare(const GradientCheckResult& result,
-                           const TermScales& scales,
-                           int tile,
-                           double sigma) {
+GradientComparison Compare(const GradientCheckResult& result, int tile, double sigma) {
   const std::size_t n = result.difference.size();
   const Film& first = result.difference.front();
-  const std::vector<Film> estimates = Estimates(result, scales);
-  const Film edge_film = EdgeFilm(result, scales);
+  const std::vector<Film> estimates = Estimates(result);
+  const Film edge_film = EdgeFilm(result);
   const int side = tile > 0 ? tile : std::max(first.width, first.height);
   GradientComparison out;
   double sum_z2 = 0.0;
@@ -273,7 +270,7 @@ GradientComparison Compare(const GradientCheckResult& result,
   return out;
 }
 
-std::vector<Film> Estimates(const GradientCheckResult& result, const TermScales& scales) {
+std::vector<Film> Estimates(const GradientCheckResult& result) {
   std::vector<Film> sums;
   for (const Film& difference : result.difference) {
     sums.emplace_back(difference.width, difference.height);
@@ -281,7 +278,7 @@ std::vector<Film> Estimates(const GradientCheckResult& result, const TermScales&
   for (const auto& [name, term] : renderer::kDerivativeTerms) {
     for (std::size_t r = 0; r < result[term].size(); ++r) {
       for (std::size_t i = 0; i < sums[r].pixels.size(); ++i) {
-        sums[r].pixels[i] += result[term][r].pixels[i] * scales[term];
+        sums[r].pixels[i] += result[term][r].pixels[i];
       }
     }
   }

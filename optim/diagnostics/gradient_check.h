@@ -35,21 +35,14 @@ struct GradientCheckResult {
   }
 };
 
-/// z statistics of the sum of the scaled terms minus the difference over square
-/// tiles of an image. Tiles where both sides are exactly constant and equal count with z = 0,
-/// unequal ones with infinity.
+/// z statistics of the sum of the terms minus the difference over square tiles of an image. Tiles
+/// where both sides are exactly constant and equal count with z = 0, unequal ones with infinity.
 struct GradientComparison {
   std::int64_t count = 0;  ///< tiles times channels that carry noise or signal
   double z_rms = 0.0, z_max = 0.0;
   double z_limit = 0.0;  ///< exceeded by a right derivative as rarely as `sigma` by one normal
                          ///< number (Sidak, Student t)
   double signal_to_noise = 0.0;  ///< rms of the difference over rms of the error bars
-};
-struct TermScales {
-  std::array<double, renderer::kNumDerivativeTerms> by_term = {1.0, 1.0, 1.0, 1.0, 1.0};
-  [[nodiscard]] double operator[](Term term) const {
-    return by_term[static_cast<std::size_t>(term)];
-  }
 };
 
 /// Derivative in `direction` (flat, over the scalars of `layout`) as seen by `camera`, the scene's
@@ -67,14 +60,10 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const renderer::CancelFlag* cancel = nullptr);
 
 /// `tile`: pixels per side; 0 = the whole image is one tile.
-GradientComparison Compare(const GradientCheckResult& result,
-                           const TermScales& scales,
-                           int tile,
-                           double sigma = 4.0);
+GradientComparison Compare(const GradientCheckResult& result, int tile, double sigma = 4.0);
 
-/// The derivative of each replicate: the sum of its scaled terms.
-std::vector<renderer::Film> Estimates(const GradientCheckResult& result,
-                                      const TermScales& scales = {});
+/// The derivative of each replicate: the sum of its terms.
+std::vector<renderer::Film> Estimates(const GradientCheckResult& result);
 
 /// Mean over replicates.
 renderer::Film MeanFilm(const std::vector<renderer::Film>& films);

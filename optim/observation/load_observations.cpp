@@ -519,6 +519,8 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
     set.views[i].exif_ev = static_cast<float>(exposures.ev[i]);
   }
   set.metres_per_unit = cameras.metres_per_unit;
+  set.num_with_flash = static_cast<int>(
+      std::ranges::count_if(exif, [](const auto& photo) { return photo && photo->flash; }));
   set.assumptions = SummariseInput(options, cameras, set, facts, exposures.seen);
   if (files != nullptr) *files = std::move(used);
   return set;

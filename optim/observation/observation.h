@@ -52,6 +52,7 @@ struct ObservationSet {
   /// before black, whatever their background.
   bool black_background = false;
   double metres_per_unit = 0.0;          ///< of camera places, as their file says; 0: unknown
+  int num_with_flash = 0;                ///< photos in which a flash fired, as EXIF says
   std::vector<std::string> assumptions;  ///< sentences for `check`, run.json and the report
 };
 

@@ -1,5 +1,6 @@
 #include "optim/observation/observation_stream.h"
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <utility>
@@ -32,48 +33,38 @@ struct Parts<renderer::Camera> {
 
 namespace {
 
-struct SharedView {
-  std::string name, photo, mask;
-  renderer::Camera camera;
-  MaskSource mask_source = MaskSource::kNone;
+// What travels as it is, once for both directions.
+void VisitView(auto& view, const auto& visit) {
+  visit(view.name);
+  visit(view.camera);
+  visit(view.file_width);
+  visit(view.file_height);
+  visit(view.straight_alpha);
+  visit(view.validation);
+  visit(view.exif_ev);
+  visit(view.files.mask_source);
+}
+void VisitSet(auto& set, const auto& visit) {
+  visit(set.mask_meaning);
+  visit(set.mask_erode_px);
+  visit(set.black_background);
+  visit(set.metres_per_unit);
+  visit(set.assumptions);
+}
+
+/// What stands for the images of a view.
+struct SharedImages {
+  std::string photo, mask;
   int width = 0, height = 0;  // of the photo as it is kept
-  int file_width = 0, file_height = 0;
-  bool has_mask = false, has_clipped = false, straight_alpha = false, validation = false;
-  float exif_ev = 0.0F;
+  bool has_mask = false, has_clipped = false;
 
-  static void VisitParts(auto& view, const auto& visit) {
-    visit(view.name);
-    visit(view.photo);
-    visit(view.mask);
-    visit(view.camera);
-    visit(view.mask_source);
-    visit(view.width);
-    visit(view.height);
-    visit(view.file_width);
-    visit(view.file_height);
-    visit(view.has_mask);
-    visit(view.has_clipped);
-    visit(view.straight_alpha);
-    visit(view.validation);
-    visit(view.exif_ev);
-  }
-};
-
-struct SharedSet {
-  std::vector<SharedView> views;
-  MaskMeaning mask_meaning = MaskMeaning::kNone;
-  int mask_erode_px = 0;
-  bool black_background = false;
-  double metres_per_unit = 0.0;
-  std::vector<std::string> assumptions;
-
-  static void VisitParts(auto& set, const auto& visit) {
-    visit(set.views);
-    visit(set.mask_meaning);
-    visit(set.mask_erode_px);
-    visit(set.black_background);
-    visit(set.metres_per_unit);
-    visit(set.assumptions);
+  static void VisitParts(auto& images, const auto& visit) {
+    visit(images.photo);
+    visit(images.mask);
+    visit(images.width);
+    visit(images.height);
+    visit(images.has_mask);
+    visit(images.has_clipped);
   }
 };
 
@@ -116,71 +107,58 @@ class ColorReader {
   Colors colors_;
 };
 
-View ReadLater(const SharedView& shared, const std::shared_ptr<const ObservationOptions>& options) {
-  View view;
-  view.name = shared.name;
-  view.camera = shared.camera;
-  view.file_width = shared.file_width;
-  view.file_height = shared.file_height;
-  view.straight_alpha = shared.straight_alpha;
-  view.validation = shared.validation;
-  view.exif_ev = shared.exif_ev;
-  view.files = {shared.photo, shared.mask_source, shared.mask};
-  const int width = shared.width;
-  const int height = shared.height;
+void ReadLater(const SharedImages& images,
+               const std::shared_ptr<const ObservationOptions>& options,
+               View& view) {
+  view.files.photo = images.photo;
+  view.files.mask = images.mask;
+  const int width = images.width;
+  const int height = images.height;
   const auto reader = std::make_shared<ColorReader>(view.files, options);
   view.photo = PackedImage::Later(width, height, 3, [reader] { return reader->Photo(); });
-  if (shared.has_clipped) {
+  if (images.has_clipped) {
     view.clipped = PackedImage::Later(width, height, 1, [reader] { return reader->Clipped(); });
   }
-  if (shared.has_mask) {
+  if (images.has_mask) {
     view.mask = PackedImage::Later(
         width, height, 1, [reader, width, height] { return reader->Mask(width, height); });
   }
-  return view;
 }
 
 }  // namespace
 
 Bytes EncodeObservations(const ObservationSet& observations) {
-  SharedSet set;
-  for (const View& view : observations.views) {
-    set.views.push_back({view.name,
-                         view.files.photo.string(),
-                         view.files.mask.string(),
-                         view.camera,
-                         view.files.mask_source,
-                         view.photo.width(),
-                         view.photo.height(),
-                         view.file_width,
-                         view.file_height,
-                         !view.mask.Empty(),
-                         !view.clipped.Empty(),
-                         view.straight_alpha,
-                         view.validation,
-                         view.exif_ev});
-  }
-  set.mask_meaning = observations.mask_meaning;
-  set.mask_erode_px = observations.mask_erode_px;
-  set.black_background = observations.black_background;
-  set.metres_per_unit = observations.metres_per_unit;
-  set.assumptions = observations.assumptions;
   ByteWriter writer;
-  writer.Put(set);
+  const auto put = [&writer](const auto& part) { writer.Put(part); };
+  VisitSet(observations, put);
+  writer.Put(observations.views.size());
+  for (const View& view : observations.views) {
+    VisitView(view, put);
+    writer.Put(SharedImages{view.files.photo.string(),
+                            view.files.mask.string(),
+                            view.photo.width(),
+                            view.photo.height(),
+                            !view.mask.Empty(),
+                            !view.clipped.Empty()});
+  }
   return writer.Take();
 }
 
 ObservationSet DecodeObservations(const Bytes& bytes, const ObservationOptions& options) {
-  SharedSet shared;
-  ByteReader(bytes).Get(shared);
+  ByteReader reader(bytes);
+  const auto get = [&reader](auto& part) { reader.Get(part); };
   const auto kept = std::make_shared<const ObservationOptions>(options);
   ObservationSet set;
-  for (const SharedView& view : shared.views) set.views.push_back(ReadLater(view, kept));
-  set.mask_meaning = shared.mask_meaning;
-  set.mask_erode_px = shared.mask_erode_px;
-  set.black_background = shared.black_background;
-  set.metres_per_unit = shared.metres_per_unit;
-  set.assumptions = shared.assumptions;
+  VisitSet(set, get);
+  std::size_t num_views = 0;
+  reader.Get(num_views);
+  for (; num_views > 0; --num_views) {
+    View& view = set.views.emplace_back();
+    VisitView(view, get);
+    SharedImages images;
+    reader.Get(images);
+    ReadLater(images, kept, view);
+  }
   return set;
 }
 

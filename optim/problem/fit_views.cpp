@@ -33,6 +33,12 @@ FitViews MakeFitViews(const ObservationSet& observations,
   return views;
 }
 
+namespace {
+
+double Denominator(const LossSpec& loss, double photo) {
+  return loss.residual == ResidualKind::kRelative ? photo + loss.relative_floor : 1.0;
+}
+
 std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const renderer::Film& average) {
   std::vector<unsigned char> censored(level.clipped.Empty() ? 0 : average.pixels.size());
   for (std::size_t p = 0; p < censored.size(); ++p) {
@@ -46,20 +52,57 @@ std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const render
   return censored;
 }
 
+constexpr double kTrustSteps = 255.0;
+
+/// The root of min(1, huber / residual), never 0.
+unsigned char HuberRoot(const ViewLevel& level,
+                        const LossSpec& loss,
+                        const renderer::Rgba& rendered,
+                        std::size_t pixel,
+                        unsigned censored) {
+  double square = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if ((censored >> c & 1U) != 0) continue;
+    const auto photo = static_cast<double>(level.photo.data[3 * pixel + c]);
+    const double r = (rendered[static_cast<int>(c)] - photo) / Denominator(loss, photo);
+    square += r * r / 3.0;
+  }
+  const double residual = std::sqrt(square);
+  if (!(residual > loss.robust_huber)) return static_cast<unsigned char>(kTrustSteps);
+  return static_cast<unsigned char>(
+      std::max(1.0, std::round(kTrustSteps * std::sqrt(loss.robust_huber / residual))));
+}
+
+}  // namespace
+
+PixelTrust JudgePixels(const ViewLevel& level,
+                       const LossSpec& loss,
+                       const renderer::Film& average) {
+  PixelTrust trust{CensoredChannels(level, average), {}};
+  if (loss.robust_huber <= 0.0) return trust;
+  trust.huber.resize(average.pixels.size());
+  for (std::size_t p = 0; p < trust.huber.size(); ++p) {
+    const unsigned censored = trust.censored.empty() ? 0U : trust.censored[p];
+    trust.huber[p] = HuberRoot(level, loss, average.pixels[p], p, censored);
+  }
+  return trust;
+}
+
 RowScales MakeRowScales(const ViewLevel& level,
                         bool silhouettes,
                         const LossSpec& loss,
-                        const std::vector<unsigned char>& censored) {
+                        const PixelTrust& trust) {
   const bool has_mask = silhouettes && !level.mask.Empty();
   RowScales scales(level.color_weight.data.size());
   for (std::size_t p = 0; p < scales.size(); ++p) {
-    const double root = std::sqrt(static_cast<double>(level.color_weight.data[p]));
-    const unsigned bits = censored.empty() ? 0U : censored[p];
+    const double root =
+        std::sqrt(static_cast<double>(level.color_weight.data[p])) *
+        (trust.huber.empty() ? 1.0 : static_cast<double>(trust.huber[p]) / kTrustSteps);
+    const unsigned bits = trust.censored.empty() ? 0U : trust.censored[p];
     for (std::size_t c = 0; c < 3; ++c) {
       const auto photo = static_cast<double>(level.photo.data[3 * p + c]);
-      const double denominator =
-          loss.residual == ResidualKind::kRelative ? photo + loss.relative_floor : 1.0;
-      scales[p][c] = (bits >> c & 1U) != 0 ? 0.0F : static_cast<float>(root / denominator);
+      scales[p][c] =
+          (bits >> c & 1U) != 0 ? 0.0F : static_cast<float>(root / Denominator(loss, photo));
     }
     scales[p][3] = has_mask ? static_cast<float>(loss.silhouette_weight) : 0.0F;
   }

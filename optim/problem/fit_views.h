@@ -37,16 +37,22 @@ FitViews MakeFitViews(const ObservationSet& observations,
 /// for a round.
 using RowScales = std::vector<std::array<float, 4>>;
 
-/// Bit c of a pixel: its channel c clipped in the photo, and `average`, the round's own rendering,
-/// is brighter. The photo only says "at least this". Empty: no pixel of the photo clipped.
-std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const renderer::Film& average);
+/// What a round's own rendering says about a photo's pixels; frozen for the round.
+struct PixelTrust {
+  /// Bit c: channel c clipped in the photo, and the rendering is brighter. The photo only says "at
+  /// least this". Empty: no pixel of the photo clipped.
+  std::vector<unsigned char> censored;
+  /// Square root of the robust loss' weight in steps of 1 / 255. Empty: no robust loss.
+  std::vector<unsigned char> huber;
+};
+PixelTrust JudgePixels(const ViewLevel& level, const LossSpec& loss, const renderer::Film& average);
 
-/// Square root of the pixel's weight, divided by (photo + floor) for relative residuals, times
-/// silhouette_weight for coverage; 0 for censored channels.
+/// Square root of the pixel's weight, times that of the robust loss, divided by (photo + floor) for
+/// relative residuals; silhouette_weight for coverage; 0 for censored channels.
 RowScales MakeRowScales(const ViewLevel& level,
                         bool silhouettes,
                         const LossSpec& loss,
-                        const std::vector<unsigned char>& censored);
+                        const PixelTrust& trust);
 
 /// Residual of one pixel: scale * (rendered - target) for r, g, b, coverage.
 std::array<double, 4> PixelResidual(const ViewLevel& level,

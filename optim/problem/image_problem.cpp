@@ -48,9 +48,10 @@ struct Half {
 
 }  // namespace
 
-double ImageProblem::BytesOfView(const PackedLevel& level, bool uses_gram) {
+double ImageProblem::BytesOfView(const PackedLevel& level, const LossSpec& loss, bool uses_gram) {
   const double pixels = static_cast<double>(level.camera().width) * level.camera().height;
-  const double kept = (level.HasClipped() ? 1.0 : 0.0) + (uses_gram ? sizeof(float) : 0.0);
+  const double kept = (level.HasClipped() ? 1.0 : 0.0) + (loss.robust_huber > 0.0 ? 1.0 : 0.0) +
+                      (uses_gram ? sizeof(float) : 0.0);
   return static_cast<double>(level.MemoryBytes()) + kept * pixels;
 }
 
@@ -73,7 +74,8 @@ ImageProblem::ImageProblem(ImageSource& source,
     roots_.emplace(set, std::max(views.fitted.size(), options.expected_views));
   }
   for (const int view : views.fitted) {
-    size_.images_bytes += BytesOfView(views.levels[static_cast<std::size_t>(view)], uses_gram_);
+    size_.images_bytes +=
+        BytesOfView(views.levels[static_cast<std::size_t>(view)], options_.loss, uses_gram_);
   }
 }
 
@@ -131,7 +133,7 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   source_.SetValues(values);
   sums_ = GradientSums(set_.NumScalars());
   costs_ = {};
-  censored_.resize(views_.fitted.size());
+  trust_.resize(views_.fitted.size());
   rank_of_ = division().DealItems(Division::Kind::kDerivative, views_.fitted);
   division().ForEach<LinearizedPart>(
       Division::Kind::kDerivative,
@@ -219,9 +221,8 @@ void ImageProblem::LinearizeView(std::size_t index,
   CheckFinite(a, name);
   CheckFinite(b, name);
   const renderer::Film average = AverageFilm(a, b);
-  censored_[index] = CensoredChannels(level, average);
-  const RowScales scales =
-      MakeRowScales(level, views_.silhouettes, options_.loss, censored_[index]);
+  trust_[index] = JudgePixels(level, options_.loss, average);
+  const RowScales scales = MakeRowScales(level, views_.silhouettes, options_.loss, trust_[index]);
   ViewSums sums;
   sums.sums = GradientSums(set_.NumScalars());
   sums.quality = MeasureView(level, a, b, views_.silhouettes);
@@ -296,8 +297,7 @@ ImageProblem::TrialCosts ImageProblem::RenderTrialView(std::size_t index) {
   const renderer::Film b = source_.RenderPrimal(view, options_.samples.b);
   CheckFinite(b, name);
   const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
-  const RowScales scales =
-      MakeRowScales(level, views_.silhouettes, options_.loss, censored_[index]);
+  const RowScales scales = MakeRowScales(level, views_.silhouettes, options_.loss, trust_[index]);
   TrialCosts trial;
   const std::vector<float> costs = AddSplitHalfCosts(level, scales, a, b, trial.costs);
   for (std::size_t p = 0; uses_gram_ && p < costs.size(); ++p) {

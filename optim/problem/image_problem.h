@@ -95,7 +95,7 @@ class ImageProblem {
   [[nodiscard]] double offset_squared() const { return offset_squared_; }
 
   /// Memory of a fitted view's images beside its photo, with what is kept for each pixel.
-  static double BytesOfView(const PackedLevel& level, bool uses_gram);
+  static double BytesOfView(const PackedLevel& level, const LossSpec& loss, bool uses_gram);
 
   /// Above this many free scalars the normal equations are not formed densely unless asked for.
   static constexpr std::size_t kMaxGramScalars = 500;
@@ -137,8 +137,8 @@ class ImageProblem {
   Division alone_;
   std::vector<int> rank_of_;   // by fitted view: who renders it, trials too
   std::size_t num_begun_ = 0;  // views of which rows were taken
-  // By fitted view, where it is rendered: CensoredChannels.
-  std::vector<std::vector<unsigned char>> censored_;
+  // By fitted view, where it is rendered: JudgePixels.
+  std::vector<PixelTrust> trust_;
   std::vector<ViewQuality> quality_;  // by fitted view
   SplitMeter split_meter_;
   std::optional<SupportRoots> roots_;  // unless there are normal equations

@@ -9,6 +9,9 @@ struct LossSpec {
   ResidualKind residual = ResidualKind::kLinear;
   double relative_floor = 0.05;
   double silhouette_weight = 1.0;  ///< of coverage residuals against colour residuals
+  /// Root mean square over a pixel's channels from which its colour counts by that, no longer by
+  /// its square (Huber); 0 = none.
+  double robust_huber = 0.0;
 };
 
 enum class LinearSolverChoice { kAuto, kGram, kCholesky, kCgnr, kSparseGram };

@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include <Eigen/Dense>
+#include <optional>
 
 #include "optim/parameter/parameter_set.h"
 #include "optim/problem/pixel_rows.h"
+#include "optim/problem/shares.h"
 #include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
@@ -192,31 +192,31 @@ ToldPart FindToldPart(const QuadraticModel& model,
   if (size == 0) {
     return told;
   }
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(
-      told.InUnits(model.product, n) * scale, told.square);
-  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
+  const std::optional<Shares> shares =
+      SharesOf(told.InUnits(model.product, n) * scale, told.square);
+  if (!shares) {
     return told;
   }
   // What of a direction's square is not noise is itself known as well as the product is. A floor
   // for it, as steps have, would claim to know what nothing tells.
   const Eigen::MatrixXd of_priors = told.InUnits(prior_hessian, n);
   const Eigen::VectorXd scatter_of_scalars = ScatterOfShares(model)(told.scalars);
-  Eigen::VectorXd share = shares.eigenvalues();
+  Eigen::VectorXd share = shares->eigenvalues();
   for (Eigen::Index k = 0; k < size; ++k) {
     const Eigen::VectorXd weights =
-        shares.eigenvectors().col(k).cwiseAbs2().cwiseProduct(told.square.diagonal());
+        shares->eigenvectors().col(k).cwiseAbs2().cwiseProduct(told.square.diagonal());
     const double scatter = weights.dot(scatter_of_scalars) / weights.sum();
     const double least = kSigmas * std::sqrt(std::max(0.0, 1.0 - share(k)) * scatter);
     if (share(k) <= least) {
-      const Eigen::VectorXd direction = shares.eigenvectors().col(k);
+      const Eigen::VectorXd direction = shares->eigenvectors().col(k);
       told.is_hidden |= direction.dot(of_priors * direction) < least;
       share(k) = 0.0;
     }
   }
-  const Eigen::MatrixXd dual = told.square * shares.eigenvectors();
+  const Eigen::MatrixXd dual = told.square * shares->eigenvectors();
   const Eigen::MatrixXd hessian =
       dual * share.cwiseMin(1.0).asDiagonal() * dual.transpose() + of_priors;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian);
+  const auto eigen = DirectionsOf(hessian);
   if (eigen.info() != Eigen::Success) {
     return told;
   }
@@ -446,28 +446,28 @@ ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<dou
   result.gradient.assign(gradient.begin(), gradient.end());
 
   // In units of the square of J, a direction's product is the share of it that is not noise.
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(product, square);
-  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
+  const std::optional<Shares> shares = SharesOf(product, square);
+  if (!shares) {
     return result;
   }
-  const Eigen::VectorXd share = shares.eigenvalues().cwiseMax(kLeastTrueShare).cwiseMin(1.0);
-  const Eigen::MatrixXd dual = square * shares.eigenvectors();  // inverse transpose of the basis
+  const Eigen::VectorXd share = shares->eigenvalues().cwiseMax(kLeastTrueShare).cwiseMin(1.0);
+  const Eigen::MatrixXd dual = square * shares->eigenvectors();  // inverse transpose of the basis
   const RowMajorMatrix hessian = dual * share.asDiagonal() * dual.transpose();
 
   // Directions that are independent of each other in the step and in its error.
   const RowMajorMatrix covariance = AsMatrix(model.covariance, n) * (scale * scale);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> errors(covariance, hessian);
+  const std::optional<Shares> errors = SharesOf(covariance, hessian);
   result.hessian.assign(hessian.data(), hessian.data() + n * n);
-  if (errors.info() != Eigen::Success || !errors.eigenvalues().allFinite()) {
+  if (!errors) {
     return result;
   }
-  Eigen::VectorXd steps = errors.eigenvectors().transpose() * gradient;
+  Eigen::VectorXd steps = errors->eigenvectors().transpose() * gradient;
   for (Eigen::Index i = 0; i < size; ++i) {
-    const double variance = std::max(errors.eigenvalues()(i), 0.0);
+    const double variance = std::max(errors->eigenvalues()(i), 0.0);
     const double square_of_step = steps(i) * steps(i);
     steps(i) *= square_of_step > 0.0 ? square_of_step / (square_of_step + variance) : 0.0;
   }
-  const Eigen::VectorXd significant = hessian * (errors.eigenvectors() * steps);
+  const Eigen::VectorXd significant = hessian * (errors->eigenvectors() * steps);
   result.gradient.assign(significant.begin(), significant.end());
   return result;
 }

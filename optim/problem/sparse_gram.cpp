@@ -64,6 +64,73 @@ Incidences SortByBlock(const PixelRows& rows, const PairedBlocks& paired) {
   return sorted;
 }
 
+/// A number of an entry's Jacobian that is not zero, with its unit's weight.
+struct Factor {
+  std::size_t row, component;
+  double value;
+};
+using Factors = std::array<Factor, 9>;
+
+/// Colours and lights act on a channel each: most of their numbers are zero.
+std::size_t FactorsOf(
+    const RowEntry& entry, std::size_t num_rows, std::size_t size, double weight, Factors& out) {
+  std::size_t count = 0;
+  for (std::size_t r = 0; r < num_rows; ++r) {
+    for (std::size_t p = 0; p < size; ++p) {
+      const double value = weight * static_cast<double>(entry.jacobian[r * size + p]);
+      if (value != 0.0) {
+        out[count++] = {r, p, value};
+      }
+    }
+  }
+  return count;
+}
+
+/// Adds factors^T other.
+template <std::size_t kWidth>
+void AddProducts(std::span<const Factor> factors, const RowEntry& other, double* cells) {
+  for (const Factor& factor : factors) {
+    const float* of_row = other.jacobian.data() + factor.row * kWidth;
+    double* sums = cells + factor.component * SparseGram::kStride;
+    for (std::size_t q = 0; q < kWidth; ++q) {
+      sums[q] += factor.value * static_cast<double>(of_row[q]);
+    }
+  }
+}
+
+/// Adds a cell times what it meets of the other block, and of its own to the other; null: it is on
+/// the diagonal.
+template <std::size_t kWidth>
+void MultiplyCell(const double* cells,
+                  std::size_t size,
+                  const std::array<double, SparseGram::kStride>& own,
+                  const double* of_other,
+                  std::array<double, SparseGram::kStride>& sums,
+                  double* to_other) {
+  for (std::size_t p = 0; p < size; ++p) {
+    const double* of_row = cells + p * SparseGram::kStride;
+    for (std::size_t q = 0; q < kWidth; ++q) {
+      sums[p] += of_row[q] * of_other[q];
+    }
+    if (to_other != nullptr) {
+      for (std::size_t q = 0; q < kWidth; ++q) {
+        to_other[q] += of_row[q] * own[p];
+      }
+    }
+  }
+}
+
+// Incidences that are fetched ahead: their entries lie all over memory.
+constexpr std::size_t kAhead = 4;
+
+void Prefetch(const PixelRows& rows, const Incidence& incidence) {
+  __builtin_prefetch(&rows.units[incidence.unit]);
+  __builtin_prefetch(&rows.entries[incidence.entry]);
+  if (!rows.spreads.empty()) {
+    __builtin_prefetch(&rows.spreads[incidence.entry]);
+  }
+}
+
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 3, 3>;
 using CellMap = Eigen::Map<RowMajor, 0, Eigen::OuterStride<>>;
 using ConstCellMap = Eigen::Map<const RowMajor, 0, Eigen::OuterStride<>>;
@@ -238,6 +305,7 @@ void SparseGram::Add(const PixelRows& rows) {
   const Incidences sorted = SortByBlock(rows, paired_);
   renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
     std::vector<std::int32_t> position(rows_.size(), -1);  // of a column in the row
+    Factors kept;
     const ChunkRange range = RangeOf(chunk, rows_.size());
     for (std::size_t b = range.first; b < range.end; ++b) {
       if (sorted.first[b] == sorted.first[b + 1]) {
@@ -253,6 +321,9 @@ void SparseGram::Add(const PixelRows& rows) {
         position[static_cast<std::size_t>(row.columns[k])] = static_cast<std::int32_t>(k);
       }
       for (std::size_t i = sorted.first[b]; i < sorted.first[b + 1]; ++i) {
+        if (i + kAhead < sorted.list.size()) {
+          Prefetch(rows, sorted.list[i + kAhead]);
+        }
         const RowUnit& unit = rows.units[sorted.list[i].unit];
         const auto num_rows = static_cast<std::size_t>(unit.NumRows());
         const RowEntry& own = rows.entries[sorted.list[i].entry];
@@ -274,6 +345,8 @@ void SparseGram::Add(const PixelRows& rows) {
             }
           }
         }
+        const std::span<const Factor> factors(kept.data(),
+                                              FactorsOf(own, num_rows, size, weight, kept));
         for (std::size_t e = sorted.list[i].entry; e < end; ++e) {
           const RowEntry& other = rows.entries[e];
           const std::int32_t column = paired_.RowOf(other.block);
@@ -285,17 +358,15 @@ void SparseGram::Add(const PixelRows& rows) {
             place = static_cast<std::int32_t>(Append(column, num_cells, row));
           }
           double* cells = row.cells.data() + static_cast<std::size_t>(place) * num_cells;
-          const auto width = static_cast<std::size_t>(set_->BlockSize(other.block));
-          for (std::size_t r = 0; r < num_rows; ++r) {
-            for (std::size_t p = 0; p < size; ++p) {
-              const double left = weight * static_cast<double>(own.jacobian[r * size + p]);
-              if (left == 0.0) {
-                continue;  // colours and lights act on a channel each
-              }
-              for (std::size_t q = 0; q < width; ++q) {
-                cells[p * kStride + q] += left * static_cast<double>(other.jacobian[r * width + q]);
-              }
-            }
+          switch (sizes_[static_cast<std::size_t>(column)]) {
+            case 1:
+              AddProducts<1>(factors, other, cells);
+              break;
+            case 2:
+              AddProducts<2>(factors, other, cells);
+              break;
+            default:
+              AddProducts<3>(factors, other, cells);
           }
         }
       }
@@ -400,20 +471,27 @@ void SparseGram::Multiply(const std::vector<double>& x, std::vector<double>& y) 
       const std::size_t size = sizes_[b];
       const std::size_t offset = offsets_[b];
       const Row& row = rows_[b];
+      std::array<double, kStride> own{}, sums{};
+      std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(offset), size, own.begin());
+      std::copy_n(part.begin() + static_cast<std::ptrdiff_t>(offset), size, sums.begin());
       for (std::size_t k = 0; k < row.columns.size(); ++k) {
         const double* cells = row.cells.data() + k * size * kStride;
         const auto column = static_cast<std::size_t>(row.columns[k]);
-        const std::size_t width = sizes_[column];
-        const std::size_t other = offsets_[column];
-        for (std::size_t p = 0; p < size; ++p) {
-          for (std::size_t q = 0; q < width; ++q) {
-            const double cell = cells[p * kStride + q];
-            part[offset + p] += cell * x[other + q];
-            if (k > 0) {
-              part[other + q] += cell * x[offset + p];
-            }
-          }
+        const double* of_other = x.data() + offsets_[column];
+        double* to_other = k > 0 ? part.data() + offsets_[column] : nullptr;
+        switch (sizes_[column]) {
+          case 1:
+            MultiplyCell<1>(cells, size, own, of_other, sums, to_other);
+            break;
+          case 2:
+            MultiplyCell<2>(cells, size, own, of_other, sums, to_other);
+            break;
+          default:
+            MultiplyCell<3>(cells, size, own, of_other, sums, to_other);
         }
+      }
+      for (std::size_t p = 0; p < size; ++p) {
+        part[offset + p] = sums[p];
       }
     }
   });

@@ -5,11 +5,11 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
-#include <Eigen/Dense>
-
+#include "optim/problem/shares.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/core/process_memory.h"
@@ -718,18 +718,18 @@ void SupportRoots::Deflate(Support& support) {
   square = inverse.asDiagonal() * square * inverse.asDiagonal();
   inflation = inverse.asDiagonal() * inflation * inverse.asDiagonal();
   square.diagonal().array() += kDeflationShift;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> shares(inflation, square);
-  if (shares.info() != Eigen::Success || !shares.eigenvalues().allFinite()) {
+  const std::optional<Shares> shares = SharesOf(inflation, square);
+  if (!shares) {
     return;
   }
   const Eigen::VectorXd kept =
-      (1.0 - shares.eigenvalues().array()).cwiseMax(kLeastTrueShare).cwiseMin(1.0);
+      (1.0 - shares->eigenvalues().array()).cwiseMax(kLeastTrueShare).cwiseMin(1.0);
   // With X the eigenvectors, square = dual dual^T and dual = square X.
-  const Eigen::MatrixXd dual = unit.asDiagonal() * square * shares.eigenvectors();
+  const Eigen::MatrixXd dual = unit.asDiagonal() * square * shares->eigenvectors();
   const Eigen::MatrixXd deflated = dual * kept.asDiagonal() * dual.transpose();
   // As if the rows of a root had been multiplied, so that no block loses more than it has.
   const Eigen::MatrixXd of_shared = dual * kept.cwiseSqrt().asDiagonal() *
-                                    shares.eigenvectors().transpose() * inverse.asDiagonal() *
+                                    shares->eigenvectors().transpose() * inverse.asDiagonal() *
                                     shared;
   for (std::size_t i = 0; i < n; ++i) {
     double* row = support.matrix.data() + support.RowOffset(i);

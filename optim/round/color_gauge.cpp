@@ -185,10 +185,12 @@ std::optional<GaugeReport> SourceOfGauge(const ParameterSet& set,
     report.source = GaugeSource::kKnownColor;
     report.known = known_color;
   } else {
-    const bool by_rule =
-        spec.gauge.rule == ColorGauge::Rule::kMeanColor ||
-        (spec.gauge.rule == ColorGauge::Rule::kAuto && IsProportional(scene, spec));
-    report.source = by_rule ? GaugeSource::kMeanColor : GaugeSource::kPhotos;
+    const bool proportional = IsProportional(scene, spec);
+    const bool by_rule = spec.gauge.rule == ColorGauge::Rule::kMeanColor ||
+                         (spec.gauge.rule == ColorGauge::Rule::kAuto && proportional);
+    report.source = by_rule        ? GaugeSource::kMeanColor
+                    : proportional ? GaugeSource::kNothing
+                                   : GaugeSource::kPhotos;
   }
   return report;
 }

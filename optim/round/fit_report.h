@@ -79,6 +79,7 @@ enum class GaugeSource {
   kPhotos,      ///< what of the photos is not proportional to both: highlights, light between
                 ///< surfaces, lights that are seen
   kMeanColor,   ///< the rule: the mean base colour
+  kNothing,     ///< photos are proportional to both: priors and the start
 };
 
 /// The rule that was in force and what came of it; colours are means over surfaces.

@@ -245,6 +245,42 @@ void Enlarge(double pixels, double unknowns, ProblemSize& size) {
   }
 }
 
+void CountPriors(const renderer::Scene& scene,
+                 const FitSpec& spec,
+                 const Probe& probe,
+                 ProblemSize& size) {
+  const ParameterSet& set = *probe.set;
+  for (const auto& terms :
+       {BuildPriorTerms(
+            scene, probe.refined, spec.unknowns, set, probe.exposure, probe.views.num_channels),
+        BuildProximalTerms(
+            probe.refined, spec.unknowns, set, set.layout().Gather(probe.refined), 1.0)}) {
+    size.num_prior_terms += static_cast<double>(terms.size());
+    for (const PriorTerm& term : terms) {
+      size.prior_blocks += static_cast<double>(term.blocks.size());
+    }
+  }
+}
+
+/// Bytes of the photos and, in `pixels`, how many of the fitted ones count.
+double BytesOfImages(const ObservationSet& observations,
+                     const FitViews& views,
+                     const LossSpec& loss,
+                     bool uses_gram,
+                     double& pixels) {
+  double bytes = 0.0;
+  for (std::size_t i = 0; i < views.levels.size(); ++i) {
+    const PackedLevel& level = views.levels[i];
+    if (observations.views[i].validation) {
+      bytes += static_cast<double>(level.MemoryBytes());
+      continue;
+    }
+    for (const float weight : level.ColorWeight().data) pixels += static_cast<double>(weight);
+    bytes += ImageProblem::BytesOfView(level, loss, uses_gram);
+  }
+  return bytes;
+}
+
 }  // namespace
 
 MemoryItem LoadedMemory() {
@@ -309,27 +345,9 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
   Enlarge(
       more_pixels, num_scalars / std::max(1.0, static_cast<double>(probe.set->NumScalars())), size);
-  for (const auto& terms :
-       {BuildPriorTerms(
-            scene, whole.refined, spec.unknowns, set, whole.exposure, whole.views.num_channels),
-        BuildProximalTerms(
-            whole.refined, spec.unknowns, set, set.layout().Gather(whole.refined), 1.0)}) {
-    size.num_prior_terms += static_cast<double>(terms.size());
-    for (const PriorTerm& term : terms) {
-      size.prior_blocks += static_cast<double>(term.blocks.size());
-    }
-  }
-  size.images_bytes = 0.0;
+  CountPriors(scene, spec, whole, size);
   double pixels = 0.0;
-  for (std::size_t i = 0; i < whole.views.levels.size(); ++i) {
-    const PackedLevel& level = whole.views.levels[i];
-    if (!observations.views[i].validation) {
-      for (const float weight : level.ColorWeight().data) pixels += static_cast<double>(weight);
-    }
-    size.images_bytes += observations.views[i].validation
-                             ? static_cast<double>(level.MemoryBytes())
-                             : ImageProblem::BytesOfView(level, uses_gram);
-  }
+  size.images_bytes = BytesOfImages(observations, whole.views, spec.loss, uses_gram, pixels);
 
   StageMemory memory;
   memory.num_scalars = num_scalars;

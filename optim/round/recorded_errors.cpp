@@ -15,6 +15,7 @@ namespace {
 // Errors that leave a number anywhere between its bounds, in their standard deviation.
 constexpr double kAnywhere = 0.95;
 constexpr double kRelativeStep = 1e-4;  // of theta
+constexpr double kUntold = std::numeric_limits<double>::infinity();
 
 /// d value / d theta of each scalar by itself, without sign.
 std::vector<double> SlopesOfValues(const ParameterSet& set, const std::vector<double>& theta) {
@@ -41,6 +42,17 @@ std::vector<double> SlopesOfValues(const ParameterSet& set, const std::vector<do
   return slopes;
 }
 
+/// error(scalar) for all of them.
+template <class Error>
+void RecordScalars(const ParameterSet& set, RecordedErrors& recorded, Error error) {
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    std::vector<double>& of_group = recorded[group.name];
+    of_group.clear();
+    const auto first = static_cast<std::size_t>(group.first_scalar);
+    for (std::size_t i = first; i < first + group.NumScalars(); ++i) of_group.push_back(error(i));
+  }
+}
+
 }  // namespace
 
 void RecordErrors(const ParameterSet& set,
@@ -48,38 +60,24 @@ void RecordErrors(const ParameterSet& set,
                   const StandardErrors& errors,
                   RecordedErrors& recorded) {
   const std::vector<double> slopes = SlopesOfValues(set, theta);
-  for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    std::vector<double>& of_group = recorded[group.name];
-    of_group.clear();
-    const auto first = static_cast<std::size_t>(group.first_scalar);
-    const std::size_t size = group.NumScalars();
-    for (std::size_t i = first; i < first + size; ++i) {
-      const double told =
-          std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
-      const double of_theta = std::hypot(told, errors.of_ranges[i]);
-      const double between_bounds = (set.Upper(i) - set.Lower(i)) / std::sqrt(12.0);
-      // Without bounds of its own it lies as far away as those of others let it.
-      const bool is_led = std::isinf(between_bounds) && errors.of_ranges[i] > told;
-      const bool is_anywhere = is_led || of_theta >= kAnywhere * between_bounds;
-      of_group.push_back(is_anywhere ? std::numeric_limits<double>::infinity()
-                                     : slopes[i] * of_theta);
-    }
-  }
+  RecordScalars(set, recorded, [&](std::size_t i) {
+    const double told =
+        std::hypot(errors.of_rendering[i], errors.of_photos[i], errors.of_beliefs[i]);
+    const double of_theta = std::hypot(told, errors.of_ranges[i]);
+    const double between_bounds = (set.Upper(i) - set.Lower(i)) / std::sqrt(12.0);
+    // Without bounds of its own it lies as far away as those of others let it.
+    const bool is_led = std::isinf(between_bounds) && errors.of_ranges[i] > told;
+    const bool is_anywhere = is_led || of_theta >= kAnywhere * between_bounds;
+    return is_anywhere ? kUntold : slopes[i] * of_theta;
+  });
 }
 
 void RecordUnseen(const ParameterSet& set,
                   const std::vector<double>& diagonal,
                   RecordedErrors& recorded) {
-  for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    std::vector<double>& of_group = recorded[group.name];
-    of_group.clear();
-    const auto first = static_cast<std::size_t>(group.first_scalar);
-    const std::size_t size = group.NumScalars();
-    for (std::size_t i = first; i < first + size; ++i) {
-      of_group.push_back(diagonal[i] > 0.0 ? std::numeric_limits<double>::quiet_NaN()
-                                           : std::numeric_limits<double>::infinity());
-    }
-  }
+  RecordScalars(set, recorded, [&](std::size_t i) {
+    return diagonal[i] > 0.0 ? std::numeric_limits<double>::quiet_NaN() : kUntold;
+  });
 }
 
 void RecordErrorsOfMany(const StageContext& context,

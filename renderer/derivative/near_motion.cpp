@@ -5,21 +5,21 @@
 
 namespace pathfit::renderer {
 
-NearMotion::NearMotion(const RayCaster& caster,
+NearMotion::NearMotion(const World& world,
                        const LightSet& lights,
                        const ActiveParameters& active,
                        const RenderOptions& options)
-    : caster_(caster),
+    : world_(world),
+      caster_(world.caster()),
       camera_moves_(active.camera.Any()),
       image_form_(options.form == DerivativeForm::kImage) {
   any_ = active.any_mesh_moves || (camera_moves_ && image_form_);
   const std::size_t count = active.meshes.size();
-  own_corners_.resize(count);
   for (std::size_t m = 0; m < count; ++m) {
     const int mesh = static_cast<int>(m);
     const bool moves = active.meshes[m].moves;
-    const double size = kLarge * caster.Bounds(mesh).HalfDiagonal();
-    const double reach = kReach * std::min(caster.Extent(), size);
+    const double size = kLarge * caster_.Bounds(mesh).HalfDiagonal();
+    const double reach = kReach * std::min(caster_.Extent(), size);
     const bool shines = lights.AreaLightOf(mesh) != nullptr;
     if (shines) {
       shining_.push_back(mesh);
@@ -30,9 +30,8 @@ NearMotion::NearMotion(const RayCaster& caster,
     reach_of_shining_.of_moving.push_back(shines && moves ? reach : 0.0);
     const bool slides = image_form_ && (camera_moves_ || moves);
     const bool meets_itself = options.max_bounces > 1 || (shines && options.max_bounces > 0);
-    if (slides && options.terms.Has(DerivativeTerm::kInterior) && meets_itself) {
-      own_corners_[m] = std::make_unique<OwnCorners>(caster, mesh, count, reach);
-    }
+    meets_own_corners_.push_back(slides && options.terms.Has(DerivativeTerm::kInterior) &&
+                                 meets_itself);
   }
 }
 
@@ -52,7 +51,7 @@ double NearMotion::NearnessOfMotion(const SurfacePoint& p,
     return most;
   }
   const auto mesh = static_cast<std::size_t>(p.id.mesh);
-  slides = slides && own_corners_[mesh] != nullptr;
+  slides = slides && meets_own_corners_[mesh];
   const Reaches& reach = is_last ? reach_of_shining_ : reach_;
   const bool meets_all = slides || reach_.of_moving[mesh] > 0.0;
   const RayCaster::Reach against{
@@ -63,7 +62,8 @@ double NearMotion::NearnessOfMotion(const SurfacePoint& p,
       break;
     }
     if (slides) {
-      nearness = std::min(nearness, own_corners_[mesh]->NearnessAt(p, side));
+      nearness = world_.own_corners(p.id.mesh).Nearness(
+          {p.x, p.ng * side, p.offset}, reach_.of_all[mesh], nearness);
     }
     nearness = caster_.Nearness(p.x, p.ng * side, against, nearness);
   }

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "renderer/derivative/active_parameters.h"
-#include "renderer/derivative/own_corners.h"
 #include "renderer/derivative/path_recorder.h"
 #include "renderer/render_options.h"
-#include "renderer/scene/light_set.h"
+#include "renderer/scene/world.h"
 
 namespace pathfit::renderer {
 
@@ -21,8 +19,8 @@ namespace pathfit::renderer {
 /// that all surfaces near it move against it, those of its own mesh included.
 class NearMotion {
  public:
-  /// `caster` must outlive the result. `lights`: which meshes shine.
-  NearMotion(const RayCaster& caster,
+  /// `world` must outlive the result. `lights`: which meshes shine.
+  NearMotion(const World& world,
              const LightSet& lights,
              const ActiveParameters& active,
              const RenderOptions& options);
@@ -57,6 +55,7 @@ class NearMotion {
                                         double most) const;
   [[nodiscard]] bool MayReachLight(const SurfacePoint& p) const;
 
+  const World& world_;
   const RayCaster& caster_;
   bool any_ = false;
   bool camera_moves_ = false;
@@ -67,8 +66,7 @@ class NearMotion {
   };
   Reaches reach_, reach_of_shining_;
   std::vector<int> shining_;
-  // Of those that slide.
-  std::vector<std::unique_ptr<OwnCorners>> own_corners_;
+  std::vector<bool> meets_own_corners_;  // of those that slide
 };
 
 }  // namespace pathfit::renderer

@@ -46,7 +46,10 @@ PathAdjoint::PathAdjoint(const AdjointContext& context, DerivativeAccumulator& s
       motion_(world_, camera_, active_, target_),
       appearance_(context.path, active_, sum) {}
 
-void PathAdjoint::AddPath(const PixelSample& pixel, const PathRecord& path, std::size_t contact) {
+void PathAdjoint::AddPath(const PixelSample& pixel,
+                          const PathRecord& path,
+                          std::size_t contact,
+                          VertexAdjoint* first) {
   pixel_ = &pixel;
   path_ = &path;
   contact_ = contact;
@@ -60,13 +63,31 @@ void PathAdjoint::AddPath(const PixelSample& pixel, const PathRecord& path, std:
   for (std::size_t k = path.vertices.size(); k-- > 0;) {
     beyond = AdjointOfVertex(k, beyond);
   }
+  const bool with_first = first == nullptr || !SharesFirst(path);
   if (moving_) {
-    Scatter(beyond);
+    Scatter(beyond, with_first);
+  }
+  if (!with_first) {
+    *first += adjoints_.front();
   }
   if (active_.any_material) {
-    for (std::size_t k = 0; k < path.vertices.size(); ++k) {
+    for (std::size_t k = with_first ? 0 : 1; k < path.vertices.size(); ++k) {
       appearance_.Material(path.vertices[k].p, adjoints_[k]);
     }
+  }
+}
+
+void PathAdjoint::AddFirst(const PixelSample& pixel,
+                           const PathRecord& path,
+                           const VertexAdjoint& first) {
+  pixel_ = &pixel;
+  path_ = &path;
+  adjoints_.assign(1, first);
+  if (active_.any_geometry) {
+    ScatterImagePoint(0);
+  }
+  if (active_.any_material) {
+    appearance_.Material(path.vertices.front().p, first);
   }
 }
 
@@ -279,7 +300,7 @@ Rgb PathAdjoint::AdjointOfEscape(std::size_t k, const DirectContribution& direct
 }
 
 /// `radiance`: of the whole path.
-void PathAdjoint::Scatter(const Rgb& radiance) {
+void PathAdjoint::Scatter(const Rgb& radiance, bool with_first) {
   for (std::size_t k = frozen_; k-- > first_rough_ + 1;) {
     const SurfacePoint& p = path_->vertices[k].p;
     const Vertex& previous = path_->vertices[k - 1];
@@ -293,7 +314,7 @@ void PathAdjoint::Scatter(const Rgb& radiance) {
     ScatterCameraVertexInMaterialForm(radiance);
     return;
   }
-  for (std::size_t k = std::min(first_rough_ + 1, frozen_); k-- > 0;) {
+  for (std::size_t k = with_first ? std::min(first_rough_ + 1, frozen_) : 0; k-- > 0;) {
     ScatterImagePoint(k);
   }
 }

@@ -70,7 +70,19 @@ class PathAdjoint {
 
   static constexpr std::size_t kNoContact = std::numeric_limits<std::size_t>::max();
   /// Directions away from vertex `contact` are kept fixed, and vertices behind it do not move.
-  void AddPath(const PixelSample& pixel, const PathRecord& path, std::size_t contact = kNoContact);
+  /// `first`: if not null, and SharesFirst(path), the first vertex' share goes there instead, for
+  /// AddFirst.
+  void AddPath(const PixelSample& pixel,
+               const PathRecord& path,
+               std::size_t contact = kNoContact,
+               VertexAdjoint* first = nullptr);
+  /// Whether what the first vertex of a path adds is linear in its adjoint and independent of the
+  /// rest of the path, so that paths that begin alike may add it together.
+  [[nodiscard]] bool SharesFirst(const PathRecord& path) const {
+    return form_ == DerivativeForm::kImage && !IsDelta(path.vertices.front().p.material->bsdf);
+  }
+  /// Adds what paths with the first vertex of this one have left for it.
+  void AddFirst(const PixelSample& pixel, const PathRecord& path, const VertexAdjoint& first);
   /// Of a camera ray that meets nothing but the environment.
   void AddMiss(const PixelSample& pixel);
 
@@ -92,7 +104,7 @@ class PathAdjoint {
   Rgb AdjointOfDeltaWeight(std::size_t k, const Rgb& weight);
 
   // Then the places: image points up to the first rough vertex, material points behind it.
-  void Scatter(const Rgb& radiance);
+  void Scatter(const Rgb& radiance, bool with_first);
   void MoveStart(std::size_t k, const ColorGradient& d);
   void ScatterMaterialPoint(std::size_t k);
   void ScatterNormals(std::size_t k);

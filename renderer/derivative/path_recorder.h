@@ -30,6 +30,19 @@ struct VertexAdjoint : MaterialPartials {
   ColorGradient d_wi;       ///< delta vertices: by the direction of the next ray
   Rgb d_log_area;           ///< by log of the area ratio J
   Rgb emission;             ///< throughput * weight, the factor of the radiance it emits
+
+  VertexAdjoint& operator+=(const VertexAdjoint& d) {
+    AddScaled({1.0, 1.0, 1.0}, d);
+    throughput += d.throughput;
+    d_x += d.d_x;
+    d_ng += d.d_ng;
+    d_n += d.d_n;
+    d_wo += d.d_wo;
+    d_wi += d.d_wi;
+    d_log_area += d.d_log_area;
+    emission += d.emission;
+    return *this;
+  }
 };
 
 /// Writes a PathRecord.

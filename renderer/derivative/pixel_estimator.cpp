@@ -115,40 +115,48 @@ Rgba MeanOfSamples(const PathContext& context,
 
 }  // namespace
 
-Rgba EstimatePixel(const PathContext& context,
-                   const CameraModel& camera,
-                   const RenderOptions& options,
-                   int x,
-                   int y,
-                   RenderStats& stats) {
+struct PixelEstimator::Scratch {
+  explicit Scratch(const PathContext& context) : batch(context) {}
   NullListener listener;
-  const RayCaster& caster = context.world->caster();
-  const int pair = context.antithetic ? 2 : 1;
-  // Scratch space of all batches.
   std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
   std::array<Ray, kImageBatch> rays;
   std::array<std::optional<Hit>, kImageBatch> hits;
-  PathBatch<kImageBatch, LatticeSampler, NullListener> batch(context);
+  PathBatch<kImageBatch, LatticeSampler, NullListener> batch;
+};
+
+PixelEstimator::PixelEstimator(const PathContext& context,
+                               const CameraModel& camera,
+                               const RenderOptions& options)
+    : context_(context),
+      camera_(camera),
+      options_(options),
+      scratch_(std::make_unique<Scratch>(context)) {}
+PixelEstimator::~PixelEstimator() = default;
+
+Rgba PixelEstimator::Estimate(int x, int y, RenderStats& stats) {
+  const RayCaster& caster = context_.world->caster();
+  const int pair = context_.antithetic ? 2 : 1;
+  auto& [listener, samplers, rays, hits, batch] = *scratch_;
   const auto samples = [&](int first, const auto& numbers, std::span<Rgba> values) {
     const std::size_t count = values.size();
     for (std::size_t i = 0; i < count; ++i) {
       samplers[i].emplace(numbers(first + static_cast<int>(i)));
-      rays[i] = FollowFilter(camera, x, y, *samplers[i]).ray;
+      rays[i] = FollowFilter(camera_, x, y, *samplers[i]).ray;
     }
     caster.Intersect({rays.data(), count}, true, {hits.data(), count});
     for (std::size_t i = 0; i < count; ++i) {
       if (hits[i]) {
         const bool mirrored = (first + static_cast<int>(i)) % pair == 1;
         batch.Start(
-            i, *hits[i], rays[i], *samplers[i], listener, {context.max_bounces, true, mirrored});
+            i, *hits[i], rays[i], *samplers[i], listener, {context_.max_bounces, true, mirrored});
       }
     }
     batch.Trace();
     for (std::size_t i = 0; i < count; ++i) {
-      values[i] = hits[i] ? Rgba(batch.radiance(i), 1.0) : ValueOfMiss(context, rays[i]);
+      values[i] = hits[i] ? Rgba(batch.radiance(i), 1.0) : ValueOfMiss(context_, rays[i]);
     }
   };
-  return MeanOfSamples<kImageBatch>(context, camera, options, x, y, pair, stats, samples);
+  return MeanOfSamples<kImageBatch>(context_, camera_, options_, x, y, pair, stats, samples);
 }
 
 struct PixelDerivative::Recorded {
@@ -164,6 +172,9 @@ struct PixelDerivative::Recorded {
   const SurfacePoint* start = nullptr;
   int first = 0;       // vertex from which on it is new
   double share = 1.0;  // see NearMotion
+  int alike = 0;       // bounces that it has in common with others: see PathRange
+  double light_share = 1.0;
+  VertexAdjoint* shared = nullptr;  // of the first vertex
 };
 
 struct PixelDerivative::Level {
@@ -174,6 +185,7 @@ struct PixelDerivative::Level {
     samplers.assign(kImageBatch, none);
   }
   std::vector<Recorded> samples;
+  std::array<VertexAdjoint, kImageBatch> shared;  // of first vertices: of those drawn again
   struct Again {
     const Recorded* sample = nullptr;
     NearMotion::Split split;
@@ -181,6 +193,14 @@ struct PixelDerivative::Level {
   std::vector<Again> again;  // what of them is to be drawn again
   std::vector<ShiftedSampler> samplers;
   PathBatch<kImageBatch, ShiftedSampler, PathRecorder> batch;
+};
+
+struct PixelDerivative::Scratch {
+  explicit Scratch(const PathContext& context) : batch(context) {}
+  std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
+  std::array<Ray, kImageBatch> rays;
+  std::array<std::optional<Hit>, kImageBatch> hits;
+  PathBatch<kImageBatch, LatticeSampler, PathRecorder> batch;
 };
 
 PixelDerivative::PixelDerivative(const AdjointContext& context,
@@ -193,6 +213,7 @@ PixelDerivative::PixelDerivative(const AdjointContext& context,
       pair_(context.path.antithetic ? 2 : 1),
       points_(spread_ ? kMirrorGroup : 1),
       recorder_(touches == nullptr ? PathRecorder() : PathRecorder(*touches)),
+      scratch_(std::make_unique<Scratch>(context.path)),
       adjoint_(context, sum_) {}
 PixelDerivative::~PixelDerivative() = default;
 
@@ -231,16 +252,13 @@ void PixelDerivative::RecordTogether(std::span<Rgba> values) {
   const PathContext& path = context_.path;
   std::vector<Recorded>& samples = LevelAt(0).samples;
   const std::size_t count = values.size();
-  std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
-  std::array<Ray, kImageBatch> rays;
-  std::array<std::optional<Hit>, kImageBatch> hits;
+  auto& [samplers, rays, hits, batch] = *scratch_;
   for (std::size_t i = 0; i < count; ++i) {
     samplers[i] = samples[i].numbers;
     samples[i].path.Clear();
     rays[i] = samples[i].pixel.ray;
   }
   path.world->caster().Intersect({rays.data(), count}, true, {hits.data(), count});
-  PathBatch<kImageBatch, LatticeSampler, PathRecorder> batch(path);
   for (std::size_t i = 0; i < count; ++i) {
     if (hits[i]) {
       Recorded& sample = samples[i];
@@ -267,11 +285,12 @@ void PixelDerivative::RecordAgain(std::size_t depth, std::size_t count) {
     Recorded& sample = level.samples[i];
     sample.path.Clear();
     level.samplers[i] = sample.numbers;
-    level.batch.Start(i,
-                      *sample.start,
-                      level.samplers[i],
-                      sample.path,
-                      {context_.path.max_bounces, true, sample.mirrored});
+    level.batch.Start(
+        i,
+        *sample.start,
+        level.samplers[i],
+        sample.path,
+        {context_.path.max_bounces, true, sample.mirrored, sample.alike, sample.light_share});
   }
   level.batch.Trace();
   for (std::size_t i = 0; i < count; ++i) {
@@ -303,14 +322,19 @@ void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
     adjoint_.AddPath(
         sample.pixel,
         record,
-        split.touches ? static_cast<std::size_t>(split.vertex) : PathAdjoint::kNoContact);
+        split.touches ? static_cast<std::size_t>(split.vertex) : PathAdjoint::kNoContact,
+        sample.shared);
   }
   if (level.again.empty()) {
     return;
   }
   std::vector<Recorded>& next = LevelAt(depth + 1).samples;
   std::size_t filled = 0;
-  for (const auto& [sample, split] : level.again) {
+  for (std::size_t s = 0; s < level.again.size() && depth == 0; ++s) {
+    level.shared[s] = {};
+  }
+  for (std::size_t s = 0; s < level.again.size(); ++s) {
+    const auto& [sample, split] = level.again[s];
     const double each = 1.0 / split.count;
     for (int i = 0; i < split.count; ++i) {
       Recorded& again = next[filled++];
@@ -327,6 +351,11 @@ void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
       again.start = &sample->path.record().vertices.front().p;
       again.first = split.vertex + 1;
       again.share = sample->share * each;
+      // The first split only: those of the next begin with different directions.
+      again.alike = depth == 0 ? split.vertex + 1 : sample->alike;
+      again.light_share =
+          depth > 0 ? sample->light_share : (i == 0 ? static_cast<double>(split.count) : 0.0);
+      again.shared = depth == 0 ? &level.shared[s] : sample->shared;
       if (filled == kImageBatch) {
         RecordAgain(depth + 1, filled);
         filled = 0;
@@ -335,6 +364,12 @@ void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
   }
   if (filled > 0) {
     RecordAgain(depth + 1, filled);
+  }
+  for (std::size_t s = 0; s < level.again.size() && depth == 0; ++s) {
+    const Recorded& sample = *level.again[s].sample;
+    if (adjoint_.SharesFirst(sample.path.record())) {
+      adjoint_.AddFirst(sample.pixel, sample.path.record(), level.shared[s]);
+    }
   }
 }
 

@@ -10,15 +10,30 @@
 
 namespace pathfit::renderer {
 
-/// Mean radiance and coverage of one pixel under its filter, before the sensor's gain. The
-/// numbers of a pixel are a function of (seed, view, pixel, sample) only. `context` must have
-/// been made for the same camera.
-Rgba EstimatePixel(const PathContext& context,
-                   const CameraModel& camera,
-                   const RenderOptions& options,
-                   int x,
-                   int y,
-                   RenderStats& stats);
+/// Estimates pixels, one after another; scratch space of one thread, which takes longer to make
+/// than a pixel that shows nothing takes to estimate.
+class PixelEstimator {
+ public:
+  /// `context` must have been made for the same camera. All arguments must outlive the object.
+  PixelEstimator(const PathContext& context,
+                 const CameraModel& camera,
+                 const RenderOptions& options);
+  ~PixelEstimator();
+  PixelEstimator(const PixelEstimator&) = delete;
+  PixelEstimator& operator=(const PixelEstimator&) = delete;
+
+  /// Mean radiance and coverage of a pixel under its filter, before the sensor's gain. The numbers
+  /// of a pixel are a function of (seed, view, pixel, sample) only.
+  Rgba Estimate(int x, int y, RenderStats& stats);
+
+ private:
+  struct Scratch;
+
+  const PathContext& context_;
+  const CameraModel& camera_;
+  const RenderOptions& options_;
+  std::unique_ptr<Scratch> scratch_;
+};
 
 /// Estimates pixels and their interior derivative, one after another; scratch space of one thread.
 ///
@@ -36,7 +51,7 @@ class PixelDerivative {
   PixelDerivative(const PixelDerivative&) = delete;
   PixelDerivative& operator=(const PixelDerivative&) = delete;
 
-  /// The number of EstimatePixel (in image form, bit for bit); replaces sum().
+  /// The number of PixelEstimator (in image form, bit for bit); replaces sum().
   Rgba Estimate(int x, int y, RenderStats& stats);
   /// Of the last pixel: the sum of the derivative over its samples, not yet divided by their count.
   [[nodiscard]] DerivativeAccumulator& sum() { return sum_; }
@@ -44,6 +59,7 @@ class PixelDerivative {
  private:
   struct Recorded;  // a sample's path
   struct Level;     // paths that have been drawn again so many times, recorded side by side
+  struct Scratch;   // of the paths of the first samples
 
   Level& LevelAt(std::size_t depth);
   void RecordTogether(std::span<Rgba> values);
@@ -55,6 +71,7 @@ class PixelDerivative {
   const bool spread_;  // over the filter's support
   const int pair_, points_;
   const PathRecorder recorder_;  // before it has heard anything
+  std::unique_ptr<Scratch> scratch_;
   std::vector<std::unique_ptr<Level>> levels_;
   DerivativeAccumulator sum_;
   PathAdjoint adjoint_;

@@ -9,7 +9,7 @@
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/embree_compat.h"
 #include "renderer/geometry/mesh_checks.h"
-#include "renderer/geometry/triangle_tree.h"
+#include "renderer/geometry/near_corner.h"
 #include "renderer/math/median.h"
 
 namespace pathfit::renderer {
@@ -422,96 +422,28 @@ void RayCaster::OccludedTogether(std::span<const Segment> segments,
 
 namespace {
 
-// A triangle that rises less above the plane of a point, as a sine, is in it.
-constexpr double kFlat = 1e-3;
-// Rounding of points on triangles, in offsets of rays.
-constexpr double kRounding = 2.5e-4;
-// Nearer than so many offsets, rays from a point that start beside it miss much of a triangle.
-constexpr double kMissed = 32.0;
 // Bounds of so many meshes are looked at faster than one tree of triangles.
 constexpr std::size_t kFewMeshes = 32;
-// Distances to bounds count up to so much farther: they are rounded.
-constexpr double kAlmost = 1.0 + 1e-9;
 
 struct NearQuery {
   const RayCaster& caster;
   const RayCaster::Reach& reach;
-  Vec3 x, n;
-  double most;   // what is not nearer, over its rise and the reach, does not count
-  double slack;  // seen from up to so much nearer
+  CornerView view;
+  double most;  // what is not nearer, over its rise and the reach, does not count
 };
-
-/// How near a triangle is to the query's point, how steeply it rises above its plane, and its
-/// reach. No rise: in or below the plane, or beyond the reach.
-struct Corner {
-  double distance = 0.0, rise = 0.0, reach = 0.0;
-};
-/// Whether bounds tell that what is at least so far away, and not higher than `height`, does not
-/// count.
-bool IsTooFarOrFlat(double least, double height, double limit) {
-  return least > 0.0 && (least >= limit || least * least >= limit * height * kAlmost ||
-                         height * kAlmost <= kFlat * least);
-}
-/// No point of a triangle is farther from its first corner, `distance` away, than its longer side
-/// from there.
-bool IsTooFarOrFlat(
-    const TriangleGeometry& t, double distance, double height, double limit, double slack) {
-  const double side = std::sqrt(std::max(SquaredNorm(t.e1), SquaredNorm(t.e2)));
-  return IsTooFarOrFlat(distance / kAlmost - side - slack, height, limit);
-}
-
-/// The same of all triangles in a box.
-bool IsTooFarOrFlat(const Box& box, const NearQuery& query, double limit) {
-  const Vec3 half = box.Size() * 0.5;
-  const double height = Dot(query.n, box.Middle() - query.x) + std::abs(query.n.x) * half.x +
-                        std::abs(query.n.y) * half.y + std::abs(query.n.z) * half.z;
-  const double most = height + kRounding * query.caster.Offset(query.x);
-  return most <= 0.0 || IsTooFarOrFlat(box.Distance(query.x) / kAlmost - query.slack, most, limit);
-}
-
-Corner VisitedCorner(TriangleId id, const NearQuery& query) {
-  const double reach = query.reach.Of(id.mesh);
-  if (!(reach > 0.0)) {
-    return {};
-  }
-  const TriangleGeometry& t = query.caster.Geometry(id);
-  const std::array<Vec3, 3> to_corners = {
-      t.p0 - query.x, t.p0 + t.e1 - query.x, t.p0 + t.e2 - query.x};
-  const double height = std::max(
-      {Dot(query.n, to_corners[0]), Dot(query.n, to_corners[1]), Dot(query.n, to_corners[2])});
-  const double limit = query.most * reach;
-  if (!(height > 0.0) || IsTooFarOrFlat(t, Norm(to_corners[0]), height, limit, query.slack)) {
-    return {};
-  }
-  const Vec3 to_nearest = ClosestPointOfTriangle(query.x, t) - query.x;
-  Corner corner{Norm(to_nearest), 0.0, reach};
-  if (corner.distance - query.slack >= limit) {
-    return {};  // a rise is at most 1
-  }
-  // A point's own triangle is above or below it by rounding only.
-  const double least = kRounding * query.caster.Offset(query.x);
-  const auto look_at = [&](const Vec3& to) {
-    const double norm = Norm(to);
-    const double up = Dot(query.n, to);
-    if (norm > least && up > 0.0) {
-      corner.rise = std::max(corner.rise, up / std::max(norm - query.slack, up));
-    }
-  };
-  look_at(to_nearest);
-  std::for_each(to_corners.begin(), to_corners.end(), look_at);
-  return corner.rise > kFlat && corner.distance - query.slack < limit * corner.rise ? corner
-                                                                                    : Corner{};
-}
 
 bool VisitForNearness(RTCPointQueryFunctionArguments* arguments) {
   auto& query = *static_cast<NearQuery*>(arguments->userPtr);
-  const Corner corner =
-      VisitedCorner(query.caster.TriangleOf(arguments->geomID, arguments->primID), query);
+  const TriangleId id = query.caster.TriangleOf(arguments->geomID, arguments->primID);
+  const double reach = query.reach.Of(id.mesh);
+  if (!(reach > 0.0)) {
+    return false;
+  }
+  const NearCorner corner = CornerSeen(query.view, query.caster.Geometry(id), query.most * reach);
   if (!(corner.rise > 0.0)) {
     return false;
   }
-  const double distance = corner.distance / corner.rise;
-  query.most = distance < kMissed * query.caster.Offset(query.x) ? 0.0 : distance / corner.reach;
+  query.most = NearnessOf(query.view, corner) / reach;
   const double radius = query.most * query.reach.most;
   if (radius >= static_cast<double>(arguments->query->radius)) {
     return false;
@@ -551,37 +483,13 @@ void VisitTriangles(
 
 }  // namespace
 
-double RayCaster::Nearness(
-    const Vec3& x, const Vec3& n, const Reach& reach, double most, double radius) const {
+double RayCaster::Nearness(const Vec3& x, const Vec3& n, const Reach& reach, double most) const {
   if (!MayBeNear(*this, x, reach, most)) {
     return most;
   }
-  NearQuery query{*this, reach, x, n, most, 0.0};
-  VisitTriangles(handles_->scene,
-                 x - frame_.center,
-                 std::min(radius, most * reach.most),
-                 VisitForNearness,
-                 &query);
+  NearQuery query{*this, reach, {x, n, Offset(x)}, most};
+  VisitTriangles(handles_->scene, x - frame_.center, most * reach.most, VisitForNearness, &query);
   return query.most;
-}
-
-double RayCaster::SearchRadius(const Vec3& x,
-                               const Vec3& n,
-                               const Reach& reach,
-                               double slack,
-                               int mesh,
-                               const TriangleTree& tree) const {
-  const NearQuery query{*this, reach, x, n, 1.0, slack};
-  const double limit = reach.Of(mesh);
-  double radius = 0.0;
-  tree.Visit([&](const Box& box) { return !IsTooFarOrFlat(box, query, limit); },
-             [&](std::int32_t triangle) {
-               const Corner corner = VisitedCorner({mesh, triangle}, query);
-               if (corner.rise > 0.0) {
-                 radius = std::max(radius, corner.distance + slack);
-               }
-             });
-  return radius;
 }
 
 }  // namespace pathfit::renderer

@@ -16,8 +16,6 @@
 
 namespace pathfit::renderer {
 
-class TriangleTree;
-
 /// What rounding and offsets of rays are measured from.
 struct RayFrame {
   Vec3 center;                  ///< see RayCaster::Center()
@@ -83,22 +81,11 @@ class RayCaster {
   /// How near a surface point x with unit normal n has other surfaces before it: least distance to
   /// a triangle, over the sine of how steeply the triangle rises above the plane of x, over the
   /// reach of its mesh; at most `most`, at most 1; 0 where rays no longer meet the triangle as they
-  /// should. Triangles in or below that plane do not count. Looks only for triangles within
-  /// `radius`.
+  /// should. Triangles in or below that plane do not count.
   [[nodiscard]] double Nearness(const Vec3& x,
                                 const Vec3& n,
                                 const Reach& reach,
-                                double most = 1.0,
-                                double radius = std::numeric_limits<double>::infinity()) const;
-  /// Radius that is enough for Nearness from all points within `slack` of x in the plane through x
-  /// with normal n, where only a mesh with tree `tree` of its triangles counts; 0 if these find
-  /// nothing.
-  [[nodiscard]] double SearchRadius(const Vec3& x,
-                                    const Vec3& n,
-                                    const Reach& reach,
-                                    double slack,
-                                    int mesh,
-                                    const TriangleTree& tree) const;
+                                double most = 1.0) const;
 
   /// The triangle of which Embree's primitive is all or a piece.
   [[nodiscard]] TriangleId TriangleOf(unsigned geometry, unsigned primitive) const {

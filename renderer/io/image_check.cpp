@@ -212,8 +212,8 @@ std::string_view ExifOfJpeg(std::string_view bytes) {
   return {};
 }
 
-int ReadJpegOrientation(std::string_view bytes) {
-  const std::uint32_t value = FindTiffTag(ExifOfJpeg(bytes), kTiffOrientation).value_or(1);
+int OrientationOfExif(std::string_view exif) {
+  const std::uint32_t value = FindTiffTag(exif, kTiffOrientation).value_or(1);
   return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
 }
 

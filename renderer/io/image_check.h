@@ -40,8 +40,8 @@ void CheckWritable(const Image& image,
 /// What cameras note in a JPEG file (a TIFF structure, unchecked), within `bytes`; empty without.
 std::string_view ExifOfJpeg(std::string_view bytes);
 
-/// EXIF orientation (tag 0x0112) of a JPEG file, 1 to 8; 1 when absent or malformed.
-int ReadJpegOrientation(std::string_view bytes);
+/// Orientation (tag 0x0112) in what ExifOfJpeg found, 1 to 8; 1 when absent or malformed.
+int OrientationOfExif(std::string_view exif);
 
 /// What OpenCV's decoders leave open: the declared size before they allocate, and for JPEG that the
 /// file is not cut off (they fill up with grey). Fails: IoError naming `name`.

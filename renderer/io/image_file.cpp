@@ -119,9 +119,7 @@ DecodedImage DecodeImage(std::string bytes, const std::string& name) {
   if (kind != ImageKind::kJpeg && kind != ImageKind::kPng) {
     throw IoError(name + ": not a JPEG or PNG image");
   }
-  DecodedImage decoded = Decode(bytes, kind, name);
-  decoded.exif_orientation = ReadJpegOrientation(bytes);
-  return decoded;
+  return Decode(bytes, kind, name);
 }
 
 DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_orientation) {
@@ -149,8 +147,8 @@ DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_or
     const std::string place = FirstNonFinite(*image);
     if (!place.empty()) throw IoError(path.string() + ": " + place + " is not finite");
   }
-  decoded.exif_orientation = ReadJpegOrientation(bytes);
   decoded.exif = ExifOfJpeg(bytes);
+  decoded.exif_orientation = OrientationOfExif(decoded.exif);
   if (apply_exif_orientation && decoded.exif_orientation != 1) {
     decoded.image = ApplyOrientation(decoded.image, decoded.exif_orientation);
     if (!decoded.alpha.Empty()) {

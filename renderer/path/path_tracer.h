@@ -160,6 +160,11 @@ struct PathRange {
   int max_bounces = 1;        ///< light that was reflected up to so many times
   bool with_emission = true;  ///< the first vertex' own emission
   bool mirrored = false;      ///< the second path of an antithetic pair
+  /// Of several paths that are alike up to this bounce, one adds the light that they see directly
+  /// at vertices up to there, times `light_share`; for the others that is 0. Listeners that
+  /// differentiate only.
+  int alike = 0;
+  double light_share = 1.0;
 };
 
 /// Draws the numbers of light sampling.
@@ -244,8 +249,11 @@ class TracedPath {
       return false;
     }
     lit_ = !delta_ && wants_light;
+    if constexpr (Listener::kDifferentiates) {
+      lit_ = lit_ && (bounce_ > range_.alike || range_.light_share > 0.0);
+    }
     direct_ = {};
-    if (!delta_ && !wants_light) {
+    if (!delta_ && !lit_) {
       SkipLights(context_, sampler_);
     }
     return true;
@@ -289,7 +297,7 @@ class TracedPath {
   template <class Light>
   void AddLight(const Light& light, double factor, const Rgb& reflected) {
     if constexpr (Listener::kDifferentiates) {
-      listener_.OnDirect({light, factor});
+      listener_.OnDirect({light, bounce_ > range_.alike ? factor : factor * range_.light_share});
     }
     direct_ += reflected * factor;
   }

@@ -40,6 +40,10 @@ void World::PlaceMeshes(const std::optional<RayFrame>& ray_frame) {
     }
   }
   caster_.Build(all, lamps, ray_frame);
+  own_corners_.clear();
+  for (int m = 0; m < NumMeshes(); ++m) {
+    own_corners_.push_back(std::make_unique<OwnCorners>(caster_.TrianglesOf(m)));
+  }
   contacts_.reset();
   edge_trees_.Clear();
 }

@@ -7,6 +7,7 @@
 
 #include "renderer/geometry/edge_contact.h"
 #include "renderer/geometry/mesh_topology.h"
+#include "renderer/geometry/own_corners.h"
 #include "renderer/geometry/ray_caster.h"
 #include "renderer/geometry/tangents.h"
 #include "renderer/scene/light_set.h"
@@ -46,6 +47,10 @@ class World {
     return topologies_[static_cast<std::size_t>(mesh)];
   }
   [[nodiscard]] const RayCaster& caster() const { return caster_; }
+  /// Of a mesh in the world: all views of a round share what it finds.
+  [[nodiscard]] const OwnCorners& own_corners(int mesh) const {
+    return *own_corners_[static_cast<std::size_t>(mesh)];
+  }
   /// Found when they are asked for first.
   [[nodiscard]] const EdgeContacts& contacts() const;
   [[nodiscard]] const LightSamplers& light_samplers() const { return light_samplers_; }
@@ -75,6 +80,7 @@ class World {
   std::vector<MeshTopology> topologies_;
   std::vector<TangentField> tangents_;
   RayCaster caster_;
+  std::vector<std::unique_ptr<OwnCorners>> own_corners_;
   LightSamplers light_samplers_;
   mutable std::mutex contacts_mutex_;
   mutable std::optional<EdgeContacts> contacts_;

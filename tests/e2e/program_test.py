@@ -5,7 +5,9 @@ Usage: program_test.py PATHFIT SOURCE_DIR. Unittest output; exits 1 if anything 
 import base64
 import csv
 import json
+import os
 import pathlib
+import pty
 import random
 import re
 import shutil
@@ -334,6 +336,44 @@ class Program(unittest.TestCase):
             self.assertEqual(out.returncode, 8, out.stderr)
             self.assertRegex(out.stderr, r"needs about +[\d.]+ MB, the limit is +52.4 MB(.|\n)*scene and photos as loaded")
         self.assertFalse((self.folder / "run").exists())
+        done = fit(self.folder / "run", "--set", "stages.light.max_rounds=1", "--stop-after", "light")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        again = run("resume", self.folder / "run", "--progress", "none", "--max-memory", "50MiB")
+        self.assertEqual(again.returncode, 8, again.stderr)
+        self.assertRegex(again.stderr, r"the limit is +52.4 MB(.|\n)*scene and photos as loaded")
+
+    def test_init_asks_at_a_terminal_what_photos_do_not_tell(self):
+        photos = self.folder / "photos"
+        shutil.copytree(SOURCE / "data/axe/images", photos / "images")
+        cameras = json.loads((SOURCE / "data/axe/transforms.json").read_text())
+        for frame in cameras["frames"]:
+            del frame["mask_path"]  # nothing tells background from object
+        (photos / "transforms.json").write_text(json.dumps(cameras))
+        config = self.folder / "photos.yaml"
+
+        def answered(line):
+            config.unlink(missing_ok=True)
+            ours, theirs = pty.openpty()
+            process = subprocess.Popen([PATHFIT, "init", photos, "-o", config], stdin=theirs, stdout=subprocess.DEVNULL,
+                                       stderr=theirs)
+            os.write(ours, line)
+            self.assertEqual(process.wait(timeout=120), 0)
+            said = os.read(ours, 1 << 20).decode()
+            os.close(ours)
+            os.close(theirs)
+            self.assertIn("Did the light go with the camera", said)
+            return config.read_text()
+
+        self.assertIn("frame: camera", answered(b"y\n").split("surroundings:")[1])
+        self.assertIn("frame: world", answered(b"n\n").split("surroundings:")[1])
+        self.assertIn("frame: world", answered(b"\n").split("surroundings:")[1])
+        config.unlink()
+        unasked = run("init", photos, "-o", config)
+        self.assertNotIn("Did the light", unasked.stderr)
+        self.assertIn("nothing tells whether the light goes with the camera", unasked.stderr)
+        told = run("init", photos, "-o", config, "--force", "--light", "camera")
+        self.assertEqual(told.returncode, 0, told.stderr)
+        self.assertIn("frame: camera", config.read_text().split("surroundings:")[1])
 
     def test_hopeless_input_is_refused_or_warned_of(self):
         away = run("check", DEMO, "--set", "scene.geometry.axe.transform={translate_m: [50, 0, 0]}")

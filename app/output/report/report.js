@@ -112,6 +112,12 @@ function linearTicks(low, high, about) {
   return ticks;
 }
 
+/** Of what is counted, between whole numbers there is nothing. */
+function wholeIf(counted, ticks) {
+  const whole = ticks.filter((tick) => Math.abs(tick - Math.round(tick)) < 1e-9);
+  return counted && whole.length > 0 ? whole : ticks;
+}
+
 /** Powers of ten (and 2, 5 where there are few) in [low, high], both positive. */
 function logTicks(low, high) {
   const first = Math.floor(Math.log10(low));
@@ -171,7 +177,7 @@ function grid(x, y, chart) {
     (y.log ? logTicks(y.low, y.high) : linearTicks(y.low, y.high, 5)).map((tick) => [
       s("path", { class: "grid", d: `M${left} ${px(y.at(tick))}H${right}` }),
       label(left - 6, y.at(tick) + 4, "tick end", number(tick))]),
-    linearTicks(x.low, x.high, 6).map((tick) => label(x.at(tick), bottom + 16, "tick mid", number(tick))),
+    wholeIf(chart.x === "step", linearTicks(x.low, x.high, 6)).map((tick) => label(x.at(tick), bottom + 16, "tick mid", number(tick))),
     s("path", { class: "axis", d: `M${left} ${top}V${bottom}H${right}` }),
     label(0.5 * (left + right), height - 4, "label mid", chart.x),
     turnedLabel(12, 0.5 * (top + bottom), chart.y)];
@@ -532,11 +538,12 @@ function curvesSection(data) {
   const drawn = data.figures.round.filter((figure) => figure.chart);
   const titles = new Set(drawn.map((figure) => figure.chart));
   const ordered = [...Object.keys(CHARTS).filter((title) => titles.has(title)), ...titles];
-  const charts = [...new Set(ordered)].map((title) => {
+  const charts = [...new Set(ordered)].flatMap((title) => {
     const given = CHARTS[title] ?? {};
     const group = drawn.filter((figure) => figure.chart === title);
     const series = group.map((figure) => (
       { name: figure.label, doc: figure.doc, x: steps, y: rounds.map((round) => num(round[figure.key])) }));
+    if (series.every((one) => one.y.every((value) => value === 0))) return []; // nothing of it happened
     const known = series.filter((one) => one.y.some((value) => drawable(value, given.log)));
     return linePlot({ title, x: "step", y: given.y ?? group[0].unit, log: given.log ?? false, zero: given.zero ?? false,
       marks, crosses: given.crosses ? rejected : [], series: known.length > 0 ? known : series });
@@ -910,7 +917,7 @@ function drawCheck(data) {
         tile("Photos", String(data.views.length), `${data.views.filter((view) => view.validation).length} held out`),
         tile("Start and masks, IoU", fixed(known.length > 0 ? known[known.length >> 1] : NaN, 3),
           known.length > 0 ? `median; worst ${fixed(known[0], 3)}` : "no silhouettes"),
-        tile("Start", String(vertices), `vertices of ${check.meshes.length} meshes`),
+        tile("Start", String(vertices), `vertices of ${check.meshes.length} ${check.meshes.length === 1 ? "mesh" : "meshes"}`),
         tile("Memory", bytes(memory.length > 0 ? Math.max(...memory) : NaN), "at its peak"),
         tile("Time", total("likely_s"), "likely; at most " + total("most_s"))),
       good ? null : h("ul", { class: "warnings" }, check.warnings.map((warning) => h("li", {}, warning)))),

@@ -115,7 +115,10 @@ TEST(ConfigMistakes, WhatIsPlannedIsNotSupported) {
         "unknowns.paint.base_color.priors[0].gaussian.mean: 'begin' is not a number "
         "(allowed: a number, or start, or a list of numbers (at least 2))"},
        {"loss.residual=srgb", "loss.residual: 'srgb' is not supported"},
-       {"loss.robust=none", "loss.robust: key 'robust' is not supported"},
+       {"loss.robust=tukey", "loss.robust"},
+       {"loss.robust={tukey: 1}", "loss.robust: key 'tukey' is not supported"},
+       {"loss.robust={huber: 0}", "loss.robust.huber: 0 is out of range"},
+       {"loss.robust={}", "loss.robust"},
        {"stages.all.remesh={every: 3}", "stages.all.remesh: key 'remesh' is not supported"},
        {"solver.method=adam",
         "solver.method: key 'method' is not supported; it is Ceres' Levenberg-Marquardt"},

@@ -182,6 +182,41 @@ TEST_F(DraftConfigTest, GuessesWhoTurned) {
   EXPECT_EQ(Built(input).scene.emitters[0].frame, renderer::LightFrame::kWorld);
 }
 
+TEST_F(DraftConfigTest, AFolderWithoutPicturesHasNoCamerasAboveIt) {
+  WriteSet(top(), Cameras::kTransforms);
+  fs::create_directories(top() / "empty");
+  EXPECT_TRUE(Says(Refusal({.photos = top() / "empty"}), "no cameras were found"));
+  EXPECT_EQ(FindInput({.photos = top() / "images"}).observations.views.size(), std::size_t{kViews});
+}
+
+TEST_F(DraftConfigTest, LightGoesWithTheCameraAsExifOrAPersonSays) {
+  WriteSet(top(), Cameras::kTransforms);
+  const auto write = [&](std::size_t i, std::uint16_t flash) {
+    const Image photo = EncodedImage(views_[i].photo.Unpack());
+    folder_.WriteText(
+        paths_[i],
+        optim::WithExif(renderer::EncodeJpeg(photo, 95), optim::ExifBlock({.flash = flash})));
+  };
+  const auto frame = [&](const FoundInput& input) { return Built(input).scene.emitters[0].frame; };
+  FoundInput input = FindInput({.photos = top()});
+  EXPECT_FALSE(IsLightKnown(input));
+  EXPECT_EQ(frame(input), renderer::LightFrame::kWorld);
+  input.light_with_camera = true;
+  EXPECT_TRUE(IsLightKnown(input));
+  EXPECT_EQ(frame(input), renderer::LightFrame::kCamera);
+
+  for (std::size_t i = 0; i < kViews; ++i) write(i, 0x19);
+  input = FindInput({.photos = top()});
+  EXPECT_TRUE(IsLightKnown(input));
+  EXPECT_TRUE(Says(LightGuess(input), "a flash fired in all photos"));
+  EXPECT_EQ(frame(input), renderer::LightFrame::kCamera);
+  input.light_with_camera = false;
+  EXPECT_EQ(frame(input), renderer::LightFrame::kWorld);
+
+  write(2, 0x18);  // it did not fire in one
+  EXPECT_FALSE(IsLightKnown(FindInput({.photos = top()})));
+}
+
 bool AnySays(const std::vector<std::string>& texts, const std::string& part) {
   return std::ranges::any_of(texts, [&](const std::string& t) { return Says(t, part); });
 }

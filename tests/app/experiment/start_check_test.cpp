@@ -69,6 +69,64 @@ TEST_F(StartCheckTest, NamesPhotosWhoseMaskIsBlack) {
       << check.warnings[0];
 }
 
+TEST_F(StartCheckTest, WhiteMasksAreNotTakenForInvertedOnes) {
+  SetMasks([](float) { return 1.0F; });
+  const StartCheck check = Check();
+  ASSERT_FALSE(check.warnings.empty());
+  EXPECT_TRUE(Says(check.warnings[0], "white throughout")) << check.warnings[0];
+  for (const std::string& text : check.warnings) EXPECT_FALSE(Says(text, "inverted")) << text;
+}
+
+TEST_F(StartCheckTest, NamesThePhotoThatIsUnlikeTheOthers) {
+  optim::View& view = experiment_.observations.views[2];
+  renderer::Image mask = view.mask.Unpack();
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = mask.width / 2; x < mask.width; ++x) mask.At(x, y, 0) = 0.0F;
+  }
+  view.mask = mask;
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "hardly in 1 of 4 fitted photos (view2)"))
+      << check.warnings[0];
+}
+
+TEST_F(StartCheckTest, NamesUnknownsThatStartOutsideTheirBounds) {
+  optim::UnknownSpec& colors = experiment_.fit.unknowns.emplace_back();
+  colors.name = "ball.colors";
+  colors.kind = renderer::ParameterKind::kVertexColors;
+  colors.lower = 0.01;
+  colors.upper = 0.595;  // by less than can matter
+  EXPECT_TRUE(Check().warnings.empty());
+  colors.upper = 0.5;
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "unknowns.ball.colors: 486 of 486 numbers start outside"))
+      << check.warnings[0];
+}
+
+TEST_F(StartCheckTest, RefusesPhotosThatAreBlack) {
+  std::vector<optim::View>& views = experiment_.observations.views;
+  const renderer::Image black(views[0].photo.width(), views[0].photo.height(), 3);
+  views[1].photo = black;
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "1 of 4 fitted photos (view1) are black inside"))
+      << check.warnings[0];
+  for (optim::View& view : views) view.photo = black;
+  EXPECT_TRUE(Says(Refusal<optim::ObservationError>(), "all 4 fitted photos are black"));
+}
+
+TEST_F(StartCheckTest, WarnsOfPhotosThatAreClippedThroughout) {
+  optim::View& view = experiment_.observations.views[0];
+  renderer::Image clipped(view.photo.width(), view.photo.height(), 1);
+  for (float& v : clipped.data) v = 1.0F;
+  view.clipped = clipped;
+  const StartCheck check = Check();
+  ASSERT_EQ(check.warnings.size(), 1U);
+  EXPECT_TRUE(Says(check.warnings[0], "is clipped in 1 of 4 fitted photos (view0)"))
+      << check.warnings[0];
+}
+
 TEST_F(StartCheckTest, RefusesAnErosionThatLeavesNothing) {
   experiment_.observations.mask_erode_px = 30;
   const std::string text = Refusal<ConfigError>();

@@ -61,7 +61,7 @@ void ExpectRightRise(const std::string& name,
   for (const Term term : {Term::kDirect, Term::kIndirect}) {
     mutant.terms[static_cast<std::size_t>(term)] = shorter[term];
   }
-  const GradientComparison c = Compare(mutant, {}, tile);
+  const GradientComparison c = Compare(mutant, tile);
   std::printf("%-34s z_rms %5.2f\n", "  with one reflection less", c.z_rms);
   EXPECT_FALSE(tests::Accepts(c)) << name;
 }

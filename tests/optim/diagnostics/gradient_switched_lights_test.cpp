@@ -44,7 +44,7 @@ TEST(SwitchedLights, MovingThingUnderThoseThatShine) {
     scene.sensors[0].lights_off.clear();
     GradientCheckResult mutant = result;
     mutant.terms = Rise(scene).terms;
-    EXPECT_FALSE(tests::Accepts(Compare(mutant, {}, tests::kTile))) << name;
+    EXPECT_FALSE(tests::Accepts(Compare(mutant, tests::kTile))) << name;
   }
 }
 

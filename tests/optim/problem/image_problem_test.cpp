@@ -173,11 +173,38 @@ TEST_F(ImageProblemTest, CensorsClippedChannelsThatAreRenderedBrighter) {
   film.pixels[5] = {100.0, -100.0, 100.0, 1.0};
   film.pixels[6] = {100.0, 100.0, 100.0, 1.0};
   const optim::RowScales scales =
-      optim::MakeRowScales(level, false, {}, optim::CensoredChannels(level, film));
+      optim::MakeRowScales(level, false, {}, optim::JudgePixels(level, {}, film));
   EXPECT_EQ(scales[5][0], 0.0F);
   EXPECT_EQ(scales[5][1], 1.0F);
   EXPECT_EQ(scales[5][2], 0.0F);
   EXPECT_EQ(scales[6][0], 1.0F);
+}
+
+TEST_F(ImageProblemTest, RobustLossCountsLargeResidualsByTheirSize) {
+  optim::ViewLevel level = fit_.views.levels[0].Unpack();
+  level.clipped = renderer::Image(32, 16, 1);
+  level.clipped.data[8] = 1.0F;
+  const auto photo = [&](std::size_t p) {
+    return renderer::Rgba(
+        level.photo.data[3 * p], level.photo.data[3 * p + 1], level.photo.data[3 * p + 2], 1.0);
+  };
+  renderer::Film film(32, 16);
+  for (std::size_t p = 0; p < film.pixels.size(); ++p) film.pixels[p] = photo(p);
+  film.pixels[5] += renderer::Rgba(0.4, -0.4, 0.4, 0.0);
+  film.pixels[6] += renderer::Rgba(0.09, 0.09, 0.09, 0.0);
+  film.pixels[7] += renderer::Rgba(1e9, 0.0, 0.0, 0.0);
+  film.pixels[8] += renderer::Rgba(0.4, 0.0, 0.0, 0.0);  // "at least this": no residual at all
+  optim::LossSpec loss;
+  loss.robust_huber = 0.1;
+  const optim::RowScales scales =
+      optim::MakeRowScales(level, false, loss, optim::JudgePixels(level, loss, film));
+  EXPECT_NEAR(scales[5][0], std::sqrt(0.1 / 0.4), 1.0 / 255.0);
+  EXPECT_EQ(scales[5][0], scales[5][2]);
+  EXPECT_EQ(scales[6][0], 1.0F);
+  EXPECT_GT(scales[7][0], 0.0F);
+  EXPECT_LT(scales[7][0], 0.01F);
+  EXPECT_EQ(scales[8][0], 0.0F);
+  EXPECT_EQ(scales[8][1], 1.0F);
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST_F(ColorGaugeTest, TakesTheValueOfACard) {
 TEST_F(ColorGaugeTest, WhatIsKnownOrSeenDecides) {
   EXPECT_EQ(SourceOfGauge(Set(), spec_, start_)->source, GaugeSource::kMeanColor);
   spec_.gauge.rule = ColorGauge::Rule::kPhotos;
-  EXPECT_EQ(SourceOfGauge(Set(), spec_, start_)->source, GaugeSource::kPhotos);
+  EXPECT_EQ(SourceOfGauge(Set(), spec_, start_)->source, GaugeSource::kNothing);
   spec_.gauge.rule = ColorGauge::Rule::kAuto;
   spec_.estimators.max_bounces = 3;
   EXPECT_EQ(SourceOfGauge(Set(), spec_, start_)->source, GaugeSource::kPhotos);

@@ -88,6 +88,32 @@ TEST_F(FitRecoversTest, EnvironmentFromAMatteBall) {
   EXPECT_GT(result.stages.back().psnr_linear_val, 30.0);
 }
 
+TEST_F(FitRecoversTest, LightDespiteWhatStandsBeforeTheObject) {
+  const auto& light = [](renderer::Scene& scene) -> renderer::EnvironmentEmitter& {
+    return std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light);
+  };
+  light(start_).intensity = {0.5, 0.5, 0.5};
+  Free(ParameterKind::kLightIntensity, 0).parameterization = optim::Parameterization::kLog;
+  spec_.stages = {Stage(8, 8, 32)};
+  optim::ObservationSet photos = tests::Photograph(truth_, 256);
+  for (optim::View& view : photos.views) {
+    renderer::Image photo = view.photo.Unpack();
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = kSize / 2; x < kSize / 2 + 5; ++x) {
+        for (int c = 0; c < 3; ++c) photo.At(x, y, c) = 3.0F;  // a white stick
+      }
+    }
+    view.photo = photo;
+  }
+  const auto error = [&](double huber) {
+    spec_.loss.robust_huber = huber;
+    renderer::Scene fitted = optim::RunFit(start_, photos, spec_, observer_, {}).scene;
+    return std::abs(light(fitted).intensity.g - 1.0);
+  };
+  EXPECT_GT(error(0.0), 0.3);
+  EXPECT_LT(error(0.03), 0.05);
+}
+
 TEST_F(FitRecoversTest, ExposuresUpToTheFactorSharedWithTheLight) {
   for (int i = 0; i < kNumViews; ++i) {
     truth_.sensors[static_cast<std::size_t>(i)].gain = std::exp2(0.3 * std::sin(5.0 * i));

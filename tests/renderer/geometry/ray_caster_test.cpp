@@ -9,7 +9,7 @@
 
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/mesh_primitives.h"
-#include "renderer/geometry/triangle_tree.h"
+#include "renderer/geometry/own_corners.h"
 #include "renderer/math/warp.h"
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
@@ -185,40 +185,34 @@ TEST(RayCaster, NearnessIsTheLeastOfAllTriangles) {
 }
 
 /// On a ball with dents, seen from all over each triangle.
-TEST(RayCaster, SearchRadiusIsEnoughForNearness) {
+TEST(RayCaster, OwnCornersAreThoseOfTheMeshAlone) {
   Mesh ball = MakeIcosphere(4, 1.0);
   for (Vec3& p : ball.positions) {
     p = p * (1.0 + 0.05 * std::sin(9.0 * p.x) * std::sin(8.0 * p.y) * std::sin(7.0 * p.z));
   }
   const RayCaster caster = CasterOf({&ball});
-  const auto triangles = caster.TrianglesOf(0);
-  const TriangleTree tree(std::vector(triangles.begin(), triangles.end()));
-  const std::vector<double> of_mesh = {0.4};
-  const RayCaster::Reach reach{of_mesh, 0.4};
+  const OwnCorners corners(caster.TrianglesOf(0));
+  constexpr double kReach = 0.4;
+  const std::vector<double> of_mesh = {kReach};
+  const RayCaster::Reach reach{of_mesh, kReach};
   CounterRng rng(4);
-  int empty = 0;
-  int shorter = 0;
-  for (const TriangleGeometry& t : triangles) {
+  int none = 0;
+  int near = 0;
+  for (const TriangleGeometry& t : caster.TrianglesOf(0)) {
     for (const double side : {1.0, -1.0}) {
       const Vec3 n = t.n * side;
-      const Vec3 middle = t.Point(1.0 / 3.0, 1.0 / 3.0);
-      double slack = 0.0;
-      for (const Vec3& corner : t.Corners()) slack = std::max(slack, Norm(corner - middle));
-      const double radius = caster.SearchRadius(middle, n, reach, slack, 0, tree);
       const double u = std::sqrt(rng.Next());
       const Vec3 x = t.Point(1.0 - u, u * rng.Next());
+      const CornerView view{x, n, caster.Offset(x)};
       const double nearness = caster.Nearness(x, n, reach);
-      if (radius > 0.0) {
-        EXPECT_EQ(caster.Nearness(x, n, reach, 1.0, radius), nearness);
-      } else {
-        EXPECT_EQ(nearness, 1.0);
-      }
-      empty += radius > 0.0 ? 0 : 1;
-      shorter += radius > 0.0 && radius < 0.2 ? 1 : 0;
+      EXPECT_NEAR(corners.Nearness(view, kReach), nearness, 1e-9);
+      EXPECT_NEAR(corners.Nearness(view, kReach, 0.3), std::min(nearness, 0.3), 1e-9);
+      none += nearness < 1.0 ? 0 : 1;
+      near += nearness < 0.3 ? 1 : 0;
     }
   }
-  EXPECT_GT(empty, 500);
-  EXPECT_GT(shorter, 500);
+  EXPECT_GT(none, 500);
+  EXPECT_GT(near, 500);
 }
 
 /// Embree's distances to thin triangles are inexact: what a large triangle is cut into must not be
