@@ -191,6 +191,7 @@ TEST_F(DraftConfigTest, AFolderWithoutPicturesHasNoCamerasAboveIt) {
 
 TEST_F(DraftConfigTest, LightGoesWithTheCameraAsExifOrAPersonSays) {
   WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "masks", false);
   const auto write = [&](std::size_t i, std::uint16_t flash) {
     Image photo = EncodedImage(views_[i].photo.Unpack());
     const Image mask = views_[i].mask.Unpack();
