@@ -444,8 +444,6 @@ class FitDriver {
     state_.scene = std::move(*mended);
     state_.level_scene = state_.scene;
     state_.model = QuadraticModel();  // of other unknowns
-    // What the last step promised was of another surface: its rise tells nothing of fitted noise.
-    state_.promised_cost = state_.costs.back();
     return true;
   }
 

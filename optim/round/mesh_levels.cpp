@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "optim/round/needles.h"
 #include "optim/round/remesh.h"
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_checks.h"
@@ -191,19 +190,13 @@ class Leveller {
     const double wanted = WantedEdge(item);
     if (wanted == 0.0) return false;
     try {
-      Mesh smooth = item.mesh;
-      const bool had_needles = SmoothNeedles(smooth);
-      if (had_needles && renderer::Unfold(smooth).Total() > 0) return false;
-      std::optional<Mesh> made = MendEdges(smooth, wanted);
-      if (made) {
-        renderer::Unfold(*made);
-        // New triangles that had to be smoothed that far are worse than worn ones.
-        if (SurfaceDistance(smooth, *made) > kMostMended * wanted) made.reset();
-      }
-      if (!made && !had_needles) return false;
-      Mesh& result = made ? *made : smooth;
-      renderer::ValidateMesh(result, item.name);
-      item.mesh = std::move(result);
+      std::optional<Mesh> made = MendEdges(item.mesh, wanted);
+      if (!made) return false;
+      renderer::Unfold(*made);
+      // New triangles that had to be smoothed that far are worse than worn ones.
+      if (SurfaceDistance(item.mesh, *made) > kMostMended * wanted) return false;
+      renderer::ValidateMesh(*made, item.name);
+      item.mesh = std::move(*made);
       return true;
     } catch (const renderer::SceneError&) {
       return false;  // the next level says why

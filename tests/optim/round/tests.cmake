@@ -6,6 +6,5 @@ pathfit_test(optim/round/fit_recovers_test LABEL e2e LINK pathfit_optim pathfit_
 pathfit_test(optim/round/fit_surfaces_test LABEL e2e LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/round/fit_test LABEL parallel LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/round/mesh_levels_test LABEL unit LINK pathfit_optim pathfit_test_support)
-pathfit_test(optim/round/needles_test LABEL unit LINK pathfit_optim)
 pathfit_test(optim/round/round_policy_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/round/surface_levels_test LABEL unit LINK pathfit_optim pathfit_test_support)
