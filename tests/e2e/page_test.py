@@ -297,11 +297,13 @@ class Serve(unittest.TestCase):
         while not (folder / "run.json").exists():
             time.sleep(0.05)
             self.assertIsNone(fitting.poll())
+        fitting.send_signal(signal.SIGSTOP)  # until the browser is there, however long it takes
         serving, port = self.serve(folder)
         with Browser() as browser:
             browser.open(f"http://127.0.0.1:{port}/")
             badge = "document.querySelector('.badge').textContent"
             self.assertEqual(browser.eval(badge), "running")
+            fitting.send_signal(signal.SIGCONT)
             browser.wait("document.querySelector('.viewer canvas') !== null", 300)
             browser.eval("(() => { const one = document.querySelectorAll('#model select')[1]; one.value = 'shape'; "
                          "one.dispatchEvent(new Event('change')); })()")

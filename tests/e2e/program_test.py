@@ -12,11 +12,13 @@ import random
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import zlib
 
 PATHFIT = pathlib.Path(sys.argv[1])
 SOURCE = pathlib.Path(sys.argv[2])
@@ -33,6 +35,15 @@ for stage, rounds, spp, max_spp in (("light", 2, 4, 8), ("all", 6, 16, 16)):  # 
 
 def run(*arguments, **options):
     return subprocess.run([PATHFIT, *map(str, arguments)], capture_output=True, text=True, timeout=600, **options)
+
+
+def grey_png(width, height, value):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = (b"\0" + bytes([value]) * width) * height
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
 def fit(folder, *more):
@@ -346,8 +357,10 @@ class Program(unittest.TestCase):
         photos = self.folder / "photos"
         shutil.copytree(SOURCE / "data/axe/images", photos / "images")
         cameras = json.loads((SOURCE / "data/axe/transforms.json").read_text())
-        for frame in cameras["frames"]:
-            del frame["mask_path"]  # nothing tells background from object
+        for i, frame in enumerate(cameras["frames"]):
+            del frame["mask_path"]
+            # A background that changes.
+            (photos / frame["file_path"]).write_bytes(grey_png(frame["w"], frame["h"], 60 + 40 * (i % 5)))
         (photos / "transforms.json").write_text(json.dumps(cameras))
         config = self.folder / "photos.yaml"
 
@@ -370,7 +383,7 @@ class Program(unittest.TestCase):
         config.unlink()
         unasked = run("init", photos, "-o", config)
         self.assertNotIn("Did the light", unasked.stderr)
-        self.assertIn("nothing tells whether the light goes with the camera", unasked.stderr)
+        self.assertIn("the background changes from photo to photo", unasked.stderr)
         told = run("init", photos, "-o", config, "--force", "--light", "camera")
         self.assertEqual(told.returncode, 0, told.stderr)
         self.assertIn("frame: camera", config.read_text().split("surroundings:")[1])
