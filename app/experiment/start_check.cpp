@@ -157,21 +157,12 @@ class StartChecker {
   }
 
   template <class Predicate>
-  [[nodiscard]] std::vector<std::string> FittedByFacts(Predicate predicate) const {
+  [[nodiscard]] std::vector<std::string> FittedWhere(Predicate predicate) const {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < check_.views.size(); ++i) {
       if (!check_.views[i].validation && predicate(check_.views[i], facts_[i])) {
         names.push_back(check_.views[i].name);
       }
-    }
-    return names;
-  }
-
-  template <class Predicate>
-  [[nodiscard]] std::vector<std::string> FittedWhere(Predicate predicate) const {
-    std::vector<std::string> names;
-    for (const ViewStart& view : check_.views) {
-      if (!view.validation && predicate(view)) names.push_back(view.name);
     }
     return names;
   }
@@ -191,7 +182,7 @@ class StartChecker {
 
   void RefuseBlackMasks() const {
     const std::size_t black =
-        FittedWhere([](const ViewStart& v) { return v.masked == 0.0; }).size();
+        FittedWhere([](const ViewStart& v, const ViewFacts&) { return v.masked == 0.0; }).size();
     if (black < num_fitted_) return;
     const optim::MaskOptions& options = config_.input->photos.masks;
     throw optim::ObservationError(
@@ -204,7 +195,7 @@ class StartChecker {
   }
 
   void RefuseBlackPhotos() {
-    const auto black = FittedByFacts([](const ViewStart& v, const ViewFacts& f) {
+    const auto black = FittedWhere([](const ViewStart& v, const ViewFacts& f) {
       return v.evidence > 0.0 && f.brightest <= 0.0;
     });
     if (black.empty()) return;
@@ -232,8 +223,9 @@ class StartChecker {
   }
 
   void RefuseEroded() const {
-    const std::size_t eaten =
-        FittedWhere([](const ViewStart& v) { return v.masked > 0.0 && v.evidence == 0.0; }).size();
+    const std::size_t eaten = FittedWhere([](const ViewStart& v, const ViewFacts&) {
+                                return v.masked > 0.0 && v.evidence == 0.0;
+                              }).size();
     if (eaten == 0 || eaten < num_fitted_) return;
     throw ConfigError(config_.source,
                       {{PlaceOf(config_, {"input", "masks", "erode_px"}),
@@ -292,7 +284,7 @@ class StartChecker {
 
   void RefuseUnseen() {
     const std::vector<std::string> unseen =
-        FittedWhere([](const ViewStart& v) { return v.covered == 0.0; });
+        FittedWhere([](const ViewStart& v, const ViewFacts&) { return v.covered == 0.0; });
     if (unseen.empty() || experiment_.scene.meshes.empty()) return;
     if (unseen.size() < num_fitted_) {
       Warn("the start is not seen in " + Counted(unseen, num_fitted_) +
@@ -310,15 +302,17 @@ class StartChecker {
   }
 
   void WarnOfMasks() {
-    const auto black = FittedWhere([](const ViewStart& v) { return v.masked == 0.0; });
+    const auto black =
+        FittedWhere([](const ViewStart& v, const ViewFacts&) { return v.masked == 0.0; });
     if (!black.empty()) {
       Warn("the mask is black in " + Counted(black, num_fitted_) +
            (observations_.mask_meaning == MaskMeaning::kSilhouette
                 ? ": the object is taken to be absent there"
                 : ": nothing there is evidence"));
     }
-    const auto eaten = FittedWhere(
-        [](const ViewStart& v) { return v.masked > 0.0 && v.evidence < kLittleLeft * v.masked; });
+    const auto eaten = FittedWhere([](const ViewStart& v, const ViewFacts&) {
+      return v.masked > 0.0 && v.evidence < kLittleLeft * v.masked;
+    });
     if (!eaten.empty()) {
       Warn(fmt::format(
           "{}: input.masks.erode_px: {} pixels leave less than a tenth of the mask in {}",
@@ -332,7 +326,8 @@ class StartChecker {
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.inverted_iou; });
     // A floor or wall may fill the pictures. What is carved from masks agrees with them anyway.
     const double iou = MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
-    const std::size_t full = FittedWhere([](const ViewStart& v) { return v.masked >= 1.0; }).size();
+    const std::size_t full =
+        FittedWhere([](const ViewStart& v, const ViewFacts&) { return v.masked >= 1.0; }).size();
     if (full == num_fitted_ && iou < kInvertedIou) {
       Warn(Where({"input", "masks"}) +
            ": the masks are white throughout: they do not tell the object from what is around it. "
@@ -383,7 +378,7 @@ class StartChecker {
     const double median =
         MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
     if (inverted_ || !(median > kOddLeast)) return;
-    const auto odd = FittedWhere([&](const ViewStart& v) {
+    const auto odd = FittedWhere([&](const ViewStart& v, const ViewFacts&) {
       return v.covered > 0.0 && v.masked > 0.0 && v.iou < kOddIou * median;
     });
     if (odd.empty()) return;
@@ -422,7 +417,7 @@ class StartChecker {
   }
 
   void WarnOfClipping() {
-    const auto clipped = FittedByFacts(
+    const auto clipped = FittedWhere(
         [](const ViewStart&, const ViewFacts& f) { return f.clipped > kMostlyClipped; });
     if (clipped.empty()) return;
     Warn(

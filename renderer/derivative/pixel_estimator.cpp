@@ -113,15 +113,20 @@ Rgba MeanOfSamples(const PathContext& context,
   return sum * (1.0 / spp);
 }
 
-}  // namespace
-
-struct PixelEstimator::Scratch {
-  explicit Scratch(const PathContext& context) : batch(context) {}
-  NullListener listener;
+/// Paths from the camera, traced side by side.
+template <class Listener>
+struct CameraBatch {
+  explicit CameraBatch(const PathContext& context) : batch(context) {}
   std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
   std::array<Ray, kImageBatch> rays;
   std::array<std::optional<Hit>, kImageBatch> hits;
-  PathBatch<kImageBatch, LatticeSampler, NullListener> batch;
+  PathBatch<kImageBatch, LatticeSampler, Listener> batch;
+};
+
+}  // namespace
+
+struct PixelEstimator::Scratch : CameraBatch<NullListener> {
+  using CameraBatch::CameraBatch;
 };
 
 PixelEstimator::PixelEstimator(const PathContext& context,
@@ -136,7 +141,8 @@ PixelEstimator::~PixelEstimator() = default;
 Rgba PixelEstimator::Estimate(int x, int y, RenderStats& stats) {
   const RayCaster& caster = context_.world->caster();
   const int pair = context_.antithetic ? 2 : 1;
-  auto& [listener, samplers, rays, hits, batch] = *scratch_;
+  NullListener listener;
+  auto& [samplers, rays, hits, batch] = *scratch_;
   const auto samples = [&](int first, const auto& numbers, std::span<Rgba> values) {
     const std::size_t count = values.size();
     for (std::size_t i = 0; i < count; ++i) {
@@ -195,12 +201,8 @@ struct PixelDerivative::Level {
   PathBatch<kImageBatch, ShiftedSampler, PathRecorder> batch;
 };
 
-struct PixelDerivative::Scratch {
-  explicit Scratch(const PathContext& context) : batch(context) {}
-  std::array<std::optional<LatticeSampler>, kImageBatch> samplers;
-  std::array<Ray, kImageBatch> rays;
-  std::array<std::optional<Hit>, kImageBatch> hits;
-  PathBatch<kImageBatch, LatticeSampler, PathRecorder> batch;
+struct PixelDerivative::Scratch : CameraBatch<PathRecorder> {
+  using CameraBatch::CameraBatch;
 };
 
 PixelDerivative::PixelDerivative(const AdjointContext& context,

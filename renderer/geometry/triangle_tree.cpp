@@ -32,10 +32,8 @@ std::array<double, 3> WeightsOf(const Vec3& x, const TriangleGeometry& t) {
 
 }  // namespace
 
-TriangleTree::TriangleTree(const Mesh& mesh) : TriangleTree(GeometryOf(mesh)) {}
-
-TriangleTree::TriangleTree(std::vector<TriangleGeometry> triangles)
-    : triangles_(std::move(triangles)), order_(triangles_.size()) {
+TriangleTree::TriangleTree(const Mesh& mesh)
+    : triangles_(GeometryOf(mesh)), order_(triangles_.size()) {
   std::vector<Vec3> middles;
   for (const TriangleGeometry& triangle : triangles_) {
     boxes_.push_back(BoxAround(triangle.Corners()));

@@ -27,32 +27,6 @@ class TriangleTree {
   /// Precondition: ValidateMesh passed, but for crossing or folded triangles. Changes of the mesh
   /// afterwards do not reach the tree.
   explicit TriangleTree(const Mesh& mesh);
-  /// Of these triangles.
-  explicit TriangleTree(std::vector<TriangleGeometry> triangles);
-
-  /// Calls use(triangle) for the triangles in all leaves of the tree whose own box, and all boxes
-  /// above, may_count(box).
-  template <class MayCount, class Use>
-  void Visit(const MayCount& may_count, const Use& use) const {
-    std::array<std::int32_t, kMostNodesAside> stack;
-    stack[0] = 0;
-    std::size_t size = 1;
-    while (size > 0) {
-      const std::int32_t index = stack[--size];
-      const Node& node = nodes_[static_cast<std::size_t>(index)];
-      if (!may_count(node.box)) {
-        continue;
-      }
-      if (node.right > 0) {
-        stack[size++] = node.right;
-        stack[size++] = index + 1;
-        continue;
-      }
-      for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-        use(order_[static_cast<std::size_t>(i)]);
-      }
-    }
-  }
 
   /// The point of the surface next to x. With `outward` (of any length, not zero) only triangles
   /// whose normal is within a right angle of it count, so that a point beside one side of a thin

@@ -12,6 +12,10 @@
 namespace pathfit::app {
 namespace {
 
+bool Says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 class StartCheckTest : public BallStart {
  protected:
   [[nodiscard]] StartCheck Check() const { return CheckStart(config_, experiment_); }
@@ -25,6 +29,11 @@ class StartCheckTest : public BallStart {
     }
     return "";
   }
+  void ExpectOneWarning(const std::string& part) const {
+    const StartCheck check = Check();
+    ASSERT_EQ(check.warnings.size(), 1U);
+    EXPECT_TRUE(Says(check.warnings[0], part)) << check.warnings[0];
+  }
   void SetMasks(float (*value)(float)) {
     for (optim::View& view : experiment_.observations.views) {
       renderer::Image mask = view.mask.Unpack();
@@ -36,10 +45,6 @@ class StartCheckTest : public BallStart {
     for (renderer::Vec3& p : experiment_.scene.meshes[0].mesh.positions) p += by;
   }
 };
-
-bool Says(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 TEST_F(StartCheckTest, HasNothingAgainstAGoodStart) {
   const StartCheck check = Check();
@@ -63,10 +68,7 @@ TEST_F(StartCheckTest, RefusesMasksThatAreBlackEverywhere) {
 TEST_F(StartCheckTest, NamesPhotosWhoseMaskIsBlack) {
   optim::View& view = experiment_.observations.views[1];
   view.mask = renderer::Image(view.mask.width(), view.mask.height(), 1);
-  const StartCheck check = Check();
-  ASSERT_EQ(check.warnings.size(), 1U);
-  EXPECT_TRUE(Says(check.warnings[0], "black in 1 of 4 fitted photos (view1)"))
-      << check.warnings[0];
+  ExpectOneWarning("black in 1 of 4 fitted photos (view1)");
 }
 
 TEST_F(StartCheckTest, WhiteMasksAreNotTakenForInvertedOnes) {
@@ -84,10 +86,7 @@ TEST_F(StartCheckTest, NamesThePhotoThatIsUnlikeTheOthers) {
     for (int x = mask.width / 2; x < mask.width; ++x) mask.At(x, y, 0) = 0.0F;
   }
   view.mask = mask;
-  const StartCheck check = Check();
-  ASSERT_EQ(check.warnings.size(), 1U);
-  EXPECT_TRUE(Says(check.warnings[0], "hardly in 1 of 4 fitted photos (view2)"))
-      << check.warnings[0];
+  ExpectOneWarning("hardly in 1 of 4 fitted photos (view2)");
 }
 
 TEST_F(StartCheckTest, NamesUnknownsThatStartOutsideTheirBounds) {
@@ -98,20 +97,14 @@ TEST_F(StartCheckTest, NamesUnknownsThatStartOutsideTheirBounds) {
   colors.upper = 0.595;  // by less than can matter
   EXPECT_TRUE(Check().warnings.empty());
   colors.upper = 0.5;
-  const StartCheck check = Check();
-  ASSERT_EQ(check.warnings.size(), 1U);
-  EXPECT_TRUE(Says(check.warnings[0], "unknowns.ball.colors: 486 of 486 numbers start outside"))
-      << check.warnings[0];
+  ExpectOneWarning("unknowns.ball.colors: 486 of 486 numbers start outside");
 }
 
 TEST_F(StartCheckTest, RefusesPhotosThatAreBlack) {
   std::vector<optim::View>& views = experiment_.observations.views;
   const renderer::Image black(views[0].photo.width(), views[0].photo.height(), 3);
   views[1].photo = black;
-  const StartCheck check = Check();
-  ASSERT_EQ(check.warnings.size(), 1U);
-  EXPECT_TRUE(Says(check.warnings[0], "1 of 4 fitted photos (view1) are black inside"))
-      << check.warnings[0];
+  ExpectOneWarning("1 of 4 fitted photos (view1) are black inside");
   for (optim::View& view : views) view.photo = black;
   EXPECT_TRUE(Says(Refusal<optim::ObservationError>(), "all 4 fitted photos are black"));
 }
@@ -121,10 +114,7 @@ TEST_F(StartCheckTest, WarnsOfPhotosThatAreClippedThroughout) {
   renderer::Image clipped(view.photo.width(), view.photo.height(), 1);
   for (float& v : clipped.data) v = 1.0F;
   view.clipped = clipped;
-  const StartCheck check = Check();
-  ASSERT_EQ(check.warnings.size(), 1U);
-  EXPECT_TRUE(Says(check.warnings[0], "is clipped in 1 of 4 fitted photos (view0)"))
-      << check.warnings[0];
+  ExpectOneWarning("is clipped in 1 of 4 fitted photos (view0)");
 }
 
 TEST_F(StartCheckTest, RefusesAnErosionThatLeavesNothing) {
@@ -168,9 +158,7 @@ TEST_F(StartCheckTest, KnowsCamerasThatLookAway) {
 
 TEST_F(StartCheckTest, KnowsAnotherUnit) {
   for (renderer::Vec3& p : experiment_.scene.meshes[0].mesh.positions) p *= 0.2;
-  const StartCheck check = Check();
-  ASSERT_EQ(check.warnings.size(), 1U);
-  EXPECT_TRUE(Says(check.warnings[0], "times the area of the masks")) << check.warnings[0];
+  ExpectOneWarning("times the area of the masks");
   for (renderer::Vec3& p : experiment_.scene.meshes[0].mesh.positions) p *= 1e-4;
   EXPECT_TRUE(Says(Refusal<renderer::SceneError>(), "smaller than a pixel"));
 }
@@ -179,10 +167,7 @@ TEST_F(StartCheckTest, NamesPhotosThatDoNotShowTheObject) {
   renderer::Camera& camera = experiment_.observations.views[0].camera;
   camera.cx += 500.0;
   experiment_.scene.sensors[0] = camera;
-  const StartCheck check = Check();
-  ASSERT_EQ(check.warnings.size(), 1U);
-  EXPECT_TRUE(Says(check.warnings[0], "not seen in 1 of 4 fitted photos (view0)"))
-      << check.warnings[0];
+  ExpectOneWarning("not seen in 1 of 4 fitted photos (view0)");
 }
 
 TEST_F(StartCheckTest, IouIsUnknownWithoutMasks) {
