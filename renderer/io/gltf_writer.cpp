@@ -240,13 +240,13 @@ class MaterialWriter {
       if (material.roughness_texture) pbr.roughnessFactor = 1.0;
       if (material.metallic_texture) pbr.metallicFactor = 1.0;
       pbr.metallicRoughnessTexture.index =
-          AddOnce(KeyOf(2, material.roughness_texture, material.metallic_texture), [&] {
+          AddOnce({2, OneOf(material.roughness_texture), OneOf(material.metallic_texture)}, [&] {
             const Texture joined = MetallicRoughness(material, path_);
             return AddTexture(joined, EncodedNumbers(joined, path_));
           });
     }
     if (const std::optional<Texture>& normals = material.normal_texture) {
-      result.normalTexture.index = AddOnce(KeyOf(1, normals, std::nullopt), [&] {
+      result.normalTexture.index = AddOnce({1, OneOf(*normals), {}}, [&] {
         CheckTexels(*normals, path_);
         return AddTexture(*normals, EncodedNumbers(*normals, path_));
       });
@@ -262,11 +262,11 @@ class MaterialWriter {
   /// Of one or two textures by name, texels and wrap, and how they are encoded.
   using One = std::tuple<std::string, const Rgb*, TextureWrap>;
   using Key = std::tuple<int, One, One>;
-  static Key KeyOf(int encoding, const std::optional<Texture>& a, const std::optional<Texture>& b) {
-    const auto one = [](const std::optional<Texture>& t) {
-      return t ? One(t->name, std::as_const(t->texels).data(), t->wrap) : One();
-    };
-    return {encoding, one(a), one(b)};
+  static One OneOf(const Texture& texture) {
+    return {texture.name, std::as_const(texture.texels).data(), texture.wrap};
+  }
+  static One OneOf(const std::optional<Texture>& texture) {
+    return texture ? OneOf(*texture) : One();
   }
 
   template <class Make>
@@ -276,7 +276,7 @@ class MaterialWriter {
   }
 
   int AddColors(const Texture& texture) {
-    return AddOnce(KeyOf(0, texture, std::nullopt),
+    return AddOnce({0, OneOf(texture), {}},
                    [&] { return AddTexture(texture, EncodedColors(texture, path_)); });
   }
 
