@@ -194,9 +194,6 @@ void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
   start_costs_ = costs_;
   round_model_.FinishRound(start_theta_, sums_.gradient);
   model_ = options_.earlier != nullptr ? *options_.earlier : QuadraticModel();
-  if (options_.weighs_earlier && !model_.Empty()) {
-    WeighByErrors(round_model_, start_theta_, options_.weight, model_);
-  }
   Accumulate(round_model_, start_theta_, options_.weight, model_);
   at_start_ = MakeModelAtPoint(model_, start_theta_);
   gram_root_ = MakeGramRoot(

@@ -29,8 +29,7 @@ struct ImageProblemOptions {
   SampleHalves samples;
   /// Of the stage's earlier rounds, for normal equations; null: none. Must outlive the problem.
   const QuadraticModel* earlier = nullptr;
-  double weight = 1.0;          ///< of this round beside the earlier ones
-  bool weighs_earlier = false;  ///< these are of smaller photos: WeighByErrors
+  double weight = 1.0;  ///< of this round beside the earlier ones
   /// Of how many views, spread evenly from `first_measured` on, terms are measured (split_meter()).
   std::size_t num_measured = 0, first_measured = 0;
   /// More than are fitted: the size is that of a problem with so many views like these.

@@ -132,20 +132,6 @@ double LargestByChance(std::size_t n) {
   return 1.0 + kSigmas * std::sqrt(2.0 / static_cast<double>(n));
 }
 
-/// Of a round's gradient at its point with what the model expects there.
-double Contradiction(const QuadraticModel& round,
-                     const std::vector<double>& theta,
-                     const QuadraticModel& model) {
-  const std::size_t n = round.NumScalars();
-  const Eigen::VectorXd x = AsVector(theta);
-  const Eigen::VectorXd fresh = AsMatrix(round.product, n) * x - AsVector(round.linear);
-  const Eigen::VectorXd expected =
-      (AsMatrix(model.product, n) * x - AsVector(model.linear)) / model.weight;
-  const RowMajorMatrix covariance =
-      AsMatrix(round.covariance, n) + AsMatrix(model.covariance, n) / (model.weight * model.weight);
-  return Contradiction(fresh - expected, covariance);
-}
-
 /// By scalar: variance of the product over square and noise (square - product), whose factors are
 /// 4 / the number of rows that count. Zero without noise.
 Eigen::VectorXd ScatterOfShares(const QuadraticModel& model) {
@@ -318,7 +304,13 @@ void Accumulate(const QuadraticModel& round,
   if (model.Empty()) {
     model = QuadraticModel(n);
   } else {
-    const double contradiction = Contradiction(round, theta, model);
+    const Eigen::VectorXd x = AsVector(theta);
+    const Eigen::VectorXd fresh = AsMatrix(round.product, n) * x - AsVector(round.linear);
+    const Eigen::VectorXd expected =
+        (AsMatrix(model.product, n) * x - AsVector(model.linear)) / model.weight;
+    const RowMajorMatrix covariance = AsMatrix(round.covariance, n) +
+                                      AsMatrix(model.covariance, n) / (model.weight * model.weight);
+    const double contradiction = Contradiction(fresh - expected, covariance);
     // The noise of the earlier rounds' curvature, times the way since, is not in the covariance.
     const double allowed = kUnknownNoise * LargestByChance(n);
     if (contradiction > allowed) {
@@ -339,41 +331,6 @@ void CarryToPhotosOfMorePixels(double ratio, QuadraticModel& model) {
   // mean gradient with their square.
   Scale(ratio, model.scatter);
   model.weight /= ratio;
-}
-
-void WeighByErrors(const QuadraticModel& round,
-                   const std::vector<double>& theta,
-                   double weight,
-                   QuadraticModel& model) {
-  const std::size_t n = round.NumScalars();
-  if (Contradiction(round, theta, model) > LargestByChance(n)) {
-    model = QuadraticModel();  // small photos have another minimum
-    return;
-  }
-  // Of the mean gradients, in units of the curvatures.
-  double of_round = 0.0;
-  double of_model = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t cell = i * (n + 1);
-    const double unit = model.square[cell] / model.weight;
-    if (unit > 0.0) {
-      of_round += (round.covariance[cell] + std::max(0.0, round.scatter[cell])) / unit;
-      of_model += (model.covariance[cell] / (model.weight * model.weight) +
-                   std::max(0.0, model.scatter[cell]) / model.weight) /
-                  unit;
-    }
-  }
-  if (!(of_round > 0.0 && of_model > 0.0)) {
-    return;
-  }
-  const double factor = of_round / of_model * weight / model.weight;
-  for (std::vector<double>* values :
-       {&model.product, &model.square, &model.scatter, &model.linear}) {
-    Scale(factor, *values);
-  }
-  Scale(factor * factor, model.covariance);
-  Scale(factor * factor, model.variance);
-  model.weight *= factor;
 }
 
 double SignificanceOfStep(const std::vector<double>& step, const QuadraticModel& model) {

@@ -61,15 +61,6 @@ void Accumulate(const QuadraticModel& round,
 /// weigh as much each: the same minimum with the same error.
 void CarryToPhotosOfMorePixels(double ratio, QuadraticModel& model);
 
-/// Gives a model that was carried a weight beside that of the first round by the larger photos as
-/// the errors of both ask: by the renderings' noise and by what the photos leave unexplained. A
-/// small photo's pixels average before J and r are multiplied, so that at as many samples it tells
-/// few unknowns more, as long as the renderings' noise is what limits them.
-void WeighByErrors(const QuadraticModel& round,
-                   const std::vector<double>& theta,
-                   double weight,
-                   QuadraticModel& model);
-
 /// After a step: rounds about points that lie behind lose weight as far as the step stands out of
 /// the error of the model's minimum, since their quadratic form holds near their points only.
 void Forget(const std::vector<double>& step, QuadraticModel& model);

@@ -225,7 +225,8 @@ class FitDriver {
     state_.scene = std::move(level.scene);
     state_.level_scene = state_.scene;
     const ParameterSet set = FreeSet(state_.scene, stage);
-    const bool goes_on = state_.level > 0 && IsFew(set);
+    // Where nothing moves, steps hold at any size of the photos, and so does what they have shown.
+    const bool goes_on = state_.level > 0 && !MovesSomething(set) && IsFew(set);
     if (!goes_on) {
       state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
     } else if (coarse.NumScalars() == set.NumScalars()) {

@@ -222,18 +222,14 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
     return "no step accepted in " + std::to_string(kMaxRejectedRounds) + " rounds";
   }
   const bool last = state.level + 1 >= num_levels;
-  // Few unknowns learn most from small photos: they stay for as long as noise is what limits them.
-  const bool learns = !state.model.Empty() && !state.precise;
   // The finest level gets its share of the rounds, and what the others leave.
-  const int share = std::max(learns && state.level == 0 ? stage.max_rounds / 3 : 0,
-                             LevelShare(stage, num_levels));
-  if (!last && state.RoundsOfLevel() >= share) {
+  if (!last && state.RoundsOfLevel() >= LevelShare(stage, num_levels)) {
     return "the level's share of max_rounds";
   }
   if (last && state.within_error >= kRoundsWithinError && state.precise) {
     return "converged: the last steps were within their error";
   }
-  if (!last && state.still >= kRoundsWithinError && !learns) {
+  if (!last && state.still >= kRoundsWithinError) {
     return "nothing moves at this scale";
   }
   if (state.flat >= kRoundsWithinError) {

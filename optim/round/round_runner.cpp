@@ -260,7 +260,6 @@ ImageProblemOptions OptionsOfRound(const StageContext& context,
                         ? &state.model
                         : nullptr;
   options.weight = report.samples.spp;
-  options.weighs_earlier = state.RoundsOfLevel() == 0;
   // Where nothing moves there are no boundaries to divide samples among.
   if (!HasAllBudgets(stage.samples) && moves) {
     options.num_measured = std::min(kMeasuredViews, context.views.fitted.size());

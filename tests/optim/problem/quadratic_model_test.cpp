@@ -291,36 +291,6 @@ TEST_F(QuadraticModelTest, TheWholeStepIsNotDampedAndLeavesWhatIsNotFreeOrNotTol
   EXPECT_EQ(step[1], 0.0);
 }
 
-TEST_F(QuadraticModelTest, SmallPhotosWeighAsMuchAsTheyAreSurer) {
-  const std::vector<std::array<double, 2>> rows = {{1.0, 0.0}, {0.0, 1.0}, {1.0, 1.0}};
-  const std::vector<double> minimum = {3.0, 4.0};
-  QuadraticModel round = ModelOfRows(rows, rows);
-  round.scatter.assign(4, 0.0);
-  round.FinishRound(minimum, {0.0, 0.0});
-  round.covariance = {0.04, 0.0, 0.0, 0.04};
-  QuadraticModel carried = round;
-  carried.covariance = {0.01, 0.0, 0.0, 0.01};
-  optim::WeighByErrors(round, minimum, 8.0, carried);
-  EXPECT_NEAR(carried.weight, 4 * 8.0, 1e-12) << "a quarter of the variance";
-  for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_NEAR(carried.product[i] / carried.weight, round.product[i], 1e-12);
-    EXPECT_NEAR(carried.covariance[i] / (carried.weight * carried.weight),
-                0.25 * round.covariance[i],
-                1e-12);
-  }
-  // What the photos leave unexplained is no better known by quieter renderings.
-  round.scatter = {1.0, 0.0, 0.0, 1.0};
-  QuadraticModel unexplained = round;
-  unexplained.covariance.assign(4, 1e-6);
-  optim::WeighByErrors(round, minimum, 8.0, unexplained);
-  EXPECT_NEAR(unexplained.weight, 8.0 * 1.04, 1e-3);
-  // Ten standard deviations away: another minimum.
-  QuadraticModel other = round;
-  other.FinishRound({5.0, 4.0}, {0.0, 0.0});
-  optim::WeighByErrors(round, minimum, 8.0, other);
-  EXPECT_TRUE(other.Empty());
-}
-
 TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
   LinearImageSource source(32, 16, kNumBlocks, 4, 0.2);
   const QuadraticModel model = Linearized(source, start_, 0).model();

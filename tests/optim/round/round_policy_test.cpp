@@ -135,24 +135,6 @@ TEST(StoppingRule, FewUnknownsEndByTheErrorOfTheirSteps) {
   EXPECT_NE(optim::StopReason(stage, state, 1).find("converged"), std::string::npos);
 }
 
-TEST(StoppingRule, FewUnknownsStayAtSmallPhotosUntilTheyArePrecise) {
-  optim::StageSpec stage;
-  stage.max_rounds = 40;
-  optim::FitState state;
-  state.round = 10;
-  state.model.weight = 1.0;
-  state.still = optim::kRoundsWithinError;
-  EXPECT_EQ(optim::StopReason(stage, state, 4), "");
-  state.precise = true;
-  EXPECT_EQ(optim::StopReason(stage, state, 4), "the level's share of max_rounds");
-  state.round = 5;
-  EXPECT_EQ(optim::StopReason(stage, state, 4), "nothing moves at this scale");
-  state.precise = false;
-  state.round = 13;
-  EXPECT_EQ(optim::StopReason(stage, state, 4), "the level's share of max_rounds")
-      << "of the first level a third of all";
-}
-
 TEST(StoppingRule, ManyUnknownsEndWhereHeldOutPhotosGainNoMore) {
   optim::StageSpec stage;
   optim::FitState state;
