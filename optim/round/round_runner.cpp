@@ -151,6 +151,7 @@ SolveOutcome Solve(const StageContext& context,
   }
   options.radius =
       TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
+  options.shared_radius_factor = TrustRadius(0.0, state.radius_factor) / options.radius;
   options.restrain = [&](std::vector<double>& trial) {
     return guard.Restrain(trial) && cameras.Admits(trial) && motion.Admits(trial);
   };

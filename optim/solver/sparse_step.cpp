@@ -25,9 +25,13 @@ constexpr double kLeastDamping = 1e-6;  // of a scaled diagonal, over the radius
 constexpr double kLargestDamping = 1e32;
 constexpr double kLeastRelativeDecrease = 1e-3;
 
+// Groups of more blocks are of a surface or a picture: a pixel sees few of them.
+constexpr std::int32_t kMaxSharedBlocks = 50;
+
 // Of standard errors. All draws together must not take longer than a round.
 constexpr double kEtaOfErrors = 1e-2;
 constexpr int kMaxIterationsOfErrors = 20;
+constexpr double kSigmas = 2.0;  // that chance is given
 constexpr double kSmallestShare = 1e-9;      // of the diagonal: keeps the matrix positive
 constexpr std::uint64_t kPriorDrawSeed = 1;  // there is no other draw of priors
 
@@ -133,6 +137,18 @@ bool SolveByConjugateGradients(const SparseGram& matrix,
   return true;
 }
 
+/// By block, of the radius.
+Vector RadiusFactors(const ParameterSet& set, const SolveOptions& options) {
+  Vector factors(set.NumBlocks(), 1.0);
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    if (group.num_blocks <= kMaxSharedBlocks) {
+      std::fill_n(
+          factors.begin() + group.first_block, group.num_blocks, options.shared_radius_factor);
+    }
+  }
+  return factors;
+}
+
 class SparseRound {
  public:
   SparseRound(ImageProblem& problem,
@@ -147,7 +163,8 @@ class SparseRound {
         theta_(theta),
         options_(options),
         matrix_(problem.TakeSparseGram()),
-        gradient_(problem.TakeGradient()) {}
+        gradient_(problem.TakeGradient()),
+        factors_(RadiusFactors(set_, options)) {}
 
   SolveOutcome Solve() {
     const auto start = renderer::Clock::now();
@@ -211,8 +228,9 @@ class SparseRound {
     damping.reserve(paired.NumScalars());
     for (std::size_t b = 0; b < paired.NumBlocks(); ++b) {
       const auto cells = matrix_.Diagonal(b);
+      const double factor = factors_[static_cast<std::size_t>(paired.BlockOf(b))];
       for (std::size_t p = 0; p * SparseGram::kStride < cells.size(); ++p) {
-        damping.push_back(Damping(cells[p * SparseGram::kStride + p], radius));
+        damping.push_back(Damping(cells[p * SparseGram::kStride + p], radius * factor));
       }
     }
     if (paired.NumScalars() > 0 &&
@@ -283,6 +301,7 @@ class SparseRound {
   const SolveOptions& options_;
   SparseGram matrix_;
   Vector gradient_;
+  Vector factors_;
   Vector step_;
   double render_s_ = 0.0;
 };
@@ -304,7 +323,7 @@ StandardErrors EstimateErrorsOfMany(ImageProblem& problem,
   const ParameterSet& set = problem.set();
   const std::size_t n = theta.size();
   SparseGram matrix = problem.TakeSparseGram();
-  Vector gradient(n);
+  Vector gradient = problem.TakeGradient();
   LinearizePriors(priors,
                   set,
                   theta,
@@ -331,12 +350,19 @@ StandardErrors EstimateErrorsOfMany(ImageProblem& problem,
     }
     draw = std::move(step);
   });
+  Vector rest;  // of the way to the minimum
+  if (!SolveByConjugateGradients(
+          matrix, damping, gradient, kEtaOfErrors, kMaxIterationsOfErrors, rest)) {
+    rest.assign(n, 0.0);
+  }
   StandardErrors errors{Vector(n), Vector(n), Vector(n), Vector(n)};
   for (std::size_t i = 0; i < n; ++i) {
     for (const Vector& draw : draws) {
       errors.of_photos[i] += draw[i] * draw[i] / static_cast<double>(draws.size());
     }
-    errors.of_photos[i] = std::sqrt(errors.of_photos[i]);
+    const double variance = errors.of_photos[i];
+    const double unlikely = std::max(0.0, rest[i] * rest[i] - kSigmas * kSigmas * variance);
+    errors.of_photos[i] = std::sqrt(variance + unlikely);
     if (problem.sums().diagonal[i] == 0.0) {
       errors.of_ranges[i] = std::numeric_limits<double>::infinity();
     }

@@ -18,7 +18,9 @@ SolveOutcome SolveSparseRound(ImageProblem& problem,
 /// Standard errors of many unknowns by theta (of_photos, of_ranges) at the point where `problem` is
 /// linearised with draws of its gradient, which it uses up; no block is spread (PairedBlocks): root
 /// mean squares of A^-1 g over draws g of the photos' gradient and of the priors'
-/// (DrawPriorGradients), A the matrix of both. So what photos hardly tell is as uncertain as its
+/// (DrawPriorGradients), A the matrix of both, and how far beyond chance the point is from the
+/// minimum that A and the gradient tell, since fits of many unknowns end before they are there. So
+/// what photos hardly tell is as uncertain as its
 /// neighbours and `residual`, the size of a residual that nothing explains, leave it. With
 /// GradientDraws::kCount draws they are known to a quarter of themselves; what twenty conjugate
 /// gradients do not reach, changes of a whole surface that photos hardly tell, counts too little.

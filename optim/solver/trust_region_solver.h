@@ -26,6 +26,10 @@ inline constexpr int kMaxConjugateSteps = 200;
 struct SolveOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kGram;
   double radius = 1.0;  ///< trust region, first and largest
+  /// Of the radius, for the blocks of small groups (a camera, a light, a material) beside many
+  /// others: most pixels tell them, so that their part of a step has little noise. Sparse normal
+  /// equations only.
+  double shared_radius_factor = 1.0;
   double eta = 0.01;    ///< relative accuracy of conjugate gradients
   /// Whether a trial (values in units of the scene) may be rendered at all, where it may change it
   /// first: what is rendered and accepted is the changed one. Empty = always.

@@ -38,13 +38,14 @@ class SparseErrorsTest : public testing::Test {
     }
   }
 
-  ImageProblem Linearized(LinearSolverChoice solver) {
+  ImageProblem Linearized(LinearSolverChoice solver) { return Linearized(solver, fit_.truth); }
+  ImageProblem Linearized(LinearSolverChoice solver, const std::vector<double>& theta) {
     optim::ImageProblemOptions options;
     options.linear_solver = solver;
     options.samples = {{{.spp = 1}, 1}, {{.spp = 1}, 2}};
     options.draws_gradients = solver == LinearSolverChoice::kSparseGram;
     ImageProblem problem(source_, fit_.views, set_, options);
-    problem.Linearize(fit_.truth);
+    problem.Linearize(theta);
     return problem;
   }
 
@@ -72,6 +73,18 @@ TEST_F(SparseErrorsTest, AreThoseOfDenseNormalEquations) {
     sum += ratio * ratio;
   }
   EXPECT_NEAR(sum / static_cast<double>(n), 1.0, kTolerance);
+}
+
+// A fit that ends early is as far off as its gradient says.
+TEST_F(SparseErrorsTest, TheRestOfTheWayCounts) {
+  constexpr double kWay = 1.0;  // many errors
+  std::vector<double> theta = fit_.truth;
+  for (double& x : theta) x += kWay;
+  ImageProblem problem = Linearized(LinearSolverChoice::kSparseGram, theta);
+  const StandardErrors found = optim::EstimateErrorsOfMany(problem, {}, theta, kPhotoNoise);
+  double sum = 0.0;
+  for (const double error : found.of_photos) sum += error;
+  EXPECT_NEAR(sum / static_cast<double>(theta.size()), kWay, 0.2 * kWay);
 }
 
 // What only a prior tells is as uncertain as the prior says, not certain.

@@ -58,7 +58,8 @@ class TrustRegionSolverTest : public testing::Test {
     problem.Linearize(start_);
     SolveOptions solve;
     solve.linear_solver = kind;
-    solve.radius = 10.0;
+    solve.radius = radius_;
+    solve.shared_radius_factor = shared_radius_factor_;
     solve.eta = 1e-8;
     solve.restrain = restrain_;
     const SolveOutcome outcome = optim::SolveRound(problem, priors_, {}, start_, solve);
@@ -79,6 +80,7 @@ class TrustRegionSolverTest : public testing::Test {
   std::vector<double> start_ = std::vector<double>(fit_.truth.size(), 1.0);
   std::vector<optim::PriorTerm> priors_;
   std::function<bool(std::vector<double>&)> restrain_;
+  double radius_ = 10.0, shared_radius_factor_ = 1.0;
   double cost_after_ = 0.0;
 };
 
@@ -117,6 +119,21 @@ TEST_F(TrustRegionSolverTest, SparseNormalEquationsTakeTheStepOfTheRows) {
   EXPECT_NEAR(sparse.relative_decrease, rows.relative_decrease, 1e-3);
   EXPECT_EQ(sparse.trials, rows.trials);
   EXPECT_LE(*std::ranges::max_element(sparse.theta), 1.2);
+}
+
+TEST_F(TrustRegionSolverTest, UnknownsOfSmallGroupsHaveARadiusOfTheirOwn) {
+  const auto step = [&] {
+    return Step(LinearSolverChoice::kSparseGram, LinearSolverKind::kSparseGram, 0.0).theta;
+  };
+  radius_ = 0.1;
+  const std::vector<double> short_step = step();
+  shared_radius_factor_ = 1e5;  // all 42 blocks are of one small group
+  const std::vector<double> own = step();
+  radius_ = 1e4;
+  shared_radius_factor_ = 1.0;
+  const std::vector<double> long_step = step();
+  EXPECT_LT(Distance(own, long_step), 1e-6 * Distance(long_step, start_));
+  EXPECT_LT(Distance(short_step, start_), 0.5 * Distance(long_step, start_));
 }
 
 TEST_F(TrustRegionSolverTest, SparseRoundsStayOrEndAsOthersDo) {
