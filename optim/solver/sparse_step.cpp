@@ -25,13 +25,13 @@ constexpr double kLeastDamping = 1e-6;  // of a scaled diagonal, over the radius
 constexpr double kLargestDamping = 1e32;
 constexpr double kLeastRelativeDecrease = 1e-3;
 
-// Groups of more blocks are of a surface or a picture: a pixel sees few of them.
-constexpr std::int32_t kMaxSharedBlocks = 50;
+// Groups of more blocks are of a surface or a picture, whose texels noise may move far.
+constexpr std::int32_t kMaxSharedBlocks = 8;
 
 // Of standard errors. All draws together must not take longer than a round.
 constexpr double kEtaOfErrors = 1e-2;
 constexpr int kMaxIterationsOfErrors = 20;
-constexpr double kSigmas = 2.0;  // that chance is given
+constexpr double kSigmas = 2.0;              // that chance is given
 constexpr double kSmallestShare = 1e-9;      // of the diagonal: keeps the matrix positive
 constexpr std::uint64_t kPriorDrawSeed = 1;  // there is no other draw of priors
 

@@ -30,7 +30,7 @@ struct SolveOptions {
   /// others: most pixels tell them, so that their part of a step has little noise. Sparse normal
   /// equations only.
   double shared_radius_factor = 1.0;
-  double eta = 0.01;    ///< relative accuracy of conjugate gradients
+  double eta = 0.01;  ///< relative accuracy of conjugate gradients
   /// Whether a trial (values in units of the scene) may be rendered at all, where it may change it
   /// first: what is rendered and accepted is the changed one. Empty = always.
   std::function<bool(std::vector<double>&)> restrain;

@@ -84,7 +84,9 @@ TEST_F(SparseErrorsTest, TheRestOfTheWayCounts) {
   const StandardErrors found = optim::EstimateErrorsOfMany(problem, {}, theta, kPhotoNoise);
   double sum = 0.0;
   for (const double error : found.of_photos) sum += error;
-  EXPECT_NEAR(sum / static_cast<double>(theta.size()), kWay, 0.2 * kWay);
+  // Far away, the shares' signs draw larger errors, too, beyond which it counts.
+  EXPECT_GT(sum / static_cast<double>(theta.size()), 0.6 * kWay);
+  EXPECT_LT(sum / static_cast<double>(theta.size()), 1.2 * kWay);
 }
 
 // What only a prior tells is as uncertain as the prior says, not certain.
