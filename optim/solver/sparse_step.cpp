@@ -137,11 +137,12 @@ bool SolveByConjugateGradients(const SparseGram& matrix,
   return true;
 }
 
-/// By block, of the radius.
+/// By block, of the radius. Gains multiply what lights and colours say, which are damped: whole
+/// steps of theirs would lead off what they make together.
 Vector RadiusFactors(const ParameterSet& set, const SolveOptions& options) {
   Vector factors(set.NumBlocks(), 1.0);
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    if (group.num_blocks <= kMaxSharedBlocks) {
+    if (group.num_blocks <= kMaxSharedBlocks && group.kind != renderer::ParameterKind::kExposure) {
       std::fill_n(
           factors.begin() + group.first_block, group.num_blocks, options.shared_radius_factor);
     }
