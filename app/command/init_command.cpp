@@ -33,25 +33,28 @@ std::string NameOf(fs::path folder) {
 
 Json Describe(const FoundInput& input, const fs::path& config, const std::string& name) {
   const auto& masks = input.options.masks;
-  return {{"config", config.string()},
-          {"name", name},
-          {"photos", input.observations.views.size()},
-          {"photos_without_camera", input.num_without_camera},
-          {"images", input.options.images_dir.string()},
-          {"cameras", input.options.cameras.string()},
-          {"camera_format", input.camera_format},
-          {"masks", input.num_masks},
-          {"masks_inverted", masks.invert},
-          {"background_change",
-           input.background_change ? ToJson(*input.background_change) : Json(nullptr)},
-          {"seen", input.observations.assumptions},
-          {"guessed", Json::array({LightGuess(input)})}};
+  return {
+      {"config", config.string()},
+      {"name", name},
+      {"photos", input.observations.views.size()},
+      {"photos_without_camera", input.num_without_camera},
+      {"images", input.options.images_dir.string()},
+      {"cameras", input.options.cameras.string()},
+      {"camera_format", input.camera_format},
+      {"masks", input.num_masks},
+      {"masks_inverted", masks.invert},
+      {"mask_agreement", input.mask_agreement > 0.0 ? ToJson(input.mask_agreement) : Json(nullptr)},
+      {"background_change",
+       input.background_change ? ToJson(*input.background_change) : Json(nullptr)},
+      {"seen", input.observations.assumptions},
+      {"guessed", Json::array({LightGuess(input)})}};
 }
 
 struct Options {
   fs::path output, masks, mesh, calibration;
   std::string sfm;    ///< program that finds the cameras; empty: none
   std::string light;  ///< "world" or "camera"; empty: guessed
+  bool whole = false;
   bool force = false;
 };
 
@@ -71,6 +74,9 @@ void Declare(OptionList& options, Options& own) {
                "turntable), if photos do not tell",
                own.light);
   options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", own.mesh);
+  options.Flag("--whole-photos",
+               "Makes no masks where there are none: the background is fitted, too",
+               own.whole);
   options.Flag("--force", "Overwrites an existing file", own.force);
 }
 
@@ -84,6 +90,9 @@ constexpr ResultKey kResult[] = {
     {"camera_format", "text", ""},
     {"masks", "whole", "Number of photos with a mask"},
     {"masks_inverted", "boolean", "White along the border, so taken as the background"},
+    {"mask_agreement",
+     "number or null",
+     "Share by which masks that were made overlap with the body they agree on; null: none were"},
     {"background_change",
      "number or null",
      "Share by which the background differs from photo to photo; null without masks"},
@@ -111,6 +120,24 @@ ColmapModel FindCamerasByColmap(const fs::path& photos,
   fs::remove_all(workspace / "sparse");
   fs::remove(workspace / "database.db");
   return RunColmap({photos, own.masks, own.calibration, workspace}, signals, context);
+}
+
+/// For photos without masks, in a folder beside the config.
+void TryToMakeMasks(const fs::path& config,
+                    const Options& own,
+                    CommandContext& context,
+                    FoundInput& input) {
+  const fs::path folder = config.parent_path() / (config.stem().string() + "_masks");
+  RefuseToOverwrite(folder, own);
+  context.log.Info("no masks were found: the object is told from its background by colour");
+  if (MakeMasks(folder, input)) {
+    context.log.Warn(fmt::format(
+        "masks were made from colours and what all photos say together (they overlap by {:.0f} %): "
+        "{}. Look at them (check draws their outlines) and correct them with any paint program; "
+        "init --whole-photos makes none",
+        100.0 * input.mask_agreement,
+        folder.string()));
+  }
 }
 
 /// Of a person at a terminal; else, and without an answer, empty.
@@ -148,16 +175,20 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     places.cameras = found.model;
   }
   FoundInput input = FindInput(places);
+  const std::string name = NameOf(input.options.images_dir);
+  const fs::path config =
+      fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output).lexically_normal();
+  RefuseToOverwrite(config, own);
+  if (input.num_masks == 0 && own.mesh.empty() && !own.whole) {
+    TryToMakeMasks(config, own, context, input);
+  }
   if (!own.light.empty()) input.light_with_camera = own.light == "camera";
   if (!IsLightKnown(input)) input.light_with_camera = AskForLight(context);
-  const std::string name = NameOf(input.options.images_dir);
-  const fs::path config = fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output);
   const std::string text =
       DraftConfig(input,
-                  config.lexically_normal(),
+                  config,
                   name,
                   own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal());
-  RefuseToOverwrite(config, own);
   renderer::WriteFileAtomically(config, text);
   static_cast<void>(LoadExperimentConfig(config, {}));  // a draft that is refused is a mistake here
 
@@ -169,8 +200,11 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   }
   if (input.num_masks == 0) {
     context.log.Warn(
-        "no masks were found: the background is fitted, too; masks of the object make its shape "
-        "far surer");
+        own.whole || !own.mesh.empty()
+            ? "no masks: the background is fitted, too; masks of the object make its shape "
+              "far surer"
+            : "no masks were found, and colours do not tell the object from its background: "
+              "that is fitted, too; masks of the object make its shape far surer");
   }
   context.log.Info("guess: " + LightGuess(input));
   context.log.Info(fmt::format("next: pathfit check {0}, then pathfit fit {0}", config.string()));

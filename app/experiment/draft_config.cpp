@@ -58,7 +58,10 @@ std::string MaskLines(const FoundInput& input, const fs::path& folder) {
                      keys,
                      input.num_masks,
                      input.observations.views.size(),
-                     masks.invert ? "; white along the border, so taken as the background" : "");
+                     masks.invert ? "; white along the border, so taken as the background"
+                     : input.mask_agreement > 0.0
+                         ? "; made from colours by pathfit init, to be looked at"
+                         : "");
 }
 
 std::string GeometryLines(const FoundInput& input, const fs::path& folder, const fs::path& mesh) {

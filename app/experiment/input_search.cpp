@@ -8,8 +8,11 @@
 
 #include "app/experiment/start_check.h"
 #include "optim/observation/camera_import.h"
+#include "optim/observation/object_masks.h"
 #include "optim/observation/photo_file.h"
 #include "renderer/core/lower_case.h"
+#include "renderer/io/atomic_file.h"
+#include "renderer/io/image_file.h"
 #include "renderer/io/image_filter.h"
 #include "renderer/math/median.h"
 
@@ -213,6 +216,56 @@ bool SpeaksOfMasks(const fs::path& folder) {
              [&](const std::string& part) { return name.find(part) != std::string::npos; });
 }
 
+/// A small copy and what of it is background.
+struct Small {
+  Image photo, background;
+};
+Small MakeSmall(const optim::View& view) {
+  const int height = std::max(1, kSmallPx * view.camera.height / std::max(1, view.camera.width));
+  Small small{renderer::ResizeArea(view.photo.Unpack(), kSmallPx, height),
+              Image(kSmallPx, height, 1)};
+  const int rim = std::max(1, static_cast<int>(kRim * kSmallPx));
+  Image mask;
+  if (!view.mask.Empty()) mask = renderer::ResizeArea(view.mask.Unpack(), kSmallPx, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < kSmallPx; ++x) {
+      const bool at_rim =
+          std::min({x, y, kSmallPx - 1 - x, height - 1 - y}) < std::min(rim, height / 3);
+      const bool free = mask.Empty() ? at_rim : mask.At(x, y, 0) < 0.01F;
+      small.background.At(x, y, 0) = free ? 1.0F : 0.0F;
+    }
+  }
+  return small;
+}
+
+/// Median over pairs of neighbouring views of the median over pixels, at equal exposures.
+std::optional<double> BackgroundChange(const optim::ObservationSet& observations) {
+  const auto& views = observations.views;
+  const auto gain = [&](std::size_t view) {
+    return std::exp2(static_cast<double>(views[view].exif_ev));
+  };
+  std::vector<double> changes;
+  for (std::size_t i = 0; i + 1 < views.size(); ++i) {
+    const Small a = MakeSmall(views[i]), b = MakeSmall(views[i + 1]);
+    if (a.photo.data.size() != b.photo.data.size()) continue;
+    std::vector<double> differences, brightness;
+    for (std::size_t p = 0; p < a.background.data.size(); ++p) {
+      if (a.background.data[p] * b.background.data[p] == 0.0F) continue;
+      for (std::size_t c = 3 * p; c < 3 * p + 3; ++c) {
+        const auto u = static_cast<double>(a.photo.data[c]) / gain(i);
+        const auto v = static_cast<double>(b.photo.data[c]) / gain(i + 1);
+        differences.push_back(std::abs(u - v));
+        brightness.push_back(0.5 * (u + v));
+      }
+    }
+    if (differences.size() < kFewestNumbers) continue;
+    changes.push_back(renderer::Median(differences) /
+                      std::max(kDark, renderer::Median(brightness)));
+  }
+  if (changes.empty()) return std::nullopt;
+  return renderer::Median(changes);
+}
+
 class InputFinder {
  public:
   explicit InputFinder(const InputPlaces& places) : places_(places) {}
@@ -238,7 +291,7 @@ class InputFinder {
     std::vector<renderer::Camera> sensors;
     for (const optim::View& view : input_.observations.views) sensors.push_back(view.camera);
     input_.layout = FindCameraLayout(sensors);
-    input_.background_change = BackgroundChange();
+    input_.background_change = BackgroundChange(input_.observations);
     return std::move(input_);
   }
 
@@ -342,56 +395,6 @@ class InputFinder {
     return white > kWhiteBorder * num_seen;
   }
 
-  /// A small copy and what of it is background.
-  struct Small {
-    Image photo, background;
-  };
-  [[nodiscard]] static Small MakeSmall(const optim::View& view) {
-    const int height = std::max(1, kSmallPx * view.camera.height / std::max(1, view.camera.width));
-    Small small{renderer::ResizeArea(view.photo.Unpack(), kSmallPx, height),
-                Image(kSmallPx, height, 1)};
-    const int rim = std::max(1, static_cast<int>(kRim * kSmallPx));
-    Image mask;
-    if (!view.mask.Empty()) mask = renderer::ResizeArea(view.mask.Unpack(), kSmallPx, height);
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < kSmallPx; ++x) {
-        const bool at_rim =
-            std::min({x, y, kSmallPx - 1 - x, height - 1 - y}) < std::min(rim, height / 3);
-        const bool free = mask.Empty() ? at_rim : mask.At(x, y, 0) < 0.01F;
-        small.background.At(x, y, 0) = free ? 1.0F : 0.0F;
-      }
-    }
-    return small;
-  }
-
-  /// Median over pairs of neighbouring views of the median over pixels, at equal exposures.
-  [[nodiscard]] std::optional<double> BackgroundChange() const {
-    const auto& views = input_.observations.views;
-    const auto gain = [&](std::size_t view) {
-      return std::exp2(static_cast<double>(views[view].exif_ev));
-    };
-    std::vector<double> changes;
-    for (std::size_t i = 0; i + 1 < views.size(); ++i) {
-      const Small a = MakeSmall(views[i]), b = MakeSmall(views[i + 1]);
-      if (a.photo.data.size() != b.photo.data.size()) continue;
-      std::vector<double> differences, brightness;
-      for (std::size_t p = 0; p < a.background.data.size(); ++p) {
-        if (a.background.data[p] * b.background.data[p] == 0.0F) continue;
-        for (std::size_t c = 3 * p; c < 3 * p + 3; ++c) {
-          const auto u = static_cast<double>(a.photo.data[c]) / gain(i);
-          const auto v = static_cast<double>(b.photo.data[c]) / gain(i + 1);
-          differences.push_back(std::abs(u - v));
-          brightness.push_back(0.5 * (u + v));
-        }
-      }
-      if (differences.size() < kFewestNumbers) continue;
-      changes.push_back(renderer::Median(differences) /
-                        std::max(kDark, renderer::Median(brightness)));
-    }
-    if (changes.empty()) return std::nullopt;
-    return renderer::Median(changes);
-  }
-
   const InputPlaces& places_;
   ImportedCameras cameras_;
   FoundInput input_;
@@ -400,5 +403,27 @@ class InputFinder {
 }  // namespace
 
 FoundInput FindInput(const InputPlaces& places) { return InputFinder(places).Run(); }
+
+bool MakeMasks(const fs::path& folder, FoundInput& input) {
+  if (!input.layout) return false;
+  const std::vector<optim::View>& views = input.observations.views;
+  const std::optional<optim::ObjectMasks> made =
+      optim::MakeObjectMasks(input.observations, input.layout->centre, input.layout->radius);
+  if (!made) return false;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const fs::path path = folder / fs::path(views[i].name).parent_path() /
+                          (views[i].files.photo.filename().string() + ".png");
+    renderer::CreateFolders(path.parent_path());
+    renderer::WritePng8(path, made->masks[i]);
+  }
+  input.mask_agreement = made->agreement;
+  input.num_masks = views.size();
+  optim::MaskOptions& masks = input.options.masks;
+  masks.folder = folder;
+  masks.meaning = optim::MaskMeaning::kSilhouette;
+  input.observations = optim::LoadObservations(input.options);
+  input.background_change = BackgroundChange(input.observations);
+  return true;
+}
 
 }  // namespace pathfit::app

@@ -26,6 +26,7 @@ struct FoundInput {
   double metres_per_unit = 0.0;        ///< 0: the camera file does not say
   std::size_t num_without_camera = 0;  ///< pictures beside the photos
   std::size_t num_masks = 0;
+  double mask_agreement = 0.0;  ///< of masks that were made (optim::ObjectMasks), else 0
   optim::ObservationSet observations;
   std::optional<CameraLayout> layout;
   /// Difference of the background between neighbouring photos over its brightness, at equal pixels
@@ -42,6 +43,11 @@ struct FoundInput {
 /// that are white along the picture's border are inverted. Throws IoError saying what was looked
 /// for, or which of several sets it should be.
 FoundInput FindInput(const InputPlaces& places);
+
+/// Makes masks for photos without any, of what the cameras look at, as `folder`/PHOTO.png, and goes
+/// on with them. False if the photos do not tell the object from its background; nothing is written
+/// then. Throws IoError when they cannot be written.
+bool MakeMasks(const std::filesystem::path& folder, FoundInput& input);
 
 /// A background that changes less stands still.
 inline constexpr double kStillBackground = 0.1;

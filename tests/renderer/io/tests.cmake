@@ -15,5 +15,6 @@ pathfit_test(renderer/io/gltf_compression_test LABEL unit
   LINK pathfit_renderer pathfit_test_support meshoptimizer::meshoptimizer)
 pathfit_test(renderer/io/exr_file_test LABEL unit LINK pathfit_renderer OpenEXR::OpenEXR)
 pathfit_test(renderer/io/image_file_test LABEL unit LINK pathfit_renderer pathfit_opencv)
+pathfit_test(renderer/io/color_segmentation_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/image_filter_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/texture_file_test LABEL unit LINK pathfit_renderer)
