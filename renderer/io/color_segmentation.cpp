@@ -37,6 +37,37 @@ unsigned char ToMark(ObjectHint hint) {
 
 bool IsObject(unsigned char mark) { return mark == cv::GC_FGD || mark == cv::GC_PR_FGD; }
 
+/// The parts of an image's pixels of one value.
+struct Parts {
+  std::vector<int> labels;  ///< of each pixel; -1: of another value
+  std::vector<int> areas;   ///< pixels
+  std::vector<bool> at_border;
+};
+
+Parts PartsOf(const Image& image, float value) {
+  cv::Mat kind(image.height, image.width, CV_8U);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      kind.at<unsigned char>(y, x) = image.At(x, y, 0) == value ? 1 : 0;
+    }
+  }
+  cv::Mat labels, figures, centres;
+  const int count = cv::connectedComponentsWithStats(kind, labels, figures, centres, kBySides);
+  Parts parts;
+  for (int i = 1; i < count; ++i) {  // 0 is of other values
+    const int left = figures.at<int>(i, cv::CC_STAT_LEFT);
+    const int top = figures.at<int>(i, cv::CC_STAT_TOP);
+    parts.areas.push_back(figures.at<int>(i, cv::CC_STAT_AREA));
+    parts.at_border.push_back(left == 0 || top == 0 ||
+                              left + figures.at<int>(i, cv::CC_STAT_WIDTH) == image.width ||
+                              top + figures.at<int>(i, cv::CC_STAT_HEIGHT) == image.height);
+  }
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) parts.labels.push_back(labels.at<int>(y, x) - 1);
+  }
+  return parts;
+}
+
 }  // namespace
 
 Image SegmentByColor(const Image& encoded, const std::vector<ObjectHint>& hints, int num_turns) {
@@ -69,27 +100,24 @@ Image SegmentByColor(const Image& encoded, const std::vector<ObjectHint>& hints,
   return result;
 }
 
-Image LargestPart(const Image& mask) {
+Image LargestPart(const Image& mask, double hole) {
   CheckImageSize(mask.width, mask.height, "mask");
-  cv::Mat kind(mask.height, mask.width, CV_8U);
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      kind.at<unsigned char>(y, x) = mask.At(x, y, 0) > 0.5F ? 1 : 0;
-    }
-  }
-  cv::Mat labels, figures, centres;
-  const int count = cv::connectedComponentsWithStats(kind, labels, figures, centres, kBySides);
-  int largest = 0;
-  for (int i = 1; i < count; ++i) {  // 0 is what is outside
-    if (largest == 0 ||
-        figures.at<int>(i, cv::CC_STAT_AREA) > figures.at<int>(largest, cv::CC_STAT_AREA)) {
-      largest = i;
-    }
-  }
   Image result(mask.width, mask.height, 1);
-  for (int y = 0; largest > 0 && y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      result.At(x, y, 0) = labels.at<int>(y, x) == largest ? 1.0F : 0.0F;
+  for (std::size_t i = 0; i < mask.data.size(); ++i)
+    result.data[i] = mask.data[i] > 0.5F ? 1.0F : 0.0F;
+  const Parts inside = PartsOf(result, 1.0F);
+  const auto largest = std::ranges::max_element(inside.areas);
+  const int kept = static_cast<int>(largest - inside.areas.begin());
+  for (std::size_t i = 0; i < result.data.size(); ++i) {
+    if (inside.labels[i] != kept) result.data[i] = 0.0F;
+  }
+  const Parts outside = PartsOf(result, 0.0F);
+  const double most = hole * (inside.areas.empty() ? 0.0 : *largest);
+  for (std::size_t i = 0; i < result.data.size(); ++i) {
+    const int part = outside.labels[i];
+    if (part >= 0 && !outside.at_border[static_cast<std::size_t>(part)] &&
+        outside.areas[static_cast<std::size_t>(part)] <= most) {
+      result.data[i] = 1.0F;
     }
   }
   return result;

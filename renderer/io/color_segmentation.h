@@ -16,7 +16,8 @@ enum class ObjectHint : unsigned char { kBackground, kMaybeBackground, kMaybeObj
 /// threads. Fails: IoError when the image is empty or has other channels.
 Image SegmentByColor(const Image& encoded, const std::vector<ObjectHint>& hints, int num_turns);
 
-/// The largest of the parts of `mask > 0.5` whose pixels share sides, as 1 among 0.
-Image LargestPart(const Image& mask);
+/// The largest of the parts of `mask > 0.5` whose pixels share sides, as 1 among 0, without its
+/// holes of up to `hole` times as many pixels.
+Image LargestPart(const Image& mask, double hole);
 
 }  // namespace pathfit::renderer

@@ -11,6 +11,7 @@ by an environment that no photo had). CPU: user seconds of the fit; MB: the most
 import argparse
 import json
 import os
+import shutil
 import struct
 import subprocess
 import sys
@@ -24,7 +25,7 @@ SOURCE = Path(__file__).resolve().parents[2]
 DATA = SOURCE.parent / "shared" / "datasets"
 MADE = SOURCE / "build" / "objects"
 RELIT_BY = DATA / "hdri" / "potsdamer_platz_1k.hdr"
-# What is needed of the data, the set of made photos, and what is wanted.
+# What is needed of the data, the set of made photos, and what is wanted. Masks of `skull` are made.
 OBJECTS = {
     "spot_material": (["meshes/spot", "hdri"], "spot_material", "base colour 1 %, roughness 0.02 rms where seen, 300 s"),
     "spot_all": (["meshes/spot", "hdri"], "spot_material", "surface 0.1 %, base colour 2 % after a factor, light 5 %, 1200 s"),
@@ -74,6 +75,11 @@ def prepare(name, args):
         write_gloss(MADE / "spot_gloss.png")
         synth(args.pathfit, SOURCE / "configs" / "objects" / f"{photos}_true.yaml", MADE / photos)
         args.keep_photos = args.keep_photos or photos == "spot_material"  # which two objects share
+    if name == "skull" and not (args.keep_photos and (MADE / "skull_masks").exists()):
+        MADE.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(MADE / "skull_masks", ignore_errors=True)
+        subprocess.run([str(args.pathfit), "init", str(DATA / "skull_flash"), "-o", str(MADE / "skull.yaml"), "--force", "-q"],
+                       check=True, stdout=subprocess.DEVNULL)
     return True
 
 

@@ -339,6 +339,30 @@ class Program(unittest.TestCase):
         self.assertEqual(nothing.returncode, 4)
         self.assertIn("no cameras were found", nothing.stderr)
 
+    def test_init_makes_masks_where_there_are_none(self):
+        photos = self.folder / "set"
+        shutil.copytree(SOURCE / "data/axe/images", photos / "images")
+        cameras = json.loads((SOURCE / "data/axe/transforms.json").read_text())
+        for frame in cameras["frames"]:
+            del frame["mask_path"]
+        (photos / "transforms.json").write_text(json.dumps(cameras))
+        config, masks = self.folder / "set.yaml", self.folder / "set_masks"
+        made = run("init", photos, "--json", cwd=self.folder)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertGreater(json.loads(made.stdout)["mask_agreement"], 0.9)
+        self.assertEqual(len(list(masks.iterdir())), 24)
+        self.assertIn("visual_hull", config.read_text())
+        checked = run("check", config)
+        self.assertEqual(checked.returncode, 0, checked.stderr)
+        self.assertNotIn("warning", checked.stderr)
+        config.unlink()
+        again = run("init", photos, cwd=self.folder)
+        self.assertEqual(again.returncode, 2)
+        self.assertIn("set_masks exists", again.stderr)
+        whole = run("init", photos, "--whole-photos", cwd=self.folder)
+        self.assertEqual(whole.returncode, 0, whole.stderr)
+        self.assertIn("sphere", config.read_text())
+
     def test_check_and_fit_refuse_the_same_memory(self):
         limits = ["--set", "input.max_size_px=64", "--max-memory", "50MiB"]
         said = [run("check", DEMO, "-o", self.folder / "page.html", *limits),

@@ -77,11 +77,23 @@ TEST(LargestPart, IsConnectedBySides) {
   for (const int x : {0, 1, 2}) mask.At(x, 0, 0) = 0.9F;
   mask.At(3, 1, 0) = 1.0F;  // touches the first part by a corner only
   mask.At(4, 1, 0) = 1.0F;
-  const Image largest = LargestPart(mask);
+  const Image largest = LargestPart(mask, 0.0);
   EXPECT_EQ(largest.At(2, 0, 0), 1.0F);
   EXPECT_EQ(largest.At(3, 1, 0), 0.0F);
   EXPECT_EQ(std::ranges::count(largest.data, 1.0F), 3);
-  EXPECT_EQ(std::ranges::count(LargestPart(Image(3, 3, 1)).data, 0.0F), 9);
+  EXPECT_EQ(std::ranges::count(LargestPart(Image(3, 3, 1), 1.0).data, 0.0F), 9);
+}
+
+TEST(LargestPart, HasNoSmallHoles) {
+  Image mask(12, 12, 1);
+  std::ranges::fill(mask.data, 1.0F);
+  mask.At(0, 5, 0) = 0.0F;  // at the border: outside, not a hole
+  mask.At(3, 3, 0) = 0.0F;
+  for (const int x : {6, 7, 8}) mask.At(x, 8, 0) = 0.0F;
+  const Image filled = LargestPart(mask, 2.0 / 139.0);
+  EXPECT_EQ(filled.At(3, 3, 0), 1.0F);
+  EXPECT_EQ(filled.At(7, 8, 0), 0.0F);
+  EXPECT_EQ(filled.At(0, 5, 0), 0.0F);
 }
 
 }  // namespace
