@@ -61,13 +61,14 @@ Film Renderer::RenderPrimal(const Camera& camera,
   PATHFIT_CHECK(options.spp > 0);
   const CameraModel model(camera);
   const PathContext context = MakeContext(*world_, model, options);
+  const Rgb gains = camera.ChannelGains();
   Film film(camera.width, camera.height);
   RenderStats sum;
   ForEachRow(camera.height, services, sum, [&](int y, RenderStats& row_stats) {
     PixelEstimator pixels(context, model, options);
     for (int x = 0; x < camera.width; ++x) {
       Rgba value = pixels.Estimate(x, y, row_stats);
-      value = Rgba(value.Color() * camera.gain, value.a);
+      value = Rgba(value.Color() * gains, value.a);
       film.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
                   static_cast<std::size_t>(x)] = value;
     }
@@ -91,6 +92,8 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const ActiveParameters active = ActiveParameters::Make(scene(), layout, model, sensor);
   const NearMotion near_motion(*world_, context.lights, active, options);
   const AdjointContext adjoint{context, model, active, options.form, &near_motion};
+  const Rgb gains = camera.ChannelGains();
+  const Rgb per_sample = gains / options.spp;
   Film film = options.with_image ? Film(camera.width, camera.height) : Film();
   RenderStats sum;
   const bool derives = options.terms.Has(DerivativeTerm::kInterior);
@@ -116,17 +119,25 @@ Film Renderer::RenderDerivative(const Camera& camera,
           derives ? interior_of.Estimate(x, y, row_stats) : pixels.Estimate(x, y, row_stats);
       for (ParameterDerivative& entry : entries.Entries()) {
         for (Rgba& d : entry.d) {
-          d *= camera.gain / options.spp;
+          d = Rgba(d.Color() * per_sample, d.a * (camera.gain / options.spp));
         }
       }
-      if (active.camera.exposure >= 0 && derives && !IsBlack(value.Color())) {
-        entries.Entry(active.camera.exposure)[0] = Rgba(value.Color(), 0.0);
+      if (derives && !IsBlack(value.Color())) {
+        if (active.camera.exposure >= 0) {
+          entries.Entry(active.camera.exposure)[0] =
+              Rgba(value.Color() * Rgb{camera.red, 1.0, camera.blue}, 0.0);
+        }
+        if (active.camera.white_balance >= 0) {
+          auto& d = entries.Entry(active.camera.white_balance);
+          d[0] = Rgba(value.r * camera.gain, 0.0, 0.0, 0.0);
+          d[1] = Rgba(0.0, 0.0, value.b * camera.gain, 0.0);
+        }
       }
       if (!entries.Entries().empty()) {
         sink.Add(pixel, entries.Entries());
       }
       if (options.with_image) {
-        film.pixels[static_cast<std::size_t>(pixel)] = Rgba(value.Color() * camera.gain, value.a);
+        film.pixels[static_cast<std::size_t>(pixel)] = Rgba(value.Color() * gains, value.a);
       }
     }
   });

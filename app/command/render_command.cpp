@@ -180,7 +180,7 @@ void Relight(const fs::path& picture, renderer::Scene& scene) {
   renderer::EnvironmentEmitter light = ReadUprightEnvironment(picture, "--env", UpDirection(scene));
   scene.emitters = {{"environment", renderer::LightFrame::kWorld, {}, std::move(light)}};
   for (renderer::Camera& camera : scene.sensors) {
-    camera.gain = 1.0;
+    camera.gain = camera.red = camera.blue = 1.0;
     camera.lights_off.clear();
   }
 }

@@ -27,6 +27,9 @@ namespace pathfit::app {
 /// named items.
 using Triple = std::array<double, 3>;
 
+/// What of the photos' brightness may be unknown: nothing, a factor each, or white balance, too.
+enum class ExposureUnknown { kNone, kGain, kGainRgb };
+
 struct InputConfig {
   /// As for masks that are given; without them `photos.masks.meaning` becomes kNone.
   optim::ObservationOptions photos = [] {
@@ -37,7 +40,7 @@ struct InputConfig {
   }();
   std::string sensor;  ///< one of the scene's: took every picture of the folder; or empty
   std::vector<std::string> sensor_photos;  ///< names or globs of those pictures; empty: all
-  bool exposure_gain = false;
+  ExposureUnknown exposure_model = ExposureUnknown::kNone;
   optim::ExposurePrior exposure;
   std::vector<std::pair<std::string, double>> known_ev;  ///< by name or glob of photos
 };
@@ -73,6 +76,7 @@ struct InlineGeometry {
 };
 struct VisualHullGeometry {
   int resolution = 128;
+  double dissent = 0.0;
 };
 using Geometry = std::variant<FileGeometry,
                               SphereGeometry,

@@ -171,9 +171,13 @@ SchemaNode GeometrySchema() {
                        InlineMeshSchema(),
                        MapOf("visual_hull",
                              {Key("resolution", &VisualHullGeometry::resolution) |
-                              Doc("Cells along the longest side of the box.") |
-                              From(optim::VisualHullOptions::kMinResolution,
-                                   optim::VisualHullOptions::kMaxResolution)},
+                                  Doc("Cells along the longest side of the box.") |
+                                  From(optim::VisualHullOptions::kMinResolution,
+                                       optim::VisualHullOptions::kMaxResolution),
+                              Key("dissent", &VisualHullGeometry::dissent) |
+                                  Doc("Share of the photos whose masks may leave out what the "
+                                      "others show; above 0 where masks are rough.") |
+                                  From(0.0, optim::VisualHullOptions::kMaxDissent)},
                              Become<VisualHullGeometry>) |
                            Doc("Carved from the masks.") | OneOf("shape"),
                        Name("material", &GeometryConfig::material) |

@@ -121,13 +121,22 @@ SchemaNode ExposureSchema() {
   known.children = {binding::Make(SchemaNode::Type::kNumber, "PHOTO") | Doc("Its exposure.") |
                     From(-20, 20) | Unit("EV")};
   return Map("exposure",
-             {Choice("model", {{"none", false}, {"gain", true}}, &InputConfig::exposure_gain) |
-                  Doc("`gain`: each photo has its own brightness factor. It starts as EXIF says "
-                      "(exposure time, aperture, ISO), where all photos have it and differ.") |
-                  Refuse({{"gain_rgb", "; write gain"}, {"gain_rgb_vignette", "; write gain"}}),
+             {Choice("model",
+                     {{"none", ExposureUnknown::kNone},
+                      {"gain", ExposureUnknown::kGain},
+                      {"gain_rgb", ExposureUnknown::kGainRgb}},
+                     &InputConfig::exposure_model) |
+                  Doc("`gain`: each photo has its own brightness factor, the unknown `exposure`. "
+                      "It "
+                      "starts as EXIF says (exposure time, aperture, ISO), where all photos have "
+                      "it "
+                      "and differ. `gain_rgb`: and factors of red and blue, the unknown "
+                      "`white_balance`, for cameras that choose their own.") |
+                  Refuse({{"gain_rgb_vignette", "; write gain_rgb"}}),
               Key("prior_sigma_ev", &InputConfig::exposure, &optim::ExposurePrior::sigma_ev) |
-                  Doc("How far from its start an exposure is believed to be.") | Above(0.0) |
-                  Unit("EV"),
+                  Doc("How far from its start an exposure is believed to be, and a factor of white "
+                      "balance.") |
+                  Above(0.0) | Unit("EV"),
               Key("max_ev", &InputConfig::exposure, &optim::ExposurePrior::max_ev) |
                   Doc("Largest distance from its start.") | Above(0.0) | Unit("EV"),
               known | FreeNames()}) |

@@ -104,7 +104,7 @@ void UseExifExposures(const ExperimentConfig& config, Experiment& experiment) {
   std::vector<optim::View>& views = experiment.observations.views;
   const auto [low, high] = std::ranges::minmax_element(views, {}, &optim::View::exif_ev);
   if (views.empty() || low->exif_ev == high->exif_ev) return;
-  if (!config.input->exposure_gain || !config.input->known_ev.empty()) {
+  if (config.input->exposure_model == ExposureUnknown::kNone || !config.input->known_ev.empty()) {
     experiment.assumptions.push_back(fmt::format(
         "Exposure: EXIF is not used, since {}.",
         config.input->known_ev.empty() ? "input.exposure.model is none; with gain it is the start"
@@ -195,7 +195,7 @@ void RemarkOnUnknowns(const ExperimentConfig& config, Experiment& experiment) {
   for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
     const bool is_camera = renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kSensors;
     if (config.input && !config.input->sensor.empty() && is_camera && !unknown.hold &&
-        unknown.kind != ParameterKind::kExposure) {
+        !optim::IsOfExposure(unknown.kind)) {
       experiment.warnings.push_back(unknown.name +
                                     ": each photo has one of its own, although one "
                                     "camera took them all");

@@ -86,10 +86,26 @@ std::optional<int> FindComponent(const ParsedName& parsed,
   return static_cast<int>(at);
 }
 
-Direction AllExposures(const renderer::Scene& scene) {
-  Direction direction{"exposure", ParameterLayout(scene), {}};
-  direction.layout.Add(ParameterKind::kExposure, -1);
-  direction.values.assign(scene.sensors.size(), 1.0);
+/// Of all sensors at once: kind and place among its numbers.
+struct SensorsDirection {
+  const char* unknown;
+  const char* name;
+  ParameterKind kind;
+  std::size_t component;
+};
+constexpr SensorsDirection kOfAllSensors[] = {
+    {"exposure", "exposure", ParameterKind::kExposure, 0},
+    {"white_balance", "white_balance.r", ParameterKind::kWhiteBalance, 0},
+    {"white_balance", "white_balance.b", ParameterKind::kWhiteBalance, 1}};
+
+Direction OfAllSensors(const renderer::Scene& scene, const SensorsDirection& which) {
+  Direction direction{which.name, ParameterLayout(scene), {}};
+  direction.layout.Add(which.kind, -1);
+  direction.values.assign(static_cast<std::size_t>(direction.layout.NumScalars()), 0.0);
+  const std::size_t size = direction.values.size() / std::max<std::size_t>(1, scene.sensors.size());
+  for (std::size_t i = which.component; i < direction.values.size(); i += size) {
+    direction.values[i] = 1.0;
+  }
   return direction;
 }
 
@@ -134,7 +150,9 @@ void SetValues(const ParsedName& parsed,
 }  // namespace
 
 Direction ParseDirection(const renderer::Scene& scene, const std::string& name) {
-  if (name == "exposure") return AllExposures(scene);
+  for (const SensorsDirection& which : kOfAllSensors) {
+    if (name == which.name) return OfAllSensors(scene, which);
+  }
   if (name.ends_with(kScaleSuffix)) return ScaleOfVertices(scene, name);
   const ParsedName parsed = Parse(name);
   const ParameterRef parameter = Find(scene, parsed, name);
@@ -152,7 +170,11 @@ Direction ParseDirection(const renderer::Scene& scene, const std::string& name) 
 }
 
 std::vector<std::string> DirectionNames(const renderer::Scene& scene, const std::string& unknown) {
-  if (unknown == "exposure") return {unknown};
+  std::vector<std::string> of_all_sensors;
+  for (const SensorsDirection& which : kOfAllSensors) {
+    if (unknown == which.unknown) of_all_sensors.emplace_back(which.name);
+  }
+  if (!of_all_sensors.empty()) return of_all_sensors;
   const ParsedName parsed = Parse(unknown);
   const ParameterRef parameter = Find(scene, parsed, unknown);
   ParameterLayout layout(scene);

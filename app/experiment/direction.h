@@ -27,6 +27,7 @@ struct Direction {
 ///   OBJECT.PROPERTY[i]    block i alone, and OBJECT.PROPERTY[i].c one scalar
 ///   camera.PROPERTY...    of every sensor, unless something is called camera
 ///   exposure              the gain of every sensor
+///   white_balance.r       the factor of red of every sensor; .b of blue
 /// Throws SceneError naming what does not exist.
 Direction ParseDirection(const renderer::Scene& scene, const std::string& name);
 

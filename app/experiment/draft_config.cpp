@@ -69,8 +69,12 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
     return "    object: {file: " + PathText(mesh, folder) + ", material: surface}\n";
   }
   if (input.options.masks.meaning == optim::MaskMeaning::kSilhouette) {
-    return "    # The start, carved from the masks. A mesh of your own: {file: mesh.ply, material: "
-           "surface}\n    object: {visual_hull: {}, material: surface}\n";
+    // Made masks are rough: one that misses a part must not carve it away.
+    return fmt::format(
+        "    # The start, carved from the masks{}. A mesh of your own: {{file: mesh.ply, material: "
+        "surface}}\n    object: {{visual_hull: {{{}}}, material: surface}}\n",
+        input.mask_agreement > 0.0 ? " (one in ten may miss something)" : "",
+        input.mask_agreement > 0.0 ? "dissent: 0.1" : "");
   }
   if (!input.layout || input.layout->radius <= 0.0) {
     throw renderer::SceneError(

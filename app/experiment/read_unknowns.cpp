@@ -162,13 +162,18 @@ class UnknownReader {
 std::string ProblemOfExposure(const optim::UnknownSpec& unknown,
                               const renderer::ParameterRef& parameter,
                               const ExperimentConfig& config) {
-  if (parameter.kind != ParameterKind::kExposure) return {};
-  if (unknown.name != "exposure") {
-    return "'" + unknown.name + "' is not known here; write exposure, for all sensors";
+  if (!optim::IsOfExposure(parameter.kind)) return {};
+  const bool is_balance = parameter.kind == ParameterKind::kWhiteBalance;
+  const std::string name = is_balance ? "white_balance" : "exposure";
+  if (unknown.name != name) {
+    return "'" + unknown.name + "' is not known here; write " + name + ", for all sensors";
   }
-  return config.input && !config.input->exposure_gain
-             ? "'exposure' needs input.exposure.model: gain"
-             : "";
+  if (!config.input) return "";
+  const ExposureUnknown model = config.input->exposure_model;
+  if (is_balance && model != ExposureUnknown::kGainRgb) {
+    return "'white_balance' needs input.exposure.model: gain_rgb";
+  }
+  return model == ExposureUnknown::kNone ? "'exposure' needs input.exposure.model: gain" : "";
 }
 
 /// What vertices do that say nothing: UVs of a file are its maker's work.

@@ -82,9 +82,7 @@ const Camera* CameraOf(const Scene& scene, const std::string& view) {
 void EvaluateViews(const Experiment& run, const EvaluationOptions& options, Evaluation& out) {
   const auto& stages = run.fit.stages;
   out.image_scale = stages.empty() ? 1.0 : stages.back().image_scale;
-  const bool gains = std::ranges::any_of(run.fit.unknowns, [](const optim::UnknownSpec& unknown) {
-    return unknown.kind == ParameterKind::kExposure && !unknown.hold;
-  });
+  const optim::FreeGains gains = optim::FreeGainsOf(run.fit.unknowns);
   const optim::ExposureModel exposure = optim::MakeExposureModel(run.scene, run.fit.exposure);
   optim::Division alone;
   optim::FitEvaluation evaluation(
@@ -95,13 +93,14 @@ void EvaluateViews(const Experiment& run, const EvaluationOptions& options, Eval
   for (std::size_t v = 0; v < views.levels.size(); ++v) {
     const optim::View& view = run.observations.views[v];
     const optim::ViewLevel level = views.levels[v].Unpack();
-    const optim::ReportedView reported = optim::RenderForReport(*source,
-                                                                views,
-                                                                static_cast<int>(v),
-                                                                level,
-                                                                run.fit.loss,
-                                                                samples,
-                                                                gains && view.validation);
+    const optim::ReportedView reported =
+        optim::RenderForReport(*source,
+                               views,
+                               static_cast<int>(v),
+                               level,
+                               run.fit.loss,
+                               samples,
+                               view.validation ? gains : optim::FreeGains::kNone);
     const Image picture = renderer::ColorImage(reported.film);
     EvaluatedView row{.view = view.name, .validation = view.validation};
     row.psnr_srgb = reported.quality.psnr_srgb;

@@ -364,15 +364,17 @@ std::string LightsJson(const Scene& scene) {
 
 std::string ExposureCsv(const Scene& scene, const std::vector<ExportedView>& views) {
   PATHFIT_CHECK(scene.sensors.size() == views.size());
-  std::string csv = "image,validation,gain,exposure_ev,gain_standard_error\n";
+  std::string csv = "image,validation,gain,exposure_ev,gain_standard_error,red,blue\n";
   for (std::size_t i = 0; i < views.size(); ++i) {
     const double gain = scene.sensors[i].gain;
-    csv += fmt::format("{},{},{},{},{}\n",
+    csv += fmt::format("{},{},{},{},{},{},{}\n",
                        CsvCell(views[i].name),
                        views[i].validation ? 1 : 0,
                        CsvCell(gain),
                        CsvCell(std::log2(gain)),
-                       CsvCell(views[i].gain_error));
+                       CsvCell(views[i].gain_error),
+                       CsvCell(scene.sensors[i].red),
+                       CsvCell(scene.sensors[i].blue));
   }
   return csv;
 }

@@ -112,7 +112,7 @@ std::vector<ParameterSummary> SummarizeParameters(const optim::FitSpec& spec,
     const std::vector<double> final = ValuesOf(spec, unknown, result);
     const std::vector<double> known = ErrorsOf(unknown, result, errors);
     double lower = unknown.lower, upper = unknown.upper;
-    const bool exposure = unknown.kind == ParameterKind::kExposure;
+    const bool exposure = optim::IsOfExposure(unknown.kind);
     if (exposure) {
       const double gain = initial.empty() ? 1.0 : Mean(initial);
       lower = std::max(lower, gain * std::exp2(-spec.exposure.max_ev));

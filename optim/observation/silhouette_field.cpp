@@ -54,7 +54,7 @@ SilhouetteField::SilhouetteView SilhouetteField::MakeView(const View& view) {
   return out;
 }
 
-SilhouetteField::SilhouetteField(const ObservationSet& observations) {
+SilhouetteField::SilhouetteField(const ObservationSet& observations, double dissent) {
   std::vector<const View*> masked;
   for (const View& view : observations.views) {
     if (!view.validation && !view.mask.Empty()) masked.push_back(&view);
@@ -71,6 +71,7 @@ SilhouetteField::SilhouetteField(const ObservationSet& observations) {
   });
   views_.reserve(slots.size());
   for (std::optional<SilhouetteView>& slot : slots) views_.push_back(std::move(*slot));
+  num_dissenting_ = static_cast<std::size_t>(dissent * static_cast<double>(views_.size()));
 }
 
 SilhouetteField::PixelDistance SilhouetteField::Lookup(const SilhouetteView& view,
@@ -108,33 +109,54 @@ SilhouetteField::PixelDistance SilhouetteField::Lookup(const SilhouetteView& vie
   return out;
 }
 
-double SilhouetteField::Value(const Vec3& x, double enough) const {
-  double least = std::numeric_limits<double>::max();
-  for (const SilhouetteView& view : views_) {
-    const std::optional<Projection> p = view.camera.Project(x);
-    if (!p) return kFarOutside;
-    least = std::min(least, Lookup(view, p->u, p->v).value * p->depth / view.focal);
-    if (least < enough) return least;
+class SilhouetteField::Outermost {
+ public:
+  struct Entry {
+    double value = std::numeric_limits<double>::max();
+    std::size_t view = 0;
+  };
+
+  explicit Outermost(std::size_t num_dissenting) : entries_(num_dissenting + 1) {}
+
+  void Add(double value, std::size_t view) {
+    if (!(value < entries_.back().value)) return;
+    const auto place = std::ranges::upper_bound(entries_, value, {}, &Entry::value);
+    std::move_backward(place, entries_.end() - 1, entries_.end());
+    *place = {value, view};
   }
-  return least;
+  [[nodiscard]] const Entry& Telling() const { return entries_.back(); }
+
+ private:
+  std::vector<Entry> entries_;
+};
+
+double SilhouetteField::Value(const Vec3& x, double enough) const {
+  Outermost outermost(num_dissenting_);
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const SilhouetteView& view = views_[i];
+    const std::optional<Projection> p = view.camera.Project(x);
+    outermost.Add(p ? Lookup(view, p->u, p->v).value * p->depth / view.focal : kFarOutside, i);
+    if (outermost.Telling().value < enough) break;
+  }
+  return outermost.Telling().value;
 }
 
 SilhouetteField::Sample SilhouetteField::ValueAndGradient(const Vec3& x) const {
-  Sample least{.value = std::numeric_limits<double>::max(), .gradient = {}};
-  for (const SilhouetteView& view : views_) {
-    const std::optional<Projection> p = view.camera.Project(x);
-    if (!p) return {.value = kFarOutside, .gradient = {}};
-    const PixelDistance d = Lookup(view, p->u, p->v);
-    const double value = d.value * p->depth / view.focal;
-    if (value < least.value) {
-      const Vec3 depth_gradient = -view.camera.Pose().linear.z;
-      least.value = value;
-      least.gradient =
-          ((p->du * d.gradient.x + p->dv * d.gradient.y) * p->depth + depth_gradient * d.value) /
-          view.focal;
-    }
+  Outermost outermost(num_dissenting_);
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const std::optional<Projection> p = views_[i].camera.Project(x);
+    outermost.Add(
+        p ? Lookup(views_[i], p->u, p->v).value * p->depth / views_[i].focal : kFarOutside, i);
   }
-  return least;
+  const SilhouetteView& view = views_[outermost.Telling().view];
+  const std::optional<Projection> p = view.camera.Project(x);
+  if (!p) return {.value = kFarOutside, .gradient = {}};
+  const PixelDistance d = Lookup(view, p->u, p->v);
+  const Vec3 depth_gradient = -view.camera.Pose().linear.z;
+  return {.value = outermost.Telling().value,
+          .gradient = ((p->du * d.gradient.x + p->dv * d.gradient.y) * p->depth +
+                       depth_gradient * d.value) /
+                      view.focal};
 }
 
 Vec3 SilhouetteField::Center() const {

@@ -8,8 +8,8 @@ namespace pathfit::optim {
 
 /// Signed distance to the intersection of the silhouettes' viewing cones, positive inside, in units
 /// of the world: the least over all views of the distance to the mask's outline in pixels, times
-/// depth / focal length. Outside the image counts as outside the mask. Exact at zero, an estimate
-/// elsewhere.
+/// depth / focal length; or the least but some, so that the body is where all but so many views
+/// have it. Outside the image counts as outside the mask. Exact at zero, an estimate elsewhere.
 class SilhouetteField {
  public:
   /// A value and its derivative by position. Far outside every view the value is very negative, the
@@ -19,9 +19,9 @@ class SilhouetteField {
     renderer::Vec3 gradient;
   };
 
-  /// Uses the views that are fitted and have a mask. Throws SceneError if there is none, or a mask
-  /// is black.
-  explicit SilhouetteField(const ObservationSet& observations);
+  /// Uses the views that are fitted and have a mask; `dissent` (0 to below 1): share of them that
+  /// may leave out what the others have. Throws SceneError if there is none, or a mask is black.
+  explicit SilhouetteField(const ObservationSet& observations, double dissent = 0.0);
 
   /// Once the value is known to be below `enough`, it may be anything between the true value and
   /// that.
@@ -50,7 +50,12 @@ class SilhouetteField {
   static PixelDistance Lookup(const SilhouetteView& view, double u, double v);
   static SilhouetteView MakeView(const View& view);
 
+  /// The views with the least distances at a point, farthest outside first: one more than may
+  /// dissent, so that the last of them tells.
+  class Outermost;
+
   std::vector<SilhouetteView> views_;
+  std::size_t num_dissenting_ = 0;
 };
 
 }  // namespace pathfit::optim

@@ -245,7 +245,12 @@ Mesh CarveVisualHull(const ObservationSet& observations, const VisualHullOptions
     throw SceneError("visual hull: the resolution is " + std::to_string(options.resolution) +
                      " (allowed: " + std::to_string(kMin) + " to " + std::to_string(kMax) + ")");
   }
-  const SilhouetteField field(observations);
+  if (!(options.dissent >= 0.0 && options.dissent <= VisualHullOptions::kMaxDissent)) {
+    throw SceneError("visual hull: the share of photos that may dissent is " +
+                     std::to_string(options.dissent) + " (allowed: 0 to " +
+                     std::to_string(VisualHullOptions::kMaxDissent) + ")");
+  }
+  const SilhouetteField field(observations, options.dissent);
   const VoxelGrid grid = CarveFinely(field, FindBox(field), options.resolution);
   Mesh mesh = ExtractSurface(grid);
   SeparateTouchingParts(kInset * grid.spacing, mesh);

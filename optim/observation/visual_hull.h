@@ -7,13 +7,16 @@ namespace pathfit::optim {
 
 struct VisualHullOptions {
   static constexpr int kMinResolution = 16, kMaxResolution = 512;
+  static constexpr double kMaxDissent = 0.4;
   int resolution = 128;  ///< voxels along the longest side of the hull's box
+  double dissent = 0.0;  ///< share of the views that may leave out what the others have
 };
 
-/// Surface of the largest body whose silhouettes lie inside the masks of all fitted views, found
-/// from cameras and masks alone: closed, manifold, outward winding, welded, one component, in the
-/// frame of the cameras. Throws SceneError with advice: no silhouette masks, views from one side
-/// only, nothing left after carving, a body that the views do not bound, a resolution out of range.
+/// Surface of the largest body whose silhouettes lie inside the masks of all fitted views but those
+/// that may dissent, found from cameras and masks alone: closed, manifold, outward winding, welded,
+/// one component, in the frame of the cameras. Throws SceneError with advice: no silhouette masks,
+/// views from one side only, nothing left after carving, a body that the views do not bound,
+/// options out of range.
 renderer::Mesh CarveVisualHull(const ObservationSet& observations,
                                const VisualHullOptions& options);
 

@@ -31,6 +31,12 @@ double OneMinusCos(double x) {
 
 }  // namespace
 
+double StartOfGain(const ExposureModel& exposure, renderer::ParameterKind kind, int sensor) {
+  return kind == renderer::ParameterKind::kExposure
+             ? std::log(exposure.start_gains.at(static_cast<std::size_t>(sensor)))
+             : 0.0;
+}
+
 ParameterSet::ParameterSet(const renderer::Scene& scene,
                            const std::vector<UnknownSpec>& unknowns,
                            const std::vector<int>& active,
@@ -66,7 +72,7 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
   layout_.Add(unknown.kind, object);
   unknown_of_group_.push_back(index);
   const renderer::ParameterGroup& group = layout_.groups().back();
-  const bool is_gain = unknown.kind == renderer::ParameterKind::kExposure;
+  const bool is_gain = IsOfExposure(unknown.kind);
   const bool is_log = is_gain || unknown.parameterization == Parameterization::kLog;
   double lower = unknown.lower;
   double upper = unknown.upper;
@@ -77,7 +83,7 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
     lower = std::log(std::max(lower, kSmallestLogValue));
     upper = std::log(std::max(upper, kSmallestLogValue));
   } else if (is_gain) {
-    const double start = std::log(exposure.start_gains.at(static_cast<std::size_t>(object)));
+    const double start = StartOfGain(exposure, unknown.kind, object);
     lower = start - exposure.prior.max_ev * std::log(2.0);
     upper = start + exposure.prior.max_ev * std::log(2.0);
   }

@@ -12,11 +12,15 @@
 
 namespace pathfit::optim {
 
-/// Prior and bound of the photos' gains: g = start * 2^ev with |ev| <= max_ev.
+/// Prior and bound of the photos' gains: g = start * 2^ev with |ev| <= max_ev. Factors of white
+/// balance begin at 1 and have the same.
 struct ExposureModel {
   std::vector<double> start_gains;  ///< by sensor; the gains the run began with
   ExposurePrior prior;
 };
+
+/// Logarithm of the gain, or of white balances' factors, that the run began with.
+double StartOfGain(const ExposureModel& exposure, renderer::ParameterKind kind, int sensor);
 
 /// The scalars that move in a stage. Two flat vectors with the same offsets: values x in units of
 /// the scene (ParameterLayout's order) and unknowns theta, what the solver moves

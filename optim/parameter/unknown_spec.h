@@ -39,6 +39,12 @@ struct ExposurePrior {
   double max_ev = 3.0;  ///< bound of its magnitude
 };
 
+/// Whether it is a gain of photos: their exposures and white balances.
+constexpr bool IsOfExposure(renderer::ParameterKind kind) {
+  return kind == renderer::ParameterKind::kExposure ||
+         kind == renderer::ParameterKind::kWhiteBalance;
+}
+
 /// Of vertices that are free without a word about them. Photos leave single vertices undetermined:
 /// steps without a metric are refused as folds until nothing moves at all. The weight by distance
 /// to the true surface: random scenes (5e-4 to 2e-3 are alike, 2e-2 is too much), Suzanne from a

@@ -399,8 +399,8 @@ void AddExposure(const Context& context,
                  const ParameterGroup& group,
                  const ExposureModel& exposure) {
   const double scale = kGaussianResidual / (exposure.prior.sigma_ev * std::log(2.0));
-  const double start = exposure.start_gains[static_cast<std::size_t>(group.object)];
-  PriorTerm term{{group.first_block}, {scale}, {scale * std::log(start), 0.0, 0.0}};
+  const double start = scale * StartOfGain(exposure, group.kind, group.object);
+  PriorTerm term{{group.first_block}, {scale}, {start, start, start}};
   term.in_theta = true;
   term.is_belief = true;
   context.terms.push_back(std::move(term));
@@ -490,7 +490,7 @@ std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
     const ParameterGroup& group = groups[g];
     const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(set.UnknownOfGroup(g))];
     AddWeighted(context, group, unknown);
-    if (group.kind == ParameterKind::kExposure) {
+    if (IsOfExposure(group.kind)) {
       AddExposure(context, group, exposure);
     } else if (unknown.gaussian) {
       AddGaussian(context, group, *unknown.gaussian);

@@ -98,7 +98,7 @@ struct Parts<ReportedView> {
     visit(view.film);
     visit(view.quality);
     visit(view.costs);
-    visit(view.gain_factor);
+    visit(view.gain_factors);
   }
 };
 
@@ -138,15 +138,15 @@ ReportedView RenderForReport(const ImageSource& source,
                              const ViewLevel& level,
                              const LossSpec& loss,
                              const SampleHalves& samples,
-                             bool estimate_gain) {
+                             FreeGains free) {
   renderer::Film a = source.RenderPrimal(view, samples.a);
   renderer::Film b = source.RenderPrimal(view, samples.b);
   ReportedView reported;
-  if (estimate_gain) {
-    reported.gain_factor = EstimateGainFactor(level, a, b);
+  if (free != FreeGains::kNone) {
+    reported.gain_factors = EstimateGainFactors(level, a, b, free);
     for (renderer::Film* half : {&a, &b}) {
       for (renderer::Rgba& pixel : half->pixels) {
-        pixel = renderer::Rgba(pixel.Color() * reported.gain_factor, pixel.a);
+        pixel = renderer::Rgba(pixel.Color() * reported.gain_factors, pixel.a);
       }
     }
   }
@@ -214,15 +214,18 @@ void FitEvaluation::Report(const SampleHalves& samples,
                              views.levels[v].Unpack(),
                              spec_.loss,
                              samples,
-                             observations_.views[v].validation && estimate_gains_));
+                             observations_.views[v].validation ? free_gains_ : FreeGains::kNone));
       },
       [&](std::size_t v, const ReportedView& reported) {
         const View& view = observations_.views[v];
         renderer::Camera& sensor = scene.sensors[v];
         const double limit = std::exp2(exposure_.prior.max_ev);
-        sensor.gain = std::clamp(sensor.gain * reported.gain_factor,
+        const renderer::Rgb& factors = reported.gain_factors;
+        sensor.gain = std::clamp(sensor.gain * factors.g,
                                  exposure_.start_gains[v] / limit,
                                  exposure_.start_gains[v] * limit);
+        sensor.red = std::clamp(sensor.red * (factors.r / factors.g), 1.0 / limit, limit);
+        sensor.blue = std::clamp(sensor.blue * (factors.b / factors.g), 1.0 / limit, limit);
         report.views.push_back({view.name,
                                 view.validation,
                                 reported.quality.psnr_linear,

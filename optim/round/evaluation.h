@@ -12,6 +12,7 @@
 #include "optim/problem/split_half_cost.h"
 #include "optim/problem/view_quality.h"
 #include "optim/ranks/division.h"
+#include "optim/round/exposure_gauge.h"
 #include "optim/round/fit_report.h"
 #include "optim/round/fit_spec.h"
 
@@ -44,14 +45,14 @@ CostComparison CompareCosts(const std::vector<ComparedScene>& scenes,
                             const SampleHalves& samples,
                             Division& division);
 
-/// One view rendered for a report. Of a held-out view only `gain_factor`, a single number, is
-/// estimated from its own photo (1 unless `estimate_gain`); the film has it applied, and what is
-/// said of it. `level` is the view's, unpacked.
+/// One view rendered for a report. Of a held-out view only `gain_factors`, of what is `free` of
+/// gains, are estimated from its own photo; the film has them applied, and what is said of it.
+/// `level` is the view's, unpacked.
 struct ReportedView {
   renderer::Film film;
   ViewQuality quality;
   ImageCosts costs;
-  double gain_factor = 1.0;
+  renderer::Rgb gain_factors = renderer::Rgb::Constant(1.0);
 };
 ReportedView RenderForReport(const ImageSource& source,
                              const FitViews& views,
@@ -59,22 +60,22 @@ ReportedView RenderForReport(const ImageSource& source,
                              const ViewLevel& level,
                              const LossSpec& loss,
                              const SampleHalves& samples,
-                             bool estimate_gain);
+                             FreeGains free);
 
 /// The photos of a fit at the resolutions of its stages, and renderings to compare with them.
 class FitEvaluation {
  public:
-  /// All arguments must outlive it. `estimate_gains`: those of held-out views, from their photos.
+  /// All arguments must outlive it. `free`: the gains of held-out views are estimated.
   FitEvaluation(const ObservationSet& observations,
                 const FitSpec& spec,
                 const ExposureModel& exposure,
-                bool estimate_gains,
+                FreeGains free,
                 const renderer::CancelFlag* cancel,
                 Division& division)
       : observations_(observations),
         spec_(spec),
         exposure_(exposure),
-        estimate_gains_(estimate_gains),
+        free_gains_(free),
         cancel_(cancel),
         division_(division) {}
 
@@ -109,7 +110,7 @@ class FitEvaluation {
   const ObservationSet& observations_;
   const FitSpec& spec_;
   const ExposureModel& exposure_;
-  bool estimate_gains_;
+  FreeGains free_gains_;
   const renderer::CancelFlag* cancel_;
   Division& division_;
   std::optional<FitViews> views_;

@@ -55,17 +55,27 @@ void FixExposureGauge(const ParameterSet& set,
                       const std::vector<int>& fitted,
                       const ExposureModel& exposure,
                       renderer::Scene& scene) {
-  double mean = 0.0;
+  const auto block_of = [&](ParameterKind kind, int view) {
+    return set.layout().FirstBlock(kind, view);
+  };
+  const bool has_gains = std::ranges::all_of(
+      fitted, [&](int view) { return block_of(ParameterKind::kExposure, view) >= 0; });
+  const bool has_balances = std::ranges::all_of(
+      fitted, [&](int view) { return block_of(ParameterKind::kWhiteBalance, view) >= 0; });
+  if (!has_gains && !has_balances) {
+    return;
+  }
+  double gain = 0.0, red = 0.0, blue = 0.0;  // mean logarithms
   for (const int view : fitted) {
     const auto v = static_cast<std::size_t>(view);
-    if (set.layout().FirstBlock(ParameterKind::kExposure, view) < 0) {
-      return;
-    }
-    mean += std::log(scene.sensors[v].gain / exposure.start_gains[v]) /
-            static_cast<double>(fitted.size());
+    const renderer::Camera& sensor = scene.sensors[v];
+    const double share = 1.0 / static_cast<double>(fitted.size());
+    if (has_gains) gain += share * std::log(sensor.gain / exposure.start_gains[v]);
+    if (has_balances) red += share * std::log(sensor.red);
+    if (has_balances) blue += share * std::log(sensor.blue);
   }
   std::vector<double> values = set.layout().Gather(scene);
-  const double factor = std::exp(mean);
+  const renderer::Rgb factors = {std::exp(gain + red), std::exp(gain), std::exp(gain + blue)};
   for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
     const int g = GroupOfStrength(set, static_cast<int>(e));
     if (g < 0) {
@@ -74,35 +84,61 @@ void FixExposureGauge(const ParameterSet& set,
     const renderer::ParameterGroup& group = set.layout().groups()[static_cast<std::size_t>(g)];
     const auto first = static_cast<std::size_t>(group.first_scalar);
     const std::size_t count = group.NumScalars();
-    for (std::size_t i = first; i < first + count; ++i) {
-      values[i] *= factor;
+    for (std::size_t i = 0; i < count; ++i) {
+      values[first + i] *= factors[static_cast<int>(i % 3)];
     }
   }
   for (const int view : fitted) {
-    const std::int32_t block = set.layout().FirstBlock(ParameterKind::kExposure, view);
-    values[set.BlockOffset(block)] /= factor;
+    if (has_gains) {
+      values[set.BlockOffset(block_of(ParameterKind::kExposure, view))] /= std::exp(gain);
+    }
+    if (has_balances) {
+      const std::size_t offset = set.BlockOffset(block_of(ParameterKind::kWhiteBalance, view));
+      values[offset] /= std::exp(red);
+      values[offset + 1] /= std::exp(blue);
+    }
   }
   if (ClampToBounds(set, values)) {
     set.layout().Scatter(values, scene);
   }
 }
 
-double EstimateGainFactor(const ViewLevel& level,
-                          const renderer::Film& a,
-                          const renderer::Film& b) {
-  double numerator = 0.0, denominator = 0.0;
+FreeGains FreeGainsOf(const std::vector<UnknownSpec>& unknowns) {
+  const auto is_free = [&](ParameterKind kind) {
+    return std::ranges::any_of(unknowns, [kind](const UnknownSpec& unknown) {
+      return unknown.kind == kind && !unknown.hold;
+    });
+  };
+  if (is_free(ParameterKind::kWhiteBalance)) return FreeGains::kPerChannel;
+  return is_free(ParameterKind::kExposure) ? FreeGains::kOne : FreeGains::kNone;
+}
+
+renderer::Rgb EstimateGainFactors(const ViewLevel& level,
+                                  const renderer::Film& a,
+                                  const renderer::Film& b,
+                                  FreeGains free) {
+  renderer::Rgb factors = renderer::Rgb::Constant(1.0);
+  if (free == FreeGains::kNone) return factors;
+  renderer::Rgb numerator, denominator;
   for (std::size_t p = 0; p < a.pixels.size(); ++p) {
     const auto weight = static_cast<double>(level.color_weight.data[p]);
     const bool clipped = !level.clipped.Empty() && level.clipped.data[p] > 0.0F;
-    for (std::size_t c = 0; weight > 0.0 && !clipped && c < 3; ++c) {
-      const double f_a = a.pixels[p][static_cast<int>(c)];
-      const double f_b = b.pixels[p][static_cast<int>(c)];
-      numerator += weight * 0.5 * (f_a + f_b) * static_cast<double>(level.photo.data[3 * p + c]);
-      denominator += weight * f_a * f_b;
+    for (int c = 0; weight > 0.0 && !clipped && c < 3; ++c) {
+      const double f_a = a.pixels[p][c];
+      const double f_b = b.pixels[p][c];
+      const int sum = free == FreeGains::kOne ? 0 : c;
+      numerator[sum] += weight * 0.5 * (f_a + f_b) *
+                        static_cast<double>(level.photo.data[3 * p + static_cast<std::size_t>(c)]);
+      denominator[sum] += weight * f_a * f_b;
     }
   }
-  const bool usable = numerator > 0.0 && denominator > 0.0;
-  return usable ? numerator / denominator : 1.0;
+  for (int c = 0; c < 3; ++c) {
+    const int sum = free == FreeGains::kOne ? 0 : c;
+    if (numerator[sum] > 0.0 && denominator[sum] > 0.0) {
+      factors[c] = numerator[sum] / denominator[sum];
+    }
+  }
+  return factors;
 }
 
 }  // namespace pathfit::optim

@@ -104,9 +104,9 @@ class FitDriver {
              Range(spec.unknowns.size()),
              Range(start.sensors.size()),
              exposure_),
-        fits_exposure_(HasKind(all_, renderer::ParameterKind::kExposure)),
+        free_gains_(FreeGainsOf(spec.unknowns)),
         division_(controls.ranks, controls.cancel),
-        evaluation_(observations, spec, exposure_, fits_exposure_, controls.cancel, division_),
+        evaluation_(observations, spec, exposure_, free_gains_, controls.cancel, division_),
         session_start_(renderer::Clock::now()) {
     state_.fingerprint = FitFingerprint(spec, all_, observations);
     if (controls.resume) {
@@ -117,7 +117,7 @@ class FitDriver {
     if (AnyView(observations, true)) {
       observer_.OnMessage(
           std::string("assumption: held-out photos tell when many unknowns gain no more") +
-          (fits_exposure_ ? ", and the gain of their own view" : "") +
+          (free_gains_ != FreeGains::kNone ? ", and the gains of their own view" : "") +
           "; nothing else of them enters the fit");
     }
     for (const std::string& limit : renderer::DerivativeLimits(start_, all_.layout())) {
@@ -320,7 +320,7 @@ class FitDriver {
         exposure_,
         start_,
         model.priors,
-        fits_exposure_,
+        free_gains_,
         scale,
         SampleFactor(
             stage, scale, views.num_channels / 3.0, MovesSomething(model.set), IsFew(model.set)),
@@ -621,7 +621,7 @@ class FitDriver {
   const FitControls& controls_;
   ExposureModel exposure_;
   ParameterSet all_;  ///< every unknown that is not held
-  bool fits_exposure_;
+  FreeGains free_gains_;
   Division division_;  ///< of views among ranks
   FitEvaluation evaluation_;
   FitState state_;

@@ -107,13 +107,8 @@ ImageCosts MeasureHeldOut(const StageContext& context,
       [&](std::size_t i, const auto& give) {
         const int view = context.views.validation[i];
         const ViewLevel level = context.views.levels[static_cast<std::size_t>(view)].Unpack();
-        const ReportedView reported = RenderForReport(source,
-                                                      context.views,
-                                                      view,
-                                                      level,
-                                                      context.spec.loss,
-                                                      samples,
-                                                      context.estimate_validation_gains);
+        const ReportedView reported = RenderForReport(
+            source, context.views, view, level, context.spec.loss, samples, context.free_gains);
         give({reported.quality, reported.costs});
       },
       [&](std::size_t, const HeldOutView& view) {

@@ -5,6 +5,7 @@
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_source.h"
 #include "optim/ranks/division.h"
+#include "optim/round/exposure_gauge.h"
 #include "optim/round/fit_report.h"
 #include "optim/round/fit_spec.h"
 
@@ -19,10 +20,10 @@ struct StageContext {
   const ExposureModel& exposure;
   const renderer::Scene& start;  ///< of the run
   const std::vector<PriorTerm>& priors;
-  bool estimate_validation_gains = false;
-  double image_scale = 1.0;    ///< of the level
-  double sample_factor = 1.0;  ///< of the level (SampleFactor)
-  Division& division;          ///< of views
+  FreeGains free_gains = FreeGains::kNone;  ///< of held-out views
+  double image_scale = 1.0;                 ///< of the level
+  double sample_factor = 1.0;               ///< of the level (SampleFactor)
+  Division& division;                       ///< of views
 };
 
 /// Samples of the next round.

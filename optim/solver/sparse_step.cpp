@@ -142,7 +142,7 @@ bool SolveByConjugateGradients(const SparseGram& matrix,
 Vector RadiusFactors(const ParameterSet& set, const SolveOptions& options) {
   Vector factors(set.NumBlocks(), 1.0);
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    if (group.num_blocks <= kMaxSharedBlocks && group.kind != renderer::ParameterKind::kExposure) {
+    if (group.num_blocks <= kMaxSharedBlocks && !IsOfExposure(group.kind)) {
       std::fill_n(
           factors.begin() + group.first_block, group.num_blocks, options.shared_radius_factor);
     }

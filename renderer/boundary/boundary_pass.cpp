@@ -153,7 +153,7 @@ class Runner {
         splats.stats.edge_samples += (end - begin) * rays;
       });
       for (SplatBuffer& splats : buffers) {
-        splats.Flush(context_.camera.camera().gain, sink_);
+        splats.Flush(context_.camera.camera().ChannelGains(), sink_);
         stats_ += splats.stats;
       }
     }

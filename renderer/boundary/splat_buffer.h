@@ -62,11 +62,11 @@ class SplatBuffer {
       entries_.push_back(d);
     }
   }
-  /// Feeds all to the sink, colours times `gain`, which are changed thereby.
-  void Flush(double gain, DerivativeSink& sink) {
+  /// Feeds all to the sink, colours times `gains`, which are changed thereby.
+  void Flush(const Rgb& gains, DerivativeSink& sink) {
     for (ParameterDerivative& e : entries_) {
       for (Rgba& d : e.d) {
-        d = Rgba(d.Color() * gain, d.a);
+        d = Rgba(d.Color() * gains, d.a);
       }
     }
     for (const Entry& s : splats_) {

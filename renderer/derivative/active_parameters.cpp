@@ -80,6 +80,7 @@ CameraBlocks BlocksOfCamera(const Scene& scene,
     return b;
   }
   b.exposure = layout.FirstBlock(ParameterKind::kExposure, sensor);
+  b.white_balance = layout.FirstBlock(ParameterKind::kWhiteBalance, sensor);
   b.position = layout.FirstBlock(ParameterKind::kCameraPosition, sensor);
   b.rotation = layout.FirstBlock(ParameterKind::kCameraRotation, sensor);
   b.focal = layout.FirstBlock(ParameterKind::kFocal, sensor);
@@ -145,8 +146,8 @@ ActiveParameters ActiveParameters::Make(const Scene& scene,
       std::any_of(active.textures.begin(), active.textures.end(), [](auto t) { return t >= 0; });
   active.any_material = std::any_of(
       active.materials.begin(), active.materials.end(), [](const auto& m) { return m.any; });
-  active.all_paths = active.camera.Any() || active.camera.exposure >= 0 || active.any_light ||
-                     active.any_light_moves;
+  active.all_paths =
+      active.camera.Any() || active.camera.HasGains() || active.any_light || active.any_light_moves;
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
     active.touches.push_back(
         active.meshes[i].any_geometry ||

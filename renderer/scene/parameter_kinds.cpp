@@ -559,6 +559,10 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Sensors(Kind::kExposure, "exposure", "", [](auto& s) { return One(s.gain); })
           .Measured("gain")
           .Unbounded("; write input.exposure.max_ev"),
+      Row::Sensors(
+          Kind::kWhiteBalance, "white_balance", "rb", [](auto& s) { return One(s.red, 2); })
+          .Measured("gain")
+          .Unbounded("; write input.exposure.max_ev"),
       Row::Sensors(Kind::kCameraPosition,
                    "position",
                    "xyz",

@@ -33,6 +33,7 @@ enum class ParameterKind {
   kSpotAngles,            ///< inner, outer
   kEnvironmentTexels,     ///< one block per texel
   kExposure,              ///< Camera::gain
+  kWhiteBalance,          ///< Camera::red and blue
   kCameraPosition,        ///< translation of Camera::world_from_camera
   kCameraRotation,        ///< Camera::rotation
   kFocal,                 ///< fx, fy

@@ -46,6 +46,9 @@ void ValidateCamera(const Camera& c) {
           c,
           "focal lengths must be above 1e-12 of the image's size and of its principal point");
   Require(std::isfinite(c.gain) && c.gain > 0.0, c, "exposure gain must be positive");
+  Require(std::isfinite(c.red) && c.red > 0.0 && std::isfinite(c.blue) && c.blue > 0.0,
+          c,
+          "factors of white balance must be positive");
   const Mat3& m = c.world_from_camera.linear;
   Require(IsFinite(m.x) && IsFinite(m.y) && IsFinite(m.z), c, "pose must be finite");
   Require(IsWithinBounds(c.world_from_camera.translation),

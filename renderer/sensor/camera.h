@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/geometry/ray.h"
+#include "renderer/math/rgb.h"
 #include "renderer/math/transform.h"
 #include "renderer/math/vector.h"
 #include "renderer/sensor/lens_distortion.h"
@@ -53,10 +54,14 @@ struct Camera {
   /// world_from_camera: what a fit of the orientation moves.
   Vec3 rotation{0.0, 0.0, 0.0};
   PixelFilter filter;
-  double gain = 1.0;  ///< exposure: pixel value per unit radiance, > 0
+  double gain = 1.0;             ///< exposure: pixel value per unit radiance, > 0
+  double red = 1.0, blue = 1.0;  ///< white balance: factors of these channels beside gain, > 0
   /// Lights of the scene that are switched off while this camera takes its picture: indices into
   /// Scene::emitters, ascending. Empty: all shine.
   std::vector<int> lights_off;
+
+  /// Pixel value per unit radiance of each channel.
+  [[nodiscard]] Rgb ChannelGains() const { return {gain * red, gain, gain * blue}; }
 };
 
 /// Whether a light is among those of Camera::lights_off.

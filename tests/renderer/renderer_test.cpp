@@ -124,6 +124,7 @@ TEST(Renderer, DerivativeWithoutImageHasTheSameBits) {
   check(ParameterKind::kEnvironmentTexels, 0);
   check(ParameterKind::kCameraPosition, 0);
   check(ParameterKind::kExposure, 0);
+  check(ParameterKind::kWhiteBalance, 0);
 }
 
 TEST_F(RendererOfAllParameters, TermsAddUp) {

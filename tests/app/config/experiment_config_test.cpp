@@ -34,7 +34,7 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
   EXPECT_EQ(config.input->photos.masks.meaning, optim::MaskMeaning::kSilhouette);
   EXPECT_EQ(config.input->photos.masks.folder, file.folder() / "masks");
   EXPECT_EQ(config.input->photos.masks.erode_px, 2);
-  EXPECT_TRUE(config.input->exposure_gain);
+  EXPECT_EQ(config.input->exposure_model, ExposureUnknown::kGain);
   EXPECT_EQ(config.input->photos.validation_every, 8);
   EXPECT_EQ(config.input->photos.max_size_px, 0);
 

@@ -117,6 +117,7 @@ constexpr const char* kUnknownsNotes = R"(
 // "`MATERIAL.eta`, conductor, mirror".
 std::string DescribeName(const renderer::ParameterTraits& row) {
   if (row.kind == renderer::ParameterKind::kExposure) return "`exposure`";
+  if (row.kind == renderer::ParameterKind::kWhiteBalance) return "`white_balance`";
   std::string object = renderer::ObjectWord(row.list);
   std::ranges::transform(object, object.begin(), ::toupper);
   if (row.list == renderer::ObjectList::kSensors) object = "camera";

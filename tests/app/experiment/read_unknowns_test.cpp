@@ -114,6 +114,7 @@ TEST(ReadUnknowns, ReadsWhatIsWritten) {
   EXPECT_EQ(Only("camera.position").object, -1);
   EXPECT_EQ(Only("plan.position").object, 1);
   EXPECT_EQ(Only("exposure").kind, ParameterKind::kExposure);
+  EXPECT_EQ(Only("white_balance").kind, ParameterKind::kWhiteBalance);
   EXPECT_TRUE(Only("glaze.metallic", "{hold: true}").hold);
   const optim::UnknownSpec mug =
       Only("mug.vertices",
@@ -280,15 +281,18 @@ TEST(ReadUnknowns, KnowsPhotosAndTheirExposures) {
   EXPECT_EQ(unknowns[0].kind, ParameterKind::kCameraPosition);
   EXPECT_EQ(unknowns[0].object, 0);
   EXPECT_EQ(unknowns[1].kind, ParameterKind::kExposure);
-  try {
-    read("{exposure: {}}", "none");
-    FAIL() << "not refused";
-  } catch (const ConfigError& error) {
-    EXPECT_NE(
-        std::string(error.what()).find("unknowns: 'exposure' needs input.exposure.model: gain"),
-        std::string::npos)
-        << error.what();
-  }
+  EXPECT_EQ(read("{white_balance: {}}", "gain_rgb")[0].kind, ParameterKind::kWhiteBalance);
+  const auto refuses = [&](const std::string& unknown, const char* model, const char* needed) {
+    try {
+      read("{" + unknown + ": {}}", model);
+      FAIL() << "not refused";
+    } catch (const ConfigError& error) {
+      const std::string said = "unknowns: '" + unknown + "' needs input.exposure.model: " + needed;
+      EXPECT_NE(std::string(error.what()).find(said), std::string::npos) << error.what();
+    }
+  };
+  refuses("exposure", "none", "gain");
+  refuses("white_balance", "gain", "gain_rgb");
 }
 
 TEST(ReadUnknowns, NamesMustFitTheScene) {

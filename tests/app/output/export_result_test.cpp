@@ -166,8 +166,8 @@ TEST(ExportResult, WritesMeshesLightsAndTables) {
   EXPECT_EQ(lights.at("lights")[1].at("type"), "point");
 
   const std::string exposure = renderer::ReadWholeFile(result / "exposure.csv");
-  EXPECT_EQ(Count(exposure, "IMG_0002.jpg,0,2,1,0.125\n"), 1);
-  EXPECT_EQ(Count(exposure, "IMG_0004.jpg,1,1,0,\n"), 1);
+  EXPECT_EQ(Count(exposure, "IMG_0002.jpg,0,2,1,0.125,1,1\n"), 1);
+  EXPECT_EQ(Count(exposure, "IMG_0004.jpg,1,1,0,,1,1\n"), 1);
   EXPECT_EQ(Count(renderer::ReadWholeFile(result / "parameters.csv"), "\n"), 9);
 }
 

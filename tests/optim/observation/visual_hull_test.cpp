@@ -100,6 +100,22 @@ TEST(CarveVisualHull, EnclosesTheBallTightly) {
   }
 }
 
+TEST(CarveVisualHull, OneMaskThatMissesAPartCarvesNothingWhereItMayDissent) {
+  ObservationSet set = BallFromAllSides();
+  View& view = set.views[4];
+  Image half = view.mask.Unpack();
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize / 2; ++x) half.At(x, y, 0) = 0.0F;
+  }
+  view.mask = half;
+  const double ball = 4.0 / 3.0 * std::numbers::pi * kRadius * kRadius * kRadius;
+  EXPECT_LT(SignedVolume(CarveVisualHull(set, {.resolution = 32})), 0.7 * ball);
+  const Mesh hull = CarveVisualHull(set, {.resolution = 32, .dissent = 0.1});  // 1 of 12
+  EXPECT_GT(SignedVolume(hull), 0.98 * ball);
+  EXPECT_LT(SignedVolume(hull), 1.5 * ball) << "each point is still bounded by eleven cones";
+  ExpectMessage(set, {.dissent = 0.5}, "may dissent is 0.5");
+}
+
 TEST(CarveVisualHull, IsTheSameEachTime) {
   const ObservationSet set = BallFromAllSides();
   const Mesh a = CarveVisualHull(set, {.resolution = 32});

@@ -61,7 +61,31 @@ TEST_F(ExposureGaugeTest, EstimatesOneFactorOfAHeldOutView) {
   renderer::Film film(2, 1);
   film.pixels[0] = {0.2, 0.4, 0.6, 1.0};
   film.pixels[1] = {5.0, 1.0, 1.0, 1.0};
-  EXPECT_NEAR(optim::EstimateGainFactor(level, film, film), 1.5, 1e-6);
+  EXPECT_NEAR(EstimateGainFactors(level, film, film, optim::FreeGains::kOne).b, 1.5, 1e-6);
+  film.pixels[0].r = 0.1;
+  const renderer::Rgb each = EstimateGainFactors(level, film, film, optim::FreeGains::kPerChannel);
+  EXPECT_NEAR(each.r, 3.0, 1e-6);
+  EXPECT_NEAR(each.g, 1.5, 1e-6);
+  EXPECT_EQ(EstimateGainFactors(level, film, film, optim::FreeGains::kNone).r, 1.0);
+}
+
+TEST_F(ExposureGaugeTest, MovesMeanWhiteBalancesToo) {
+  scene_.sensors[0].red = 1.3;
+  scene_.sensors[1].blue = 0.8;
+  unknowns_.emplace_back();
+  unknowns_.back().kind = ParameterKind::kWhiteBalance;
+  unknowns_.back().object = -1;
+  const optim::ParameterSet set(scene_, unknowns_, {0, 1, 2, 3, 4}, {0, 1}, exposure_);
+  renderer::Scene fixed = scene_;
+  FixExposureGauge(set, {0, 1}, exposure_, fixed);
+  EXPECT_NEAR(fixed.sensors[0].red * fixed.sensors[1].red, 1.0, 1e-12);
+  EXPECT_NEAR(fixed.sensors[0].blue / fixed.sensors[1].blue, 1.0 / 0.8, 1e-12);
+  const auto before = renderer::Renderer(scene_).RenderPrimal(scene_.sensors[0], {});
+  const auto after = renderer::Renderer(fixed).RenderPrimal(fixed.sensors[0], {});
+  for (std::size_t p = 0; p < before.pixels.size(); ++p) {
+    EXPECT_NEAR(before.pixels[p].r, after.pixels[p].r, 1e-9 * (1.0 + before.pixels[p].r));
+    EXPECT_NEAR(before.pixels[p].b, after.pixels[p].b, 1e-9 * (1.0 + before.pixels[p].b));
+  }
 }
 
 }  // namespace

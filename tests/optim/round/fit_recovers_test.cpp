@@ -142,5 +142,29 @@ TEST_F(FitRecoversTest, ExposuresUpToTheFactorSharedWithTheLight) {
             kNumViews - 1);
 }
 
+TEST_F(FitRecoversTest, WhiteBalancesUpToTheFactorsSharedWithTheLight) {
+  for (int i = 0; i < kNumViews; ++i) {
+    renderer::Camera& sensor = truth_.sensors[static_cast<std::size_t>(i)];
+    sensor.red = std::exp2(0.2 * std::sin(5.0 * i));
+    sensor.blue = std::exp2(0.2 * std::cos(4.0 * i));
+  }
+  Free(ParameterKind::kExposure, -1);
+  Free(ParameterKind::kWhiteBalance, -1);
+  Free(ParameterKind::kLightIntensity, 0).parameterization = optim::Parameterization::kLog;
+  const FitResult result = Fit(6);
+  const auto scatter_ev = [&](double renderer::Camera::*factor) {
+    double sum = 0.0, square = 0.0;
+    for (std::size_t v = 0; v < kNumViews; ++v) {  // the held-out view included
+      const double error = std::log2(result.scene.sensors[v].*factor / truth_.sensors[v].*factor);
+      sum += error / kNumViews;
+      square += error * error / kNumViews;
+    }
+    return std::sqrt(square - sum * sum);
+  };
+  EXPECT_LT(scatter_ev(&renderer::Camera::gain), 0.01);
+  EXPECT_LT(scatter_ev(&renderer::Camera::red), 0.01);
+  EXPECT_LT(scatter_ev(&renderer::Camera::blue), 0.01);
+}
+
 }  // namespace
 }  // namespace pathfit

@@ -159,6 +159,65 @@ TEST(PathAdjoint, AlbedoOfAClosedSphere) {
   }
 }
 
+TEST(PathAdjoint, WhiteBalanceIsTheImageInOneChannel) {
+  const Scene scene = tests::BallAndWall();
+  const Renderer renderer(scene);
+  Camera camera = scene.sensors[0];
+  camera.gain = 1.7;
+  camera.red = 1.2;
+  camera.blue = 0.7;
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kWhiteBalance, 0);
+  FilmSink red(layout, {1.2, 0.0}, camera.width, camera.height);
+  FilmSink blue(layout, {0.0, 0.7}, camera.width, camera.height);
+  const RenderOptions options = Options(8, 3);
+  const Film film = renderer.RenderDerivative(camera, 0, options, layout, red);
+  renderer.RenderDerivative(camera, 0, options, layout, blue);
+  camera.red = camera.blue = 1.0;
+  const Film plain = renderer.RenderPrimal(camera, options);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    const renderer::Rgba& all = film.pixels[i];
+    sum += all.r + all.b;
+    EXPECT_NEAR(all.r, 1.2 * plain.pixels[i].r, 1e-12 * (1.0 + all.r));
+    EXPECT_NEAR(all.b, 0.7 * plain.pixels[i].b, 1e-12 * (1.0 + all.b));
+    EXPECT_NEAR(red.film().pixels[i].r, all.r, 1e-10 * (1.0 + all.r));
+    EXPECT_NEAR(blue.film().pixels[i].b, all.b, 1e-10 * (1.0 + all.b));
+    EXPECT_EQ(red.film().pixels[i].g + red.film().pixels[i].b, 0.0);
+    EXPECT_EQ(blue.film().pixels[i].r + blue.film().pixels[i].g, 0.0);
+  }
+  EXPECT_GT(sum, 1.0);
+}
+
+TEST(PathAdjoint, EachChannelsDerivativesHaveItsGain) {
+  // Of all terms, sample by sample; coverage has none.
+  const Scene scene = tests::BallAndWall();
+  const Renderer renderer(scene);
+  Camera camera = scene.sensors[0];
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kObjectTranslation, 0);
+  const RenderOptions options = Options(4, 2);
+  const std::vector<double> along = {0.3, 0.2, -0.1};
+  FilmSink plain(layout, along, camera.width, camera.height);
+  renderer.RenderDerivative(camera, 0, options, layout, plain);
+  camera.gain = 2.0;
+  camera.red = 1.5;
+  camera.blue = 0.5;
+  FilmSink tinted(layout, along, camera.width, camera.height);
+  renderer.RenderDerivative(camera, 0, options, layout, tinted);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < plain.film().pixels.size(); ++i) {
+    const renderer::Rgba& p = plain.film().pixels[i];
+    const renderer::Rgba& t = tinted.film().pixels[i];
+    sum += std::abs(p.g);
+    EXPECT_NEAR(t.r, 3.0 * p.r, 1e-9 * (1.0 + std::abs(t.r)));
+    EXPECT_NEAR(t.g, 2.0 * p.g, 1e-9 * (1.0 + std::abs(t.g)));
+    EXPECT_NEAR(t.b, 1.0 * p.b, 1e-9 * (1.0 + std::abs(t.b)));
+    EXPECT_NEAR(t.a, p.a, 1e-9 * (1.0 + std::abs(t.a)));
+  }
+  EXPECT_GT(sum, 0.1);
+}
+
 TEST(PathAdjoint, IntensityAndExposureAreTheImageItself) {
   const Scene scene = tests::BallAndWall();
   const Renderer renderer(scene);
