@@ -211,9 +211,11 @@ class MaskMaker {
   /// By the photo's colours near the body's outline, at the camera's size.
   [[nodiscard]] Image FinalMask(const View& full) const {
     const SmallView view(full, kOutlinePx, centre_, radius_);
-    const std::vector<ObjectHint> hints = HintsOfBody(SilhouetteOf(body_, view), view);
-    const Image mask =
-        renderer::LargestPart(renderer::SegmentByColor(view.photo, hints, kTurns), kHole);
+    const Image silhouette = SilhouetteOf(body_, view);
+    const std::vector<ObjectHint> hints = HintsOfBody(silhouette, view);
+    Image mask = renderer::LargestPart(renderer::SegmentByColor(view.photo, hints, kTurns), kHole);
+    // In a photo whose colours do not tell, what the others say.
+    if (MaskIou(silhouette, mask) < kAgreement) mask = silhouette;
     const Image distance = renderer::SignedDistanceToMask(mask);
     Image result(full.camera.width, full.camera.height, 1);
     for (int y = 0; y < result.height; ++y) {
