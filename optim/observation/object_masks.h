@@ -17,7 +17,7 @@ struct ObjectMasks {
 
 /// Tells the object from its background by colour in each photo and by what all photos say
 /// together, in turns: the body that most of them call object says where each of them shall look
-/// next (after [Campbell, Vogiatzis, Hernandez, Cipolla 2007], voting instead of a volumetric cut).
+/// next (after [Campbell2007], voting instead of a volumetric cut).
 /// It begins with the middle of a ball on which the cameras look: `centre`, `radius` in the units
 /// of the cameras. Empty when the photos do not agree on a body: colours like the background's, a
 /// background that is near on all sides, cameras that do not look at the object.

@@ -10,7 +10,7 @@ namespace pathfit::renderer {
 enum class ObjectHint : unsigned char { kBackground, kMaybeBackground, kMaybeObject, kObject };
 
 /// Tells an object from its background by their colours: two mixtures of Gaussians and the cut of
-/// least cost between them, in turns ("GrabCut" [Rother, Kolmogorov, Blake 2004]). `encoded`: 3
+/// least cost between them, in turns ("GrabCut" [Rother2004]). `encoded`: 3
 /// channels, 0..1 as the eye sees them; `hints`: one per pixel, row by row. 1 channel, 1 = object;
 /// where the hints leave only one kind, that kind everywhere. Same result for any number of
 /// threads. Fails: IoError when the image is empty or has other channels.
