@@ -74,7 +74,7 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
         "    # The start, carved from the masks{}. A mesh of your own: {{file: mesh.ply, material: "
         "surface}}\n    object: {{visual_hull: {{{}}}, material: surface}}\n",
         input.mask_agreement > 0.0 ? " (one in ten may miss something)" : "",
-        input.mask_agreement > 0.0 ? "dissent: 0.1" : "");
+        input.mask_agreement > 0.0 ? fmt::format("dissent: {}", kDissent) : "");
   }
   if (!input.layout || input.layout->radius <= 0.0) {
     throw renderer::SceneError(

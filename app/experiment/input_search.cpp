@@ -10,6 +10,8 @@
 #include "optim/observation/camera_import.h"
 #include "optim/observation/object_masks.h"
 #include "optim/observation/photo_file.h"
+#include "optim/observation/visual_hull.h"
+#include "renderer/core/error.h"
 #include "renderer/core/lower_case.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
@@ -410,6 +412,15 @@ bool MakeMasks(const fs::path& folder, FoundInput& input) {
   const std::optional<optim::ObjectMasks> made =
       optim::MakeObjectMasks(input.observations, input.layout->centre, input.layout->radius);
   if (!made) return false;
+  optim::ObservationSet masked = input.observations;
+  masked.mask_meaning = optim::MaskMeaning::kSilhouette;
+  for (std::size_t i = 0; i < views.size(); ++i) masked.views[i].mask = made->masks[i];
+  try {
+    static_cast<void>(optim::CarveVisualHull(
+        masked, {.resolution = optim::VisualHullOptions::kMinResolution, .dissent = kDissent}));
+  } catch (const renderer::SceneError&) {
+    return false;  // they bound nothing
+  }
   for (std::size_t i = 0; i < views.size(); ++i) {
     const fs::path path = folder / fs::path(views[i].name).parent_path() /
                           (views[i].files.photo.filename().string() + ".png");

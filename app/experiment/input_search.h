@@ -44,9 +44,12 @@ struct FoundInput {
 /// for, or which of several sets it should be.
 FoundInput FindInput(const InputPlaces& places);
 
+/// Of photos whose masks were made, a mask that misses something (optim::VisualHullOptions).
+inline constexpr double kDissent = 0.1;
+
 /// Makes masks for photos without any, of what the cameras look at, as `folder`/PHOTO.png, and goes
-/// on with them. False if the photos do not tell the object from its background; nothing is written
-/// then. Throws IoError when they cannot be written.
+/// on with them. False if the photos do not tell the object from its background, or show it from
+/// one side only; nothing is written then. Throws IoError when they cannot be written.
 bool MakeMasks(const std::filesystem::path& folder, FoundInput& input);
 
 /// A background that changes less stands still.

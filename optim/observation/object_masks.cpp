@@ -26,12 +26,12 @@ constexpr int kFirstTurns = 4, kTurns = 2;  // of colours and cut
 // The ball, in units of its radius: what is in the middle of the pictures may be object, what is
 // outside is not.
 constexpr double kMiddle = 0.5, kOutside = 1.25;
-constexpr int kVoxels = 80;      // along the ball's diameter
-constexpr double kVotes = 0.85;  // of the photos that see a voxel call it object
-constexpr double kSeen = 0.4;    // of all photos see it
-constexpr double kReach = 0.12;  // around the body's silhouette colours may overrule it, outwards
-constexpr double kInwards = 3.0;
-constexpr double kHole = 0.005;  // of the object: smaller ones are dark or bright spots
+constexpr int kVoxels = 80;       // along the ball's diameter
+constexpr double kVotes = 0.85;   // of the photos that see a voxel call it object
+constexpr double kSeen = 0.4;     // of all photos see it
+constexpr double kReach = 0.12;   // around the body's silhouette colours may overrule it, outwards
+constexpr double kInwards = 3.0;  // and so many times as far inwards
+constexpr double kHole = 0.005;   // of the object: smaller ones are dark or bright spots
 constexpr double kAgreement = 0.8;
 
 double LongestSide(const renderer::Camera& camera) {

@@ -69,10 +69,10 @@ void FixExposureGauge(const ParameterSet& set,
   for (const int view : fitted) {
     const auto v = static_cast<std::size_t>(view);
     const renderer::Camera& sensor = scene.sensors[v];
-    const double share = 1.0 / static_cast<double>(fitted.size());
-    if (has_gains) gain += share * std::log(sensor.gain / exposure.start_gains[v]);
-    if (has_balances) red += share * std::log(sensor.red);
-    if (has_balances) blue += share * std::log(sensor.blue);
+    const auto count = static_cast<double>(fitted.size());
+    if (has_gains) gain += std::log(sensor.gain / exposure.start_gains[v]) / count;
+    if (has_balances) red += std::log(sensor.red) / count;
+    if (has_balances) blue += std::log(sensor.blue) / count;
   }
   std::vector<double> values = set.layout().Gather(scene);
   const renderer::Rgb factors = {std::exp(gain + red), std::exp(gain), std::exp(gain + blue)};

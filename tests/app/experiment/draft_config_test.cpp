@@ -123,6 +123,27 @@ TEST_F(DraftConfigTest, FindsCamerasAbovePhotosAndStartsFromASphereWithoutMasks)
   }
 }
 
+TEST_F(DraftConfigTest, MakesMasksOfWhatTheCamerasLookAt) {
+  WriteSet(top(), Cameras::kTransforms);
+  FoundInput input = FindInput({.photos = top()});
+  FoundInput one_side = input;
+  one_side.observations.views.resize(1);
+  EXPECT_FALSE(MakeMasks(top() / "none", one_side)) << "bounds no body";
+  EXPECT_FALSE(fs::exists(top() / "none"));
+
+  ASSERT_TRUE(MakeMasks(top() / "made", input));
+  EXPECT_GT(input.mask_agreement, 0.8);
+  EXPECT_EQ(input.num_masks, std::size_t{kViews});
+  for (std::size_t i = 0; i < kViews; ++i) {
+    const Image made = input.observations.views[i].mask.Unpack();
+    EXPECT_GT(optim::MaskIou(made, views_[i].mask.Unpack()), 0.9) << names_[i];
+  }
+  const std::string draft = DraftConfig(input, top() / "draft.yaml", "ball", {});
+  EXPECT_TRUE(Says(draft, "masks: {path: made, meaning: silhouette}")) << draft;
+  EXPECT_TRUE(Says(draft, "visual_hull: {dissent: 0.1}")) << draft;
+  EXPECT_EQ(Built(input).scene.meshes.size(), 1U);
+}
+
 TEST_F(DraftConfigTest, MasksBesideThePhotosAreNotPhotos) {
   WriteSet(top(), Cameras::kTransforms);
   WriteMasks(top() / "images", false);
