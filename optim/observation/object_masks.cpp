@@ -24,15 +24,17 @@ constexpr int kSearches = 3;
 constexpr int kFirstTurns = 4, kTurns = 2;  // of colours and cut
 
 // The ball, in units of its radius: what is in the middle of the pictures may be object, what is
-// outside is not.
-constexpr double kMiddle = 0.5, kOutside = 1.25;
+// outside is not. A large middle is for objects that fill the pictures, whose colour must not
+// count as the background's.
+constexpr double kMiddles[] = {0.5, 0.9};
+constexpr double kOutside = 1.25;
 constexpr int kVoxels = 80;       // along the ball's diameter
 constexpr double kVotes = 0.85;   // of the photos that see a voxel call it object
 constexpr double kSeen = 0.4;     // of all photos see it
 constexpr double kReach = 0.12;   // around the body's silhouette colours may overrule it, outwards
 constexpr double kInwards = 3.0;  // and so many times as far inwards
 constexpr double kHole = 0.005;   // of the object: smaller ones are dark or bright spots
-constexpr double kAgreement = 0.8;
+constexpr double kAgreement = 0.8, kUnmoved = 0.9;
 
 double LongestSide(const renderer::Camera& camera) {
   return static_cast<double>(std::max(camera.width, camera.height));
@@ -80,7 +82,7 @@ Image Widened(const Image& mask, double px) {
   return result;
 }
 
-std::vector<ObjectHint> HintsOfBall(const SmallView& view) {
+std::vector<ObjectHint> HintsOfBall(const SmallView& view, double middle) {
   const int width = view.photo.width, height = view.photo.height;
   std::vector<ObjectHint> hints;
   hints.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -90,7 +92,7 @@ std::vector<ObjectHint> HintsOfBall(const SmallView& view) {
           std::hypot(x + 0.5 - view.u, y + 0.5 - view.v) / std::max(view.ball_px, 1e-9);
       const bool at_border = x == 0 || y == 0 || x == width - 1 || y == height - 1;
       hints.push_back(at_border || from_middle > kOutside ? ObjectHint::kBackground
-                      : from_middle < kMiddle             ? ObjectHint::kMaybeObject
+                      : from_middle < middle              ? ObjectHint::kMaybeObject
                                                           : ObjectHint::kMaybeBackground);
     }
   }
@@ -141,26 +143,47 @@ class MaskMaker {
   }
 
   std::optional<ObjectMasks> Run() {
+    for (const double middle : kMiddles) {
+      if (!Search(middle)) continue;
+      ObjectMasks result;
+      result.agreement = Agreement([&](std::size_t i) { return masks_[i]; });
+      if (result.agreement < kAgreement || IsWhatItBeganWith(middle)) continue;
+      result.masks.resize(views_.size());
+      ForEachView([&](std::size_t i) { result.masks[i] = FinalMask(observations_.views[i]); });
+      return result;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  /// False if there is no body.
+  bool Search(double middle) {
     for (int search = 0; search < kSearches; ++search) {
       ForEachView([&](std::size_t i) {
         const SmallView& view = views_[i];
         masks_[i] =
             search == 0
-                ? SegmentByColor(view.photo, HintsOfBall(view), kFirstTurns)
+                ? SegmentByColor(view.photo, HintsOfBall(view, middle), kFirstTurns)
                 : SegmentByColor(view.photo, HintsOfBody(SilhouetteOf(body_, view), view), kTurns);
       });
       FindBody();
-      if (body_.empty()) return std::nullopt;
+      if (body_.empty()) return false;
     }
-    ObjectMasks result;
-    result.agreement = Agreement();
-    if (result.agreement < kAgreement) return std::nullopt;
-    result.masks.resize(views_.size());
-    ForEachView([&](std::size_t i) { result.masks[i] = FinalMask(observations_.views[i]); });
-    return result;
+    return true;
   }
 
- private:
+  /// No colour moved its outline.
+  [[nodiscard]] bool IsWhatItBeganWith(double middle) const {
+    return Agreement([&](std::size_t i) {
+             const std::vector<ObjectHint> hints = HintsOfBall(views_[i], middle);
+             Image disc(views_[i].photo.width, views_[i].photo.height, 1);
+             std::ranges::transform(hints, disc.data.begin(), [](ObjectHint hint) {
+               return hint == ObjectHint::kMaybeObject ? 1.0F : 0.0F;
+             });
+             return disc;
+           }) > kUnmoved;
+  }
+
   void ForEachView(const auto& visit) const {
     renderer::ParallelFor(static_cast<std::int64_t>(views_.size()),
                           [&](std::int64_t i) { visit(static_cast<std::size_t>(i)); });
@@ -199,10 +222,11 @@ class MaskMaker {
     return num_seen >= kSeen * static_cast<double>(views_.size()) && votes >= kVotes * num_seen;
   }
 
-  [[nodiscard]] double Agreement() const {
+  /// Mean overlap of the body's silhouettes with other masks.
+  [[nodiscard]] double Agreement(const auto& mask_of) const {
     std::vector<double> overlaps(views_.size());
     ForEachView(
-        [&](std::size_t i) { overlaps[i] = MaskIou(SilhouetteOf(body_, views_[i]), masks_[i]); });
+        [&](std::size_t i) { overlaps[i] = MaskIou(SilhouetteOf(body_, views_[i]), mask_of(i)); });
     double sum = 0.0;
     for (const double overlap : overlaps) sum += overlap;
     return sum / static_cast<double>(overlaps.size());
