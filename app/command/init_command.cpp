@@ -179,7 +179,8 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   const fs::path config =
       fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output).lexically_normal();
   RefuseToOverwrite(config, own);
-  if (input.num_masks == 0 && own.mesh.empty() && !own.whole) {
+  const bool makes_masks = own.mesh.empty() && !own.whole;
+  if (input.num_masks == 0 && makes_masks) {
     TryToMakeMasks(config, own, context, input);
   }
   if (!own.light.empty()) input.light_with_camera = own.light == "camera";
@@ -200,11 +201,11 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   }
   if (input.num_masks == 0) {
     context.log.Warn(
-        own.whole || !own.mesh.empty()
-            ? "no masks: the background is fitted, too; masks of the object make its shape "
-              "far surer"
-            : "no masks were found, and colours do not tell the object from its background: "
-              "that is fitted, too; masks of the object make its shape far surer");
+        makes_masks
+            ? "no masks were found, and colours do not tell the object from its background: "
+              "that is fitted, too; masks of the object make its shape far surer"
+            : "no masks: the background is fitted, too; masks of the object make its shape "
+              "far surer");
   }
   context.log.Info("guess: " + LightGuess(input));
   context.log.Info(fmt::format("next: pathfit check {0}, then pathfit fit {0}", config.string()));

@@ -76,6 +76,7 @@ struct SmallView {
   double u = 0.0, v = 0.0, ball_px = 0.0;  ///< the ball in the picture; 0: it is behind
 };
 
+/// Negative: narrowed.
 Image Widened(const Image& mask, double px) {
   Image result = renderer::SignedDistanceToMask(mask);
   for (float& value : result.data) value = static_cast<double>(value) > -px ? 1.0F : 0.0F;
@@ -107,11 +108,7 @@ Image SilhouetteOf(const std::vector<Vec3>& body, const SmallView& view) {
     if (pixel >= 0) dots.data[static_cast<std::size_t>(pixel)] = 1.0F;
   }
   const double gap = 2.0 * kOutside / kVoxels * view.ball_px + 1.0;
-  Image outside = Widened(dots, gap);
-  for (float& value : outside.data) value = 1.0F - value;
-  Image closed = Widened(outside, gap);
-  for (float& value : closed.data) value = 1.0F - value;
-  return closed;
+  return Widened(Widened(dots, gap), -gap);
 }
 
 /// What a silhouette says of the pixels around its outline, and away from it.

@@ -37,12 +37,6 @@ std::vector<int> Range(std::size_t count) {
   return indices;
 }
 
-bool HasKind(const ParameterSet& set, renderer::ParameterKind kind) {
-  const auto& groups = set.layout().groups();
-  return std::any_of(
-      groups.begin(), groups.end(), [kind](const auto& group) { return group.kind == kind; });
-}
-
 int CountMovingVertices(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
   std::size_t sum = 0;
   for (const renderer::ParameterGroup& group : layout.groups()) {
@@ -453,7 +447,9 @@ class FitDriver {
     const Model model = MakeModel(Reference(), stage, views);
     const std::size_t n = model.set.NumScalars();
     if (state_.model.Empty() || state_.model.NumScalars() != n ||
-        HasKind(model.set, renderer::ParameterKind::kVertexPositions)) {
+        model.set.layout().AnyKind([](renderer::ParameterKind kind) {
+          return kind == renderer::ParameterKind::kVertexPositions;
+        })) {
       return;
     }
     std::vector<double> theta = model.set.ThetaFromValues(model.set.layout().Gather(state_.scene));
