@@ -33,21 +33,20 @@ std::string NameOf(fs::path folder) {
 
 Json Describe(const FoundInput& input, const fs::path& config, const std::string& name) {
   const auto& masks = input.options.masks;
-  return {
-      {"config", config.string()},
-      {"name", name},
-      {"photos", input.observations.views.size()},
-      {"photos_without_camera", input.num_without_camera},
-      {"images", input.options.images_dir.string()},
-      {"cameras", input.options.cameras.string()},
-      {"camera_format", input.camera_format},
-      {"masks", input.num_masks},
-      {"masks_inverted", masks.invert},
-      {"mask_agreement", input.mask_agreement > 0.0 ? ToJson(input.mask_agreement) : Json(nullptr)},
-      {"background_change",
-       input.background_change ? ToJson(*input.background_change) : Json(nullptr)},
-      {"seen", input.observations.assumptions},
-      {"guessed", Json::array({LightGuess(input)})}};
+  return {{"config", config.string()},
+          {"name", name},
+          {"photos", input.observations.views.size()},
+          {"photos_without_camera", input.num_without_camera},
+          {"images", input.options.images_dir.string()},
+          {"cameras", input.options.cameras.string()},
+          {"camera_format", input.camera_format},
+          {"masks", input.num_masks},
+          {"masks_inverted", masks.invert},
+          {"mask_agreement", input.mask_agreement ? ToJson(*input.mask_agreement) : Json(nullptr)},
+          {"background_change",
+           input.background_change ? ToJson(*input.background_change) : Json(nullptr)},
+          {"seen", input.observations.assumptions},
+          {"guessed", Json::array({LightGuess(input)})}};
 }
 
 struct Options {
@@ -135,7 +134,7 @@ void TryToMakeMasks(const fs::path& config,
         "masks were made from colours and what all photos say together (they overlap by {:.0f} %): "
         "{}. Look at them (check draws their outlines) and correct them with any paint program; "
         "init --whole-photos makes none",
-        100.0 * input.mask_agreement,
+        100.0 * *input.mask_agreement,
         folder.string()));
   }
 }

@@ -15,6 +15,7 @@
 #include "app/config/yaml_document.h"
 #include "optim/diagnostics/gradient_check.h"
 #include "optim/observation/load_observations.h"
+#include "optim/observation/visual_hull.h"
 #include "optim/round/fit_spec.h"
 #include "renderer/bsdf/bsdf.h"
 #include "renderer/render_options.h"
@@ -74,10 +75,7 @@ struct InlineGeometry {
   std::vector<Triple> normals;             ///< empty, or one per vertex; not zero
   std::vector<std::array<double, 2>> uvs;  ///< empty, or one per vertex
 };
-struct VisualHullGeometry {
-  int resolution = 128;
-  double dissent = 0.0;
-};
+using VisualHullGeometry = optim::VisualHullOptions;
 using Geometry = std::variant<FileGeometry,
                               SphereGeometry,
                               RectangleGeometry,

@@ -64,8 +64,7 @@ class MeshMaker {
   Mesh operator()(const DiskGeometry& g) const { return renderer::MakeDisk(g.segments); }
   Mesh operator()(const InlineGeometry& g) const { return MakeInline(g); }
   Mesh operator()(const VisualHullGeometry& g) const {
-    return optim::CarveVisualHull(context_.observations,
-                                  {.resolution = g.resolution, .dissent = g.dissent});
+    return optim::CarveVisualHull(context_.observations, g);
   }
 
  private:

@@ -58,10 +58,9 @@ std::string MaskLines(const FoundInput& input, const fs::path& folder) {
                      keys,
                      input.num_masks,
                      input.observations.views.size(),
-                     masks.invert ? "; white along the border, so taken as the background"
-                     : input.mask_agreement > 0.0
-                         ? "; made from colours by pathfit init, to be looked at"
-                         : "");
+                     masks.invert           ? "; white along the border, so taken as the background"
+                     : input.mask_agreement ? "; made from colours by pathfit init, to be looked at"
+                                            : "");
 }
 
 std::string GeometryLines(const FoundInput& input, const fs::path& folder, const fs::path& mesh) {
@@ -73,8 +72,8 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
     return fmt::format(
         "    # The start, carved from the masks{}. A mesh of your own: {{file: mesh.ply, material: "
         "surface}}\n    object: {{visual_hull: {{{}}}, material: surface}}\n",
-        input.mask_agreement > 0.0 ? " (one in ten may miss something)" : "",
-        input.mask_agreement > 0.0 ? fmt::format("dissent: {}", kDissent) : "");
+        input.mask_agreement ? " (one in ten may miss something)" : "",
+        input.mask_agreement ? fmt::format("dissent: {}", kDissent) : "");
   }
   if (!input.layout || input.layout->radius <= 0.0) {
     throw renderer::SceneError(

@@ -26,7 +26,7 @@ struct FoundInput {
   double metres_per_unit = 0.0;        ///< 0: the camera file does not say
   std::size_t num_without_camera = 0;  ///< pictures beside the photos
   std::size_t num_masks = 0;
-  double mask_agreement = 0.0;  ///< of masks that were made (optim::ObjectMasks), else 0
+  std::optional<double> mask_agreement;  ///< of masks that were made (optim::ObjectMasks)
   optim::ObservationSet observations;
   std::optional<CameraLayout> layout;
   /// Difference of the background between neighbouring photos over its brightness, at equal pixels

@@ -99,8 +99,9 @@ std::string NothingCalled(const std::string& name, const std::string& object, co
 }  // namespace
 
 ParameterName FindParameter(const Scene& scene, const std::string& name) {
-  if (name == "exposure") return {{ParameterKind::kExposure, -1}, ""};
-  if (name == "white_balance") return {{ParameterKind::kWhiteBalance, -1}, ""};
+  for (const ParameterKind kind : {ParameterKind::kExposure, ParameterKind::kWhiteBalance}) {
+    if (name == renderer::TraitsOf(kind).property) return {{kind, -1}, ""};
+  }
   const std::size_t dot = name.rfind('.');  // names of photos have dots
   const std::string object = name.substr(0, dot);
   const std::string property = dot == std::string::npos ? "" : name.substr(dot + 1);

@@ -164,7 +164,7 @@ std::string ProblemOfExposure(const optim::UnknownSpec& unknown,
                               const ExperimentConfig& config) {
   if (!optim::IsOfExposure(parameter.kind)) return {};
   const bool is_balance = parameter.kind == ParameterKind::kWhiteBalance;
-  const std::string name = is_balance ? "white_balance" : "exposure";
+  const std::string name = renderer::TraitsOf(parameter.kind).property;
   if (unknown.name != name) {
     return "'" + unknown.name + "' is not known here; write " + name + ", for all sensors";
   }

@@ -352,7 +352,7 @@ class Program(unittest.TestCase):
         self.assertGreater(json.loads(made.stdout)["mask_agreement"], 0.9)
         self.assertEqual(len(list(masks.iterdir())), 24)
         self.assertIn("visual_hull", config.read_text())
-        checked = run("check", config)
+        checked = run("check", config, cwd=self.folder)
         self.assertEqual(checked.returncode, 0, checked.stderr)
         self.assertNotIn("warning", checked.stderr)
         config.unlink()

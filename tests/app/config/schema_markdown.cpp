@@ -9,6 +9,7 @@
 #include "app/config/nearest_name.h"
 #include "app/config/schema.h"
 #include "app/config/schema_builders.h"
+#include "optim/parameter/unknown_spec.h"
 #include "renderer/scene/parameter_kinds.h"
 
 namespace pathfit::app {
@@ -116,8 +117,7 @@ constexpr const char* kUnknownsNotes = R"(
 
 // "`MATERIAL.eta`, conductor, mirror".
 std::string DescribeName(const renderer::ParameterTraits& row) {
-  if (row.kind == renderer::ParameterKind::kExposure) return "`exposure`";
-  if (row.kind == renderer::ParameterKind::kWhiteBalance) return "`white_balance`";
+  if (optim::IsOfExposure(row.kind)) return "`" + std::string(row.property) + "`";
   std::string object = renderer::ObjectWord(row.list);
   std::ranges::transform(object, object.begin(), ::toupper);
   if (row.list == renderer::ObjectList::kSensors) object = "camera";

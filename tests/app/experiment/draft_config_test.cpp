@@ -132,7 +132,8 @@ TEST_F(DraftConfigTest, MakesMasksOfWhatTheCamerasLookAt) {
   EXPECT_FALSE(fs::exists(top() / "none"));
 
   ASSERT_TRUE(MakeMasks(top() / "made", input));
-  EXPECT_GT(input.mask_agreement, 0.8);
+  ASSERT_TRUE(input.mask_agreement);
+  EXPECT_GT(*input.mask_agreement, 0.8);
   EXPECT_EQ(input.num_masks, std::size_t{kViews});
   for (std::size_t i = 0; i < kViews; ++i) {
     const Image made = input.observations.views[i].mask.Unpack();
