@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -90,6 +91,35 @@ inline constexpr std::array kBoundaryBudgets = {&SampleBudget::sppe,
                                                 &SampleBudget::spp_direct,
                                                 &SampleBudget::spp_indirect,
                                                 &SampleBudget::spp_pixel};
+
+/// Budgets of boundary terms that are given; the others are found.
+struct BoundaryBudgets {
+  std::optional<double> sppe, spp_direct, spp_indirect, spp_pixel;
+
+  /// In the order of kBoundaryBudgets.
+  [[nodiscard]] std::array<std::optional<double>, kBoundaryBudgets.size()> All() const {
+    return {sppe, spp_direct, spp_indirect, spp_pixel};
+  }
+  [[nodiscard]] bool HasAll() const {
+    return std::ranges::all_of(All(), &std::optional<double>::has_value);
+  }
+  /// Replaces what is given.
+  void ApplyTo(SampleBudget& budget) const {
+    for (std::size_t t = 0; t < kBoundaryBudgets.size(); ++t) {
+      budget.*kBoundaryBudgets[t] = All()[t].value_or(budget.*kBoundaryBudgets[t]);
+    }
+  }
+};
+
+/// What of a derivative's estimator is given; the rest is found (renderer/budget_search.h).
+struct DerivativeChoice : BoundaryBudgets {
+  std::optional<DerivativeForm> form;
+};
+
+/// What a sample of a term costs, derivatives and all, in interior samples, by DerivativeTerm:
+/// geometric means over the benchmark's scenes in both forms, measured in time.
+inline constexpr std::array<double, kNumDerivativeTerms> kPathsPerSample = {
+    1.0, 1.5, 2.0, 1.5, 0.5};
 
 /// How images and derivatives are estimated, whatever the number of samples.
 struct EstimatorOptions {

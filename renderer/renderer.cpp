@@ -15,10 +15,9 @@ namespace {
 /// Calls row(y, stats) for all rows in parallel and sums the statistics.
 template <class Row>
 void ForEachRow(int height, const RenderServices& services, RenderStats& stats, Row row) {
-  std::vector<RenderStats> by_row(static_cast<std::size_t>(height));
-  ParallelFor(height, [&](std::int64_t y) {
+  const auto by_row = ParallelParts<RenderStats>(height, [&](std::int64_t y, RenderStats& of_row) {
     ThrowIfCancelled(services.cancel);
-    row(static_cast<int>(y), by_row[static_cast<std::size_t>(y)]);
+    row(static_cast<int>(y), of_row);
   });
   for (const RenderStats& s : by_row) {
     stats += s;

@@ -65,6 +65,8 @@ optim::GradientCheckOptions OptionsOf(const ExperimentConfig& config) {
   optim::GradientCheckOptions options = config.gradcheck.check;
   options.render = config.render;
   options.render.spp = config.gradcheck.check.render.spp;
+  options.given = config.derivative;
+  options.given->form = options.render.form;  // that of fits
   options.difference_spp = 2 * options.render.spp;
   return options;
 }
@@ -390,11 +392,11 @@ ExitStatus Run(CommandContext& context, const Options& own) {
                   has_output,
                   signals.flag()));
   };
-  const auto take = [&](std::size_t, CheckedRow checked) {
+  const auto take = [&](std::size_t, const CheckedRow& checked) {
     const Row& row = checked.row;
     WriteImages(checked.pictures, own.output / SafeFileName(row.sensor + "_" + row.name));
     context.log.Info("checked " + row.name + " as seen by " + row.sensor);
-    rows.push_back(std::move(checked.row));
+    rows.push_back(row);
   };
   try {
     optim::Division division(&context.ranks, &signals.flag());

@@ -26,6 +26,7 @@
 #include "optim/observation/camera_import.h"
 #include "optim/ranks/division.h"
 #include "optim/ranks/film_stream.h"
+#include "renderer/budget_search.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
@@ -137,11 +138,11 @@ std::vector<double> ValuesIn(const renderer::ParameterLayout& layout, const Dire
 class DirectionSink : public renderer::DerivativeSink {
  public:
   DirectionSink(const renderer::ParameterLayout& layout,
-                const std::vector<Direction>& directions,
+                const std::vector<std::vector<double>>& directions,
                 const renderer::Camera& camera) {
-    for (const Direction& direction : directions) {
-      films_.push_back(std::make_unique<renderer::FilmSink>(
-          layout, ValuesIn(layout, direction), camera.width, camera.height));
+    for (const std::vector<double>& direction : directions) {
+      films_.push_back(
+          std::make_unique<renderer::FilmSink>(layout, direction, camera.width, camera.height));
     }
   }
   void Add(std::int64_t pixel,
@@ -289,14 +290,30 @@ void Declare(OptionList& options, Options& own) {
   });
 }
 
+/// "form image, spp 64, sppe 3.1, spp_direct 20": of the terms that can be there.
+std::string WordsOf(const renderer::RenderOptions& options) {
+  constexpr std::array kNames = {"sppe", "spp_direct", "spp_indirect", "spp_pixel"};
+  std::string words =
+      fmt::format("form {}, spp {}",
+                  options.form == renderer::DerivativeForm::kImage ? "image" : "material",
+                  options.spp);
+  for (std::size_t t = 0; t < kNames.size(); ++t) {
+    if (!options.Has(renderer::kDerivativeTerms[t + 1].second)) continue;
+    words += fmt::format(", {} {:.3g}", kNames[t], options.*renderer::kBoundaryBudgets[t]);
+  }
+  return words;
+}
+
 /// An image, or the derivative images of one rendering.
 struct Rendering {
   std::vector<renderer::Film> films;
   renderer::RenderStats stats;
+  std::string settings;  ///< of derivatives by what moves
 
   static void VisitParts(auto& rendering, const auto& visit) {
     visit(rendering.films);
     visit(rendering.stats);
+    visit(rendering.settings);
   }
 };
 
@@ -305,16 +322,19 @@ class Pictures {
  public:
   Pictures(const renderer::Scene& scene,
            const renderer::RenderOptions& options,
+           const renderer::DerivativeChoice& given,
            std::vector<Direction> directions,
            std::vector<int> sensors,
            fs::path folder)
       : scene_(scene),
         options_(options),
+        given_(given),
         directions_(std::move(directions)),
         sensors_(std::move(sensors)),
         folder_(std::move(folder)),
         layout_(UnionLayout(scene, directions_)),
         renderer_(scene) {
+    for (const Direction& direction : directions_) values_.push_back(ValuesIn(layout_, direction));
     for (const renderer::Camera& sensor : scene.sensors) names_.push_back(sensor.name);
     names_ = ViewFolderNames(names_);
   }
@@ -332,8 +352,11 @@ class Pictures {
       rendering.films.push_back(renderer_.RenderPrimal(camera, options, services));
       return rendering;
     }
-    DirectionSink sink(layout_, directions_, camera);
+    DirectionSink sink(layout_, values_, camera);
     options.with_image = false;
+    options = renderer::ChooseDerivative(
+        renderer_, {camera, static_cast<int>(sensor), layout_, values_}, options, given_, &cancel);
+    if (layout_.AnyKind(renderer::MovesGeometry)) rendering.settings = WordsOf(options);
     renderer_.RenderDerivative(camera, static_cast<int>(sensor), options, layout_, sink, services);
     for (std::size_t d = 0; d < directions_.size(); ++d) rendering.films.push_back(sink.film(d));
     return rendering;
@@ -342,7 +365,12 @@ class Pictures {
   void Write(std::size_t i, const Rendering& rendering, Log& log) {
     const std::string& name = names_[SensorOf(i)];
     LogStats(rendering.stats, log);
-    if (IsImage(i)) WriteFilm(rendering.films.front(), folder_ / name, files_);
+    if (IsImage(i)) {
+      WriteFilm(rendering.films.front(), folder_ / name, files_);
+    } else if (!rendering.settings.empty()) {
+      log.Info("derivatives seen by " + scene_.sensors[SensorOf(i)].name + ": " +
+               rendering.settings);
+    }
     for (std::size_t d = 0; d < directions_.size() && !IsImage(i); ++d) {
       const std::string file = name + "_d_" + SafeFileName(directions_[d].name);
       WriteDerivative(rendering.films[d], folder_ / file, log, files_);
@@ -361,7 +389,9 @@ class Pictures {
 
   const renderer::Scene& scene_;
   renderer::RenderOptions options_;
+  renderer::DerivativeChoice given_;
   std::vector<Direction> directions_;
+  std::vector<std::vector<double>> values_;  ///< of directions, in the layout
   std::vector<int> sensors_;
   fs::path folder_;
   renderer::ParameterLayout layout_;
@@ -397,8 +427,12 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   std::vector<Direction> directions = ChooseDirections(context, own, scene, config.render);
   const fs::path folder =
       fs::absolute(own.output.empty() ? fs::path("renders") / config.name : own.output);
-  Pictures pictures(
-      scene, config.render, std::move(directions), ChooseSensors(scene, own.views), folder);
+  Pictures pictures(scene,
+                    config.render,
+                    config.derivative,
+                    std::move(directions),
+                    ChooseSensors(scene, own.views),
+                    folder);
   if (context.ranks.IsFirst()) renderer::CreateFolders(folder);
 
   const StopSignals signals;

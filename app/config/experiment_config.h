@@ -229,6 +229,8 @@ struct ExperimentConfig {
       ///< also holds the seed of everything
       {.spp = 64, .sppe = 8.0, .spp_direct = 8.0, .spp_indirect = 8.0, .spp_pixel = 4.0},
       {}};
+  /// What of `render` the file gives, and is there as well; derivative images find the rest.
+  renderer::DerivativeChoice derivative;
   /// Stages, loss, solver and unknowns. Only the scene tells what a name stands for:
   /// app/experiment completes the unknowns, and fills the rest.
   optim::FitSpec fit;

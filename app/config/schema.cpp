@@ -176,12 +176,15 @@ std::vector<std::string> UselessValues(const ExperimentConfig& config) {
                   return;
                 }
                 const YamlNode* other = FindPath(config.resolved, line.useless_key);
-                if (other == nullptr || other->text != line.useless_value) return;
+                if (other == nullptr || std::ranges::find(line.useless_values, other->text) ==
+                                            line.useless_values.end()) {
+                  return;
+                }
                 out.push_back(fmt::format("{}: {} has no use with {}: {}",
                                           FormatPlace(config.source, node.place),
                                           path,
                                           line.useless_key,
-                                          line.useless_value));
+                                          other->text));
               });
   return out;
 }

@@ -90,10 +90,10 @@ struct SchemaNode {
   std::string needs;                       ///< a sibling that must be given too
   std::string when_key;  ///< belongs only to maps whose `when_key` has one of when_values
   std::vector<std::string> when_values;
-  /// Path of another value from the root ("render.form"), with which this one has no use. It is
-  /// accepted all the same, since that value may be changed for one run (--set, sweep).
+  /// Path of another value from the root ("render.form"), with some of which this one has no use.
+  /// It is accepted all the same, since that value may be changed for one run (--set, sweep).
   std::string useless_key;
-  std::string useless_value;
+  std::vector<std::string> useless_values;
   bool free_names = false;  ///< kNamedMap: names from other programs, of any characters
   bool distinct = false;    ///< kList: no item may be there twice
 

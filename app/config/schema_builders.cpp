@@ -194,9 +194,11 @@ void CheckReferences(const SchemaNode& map, const SchemaNode& root) {
       for (std::string key; other != nullptr && std::getline(path, key, '.');) {
         other = other->Child(key);
       }
-      require(other != nullptr && Contains(other->words, child.useless_value),
-              "has no use with " + child.useless_key + ": " + child.useless_value +
-                  ", which is no value of the config");
+      for (const std::string& value : child.useless_values) {
+        require(other != nullptr && Contains(other->words, value),
+                "has no use with " + child.useless_key + ": " + value +
+                    ", which is no value of the config");
+      }
     }
     CheckReferences(child, root);
   }

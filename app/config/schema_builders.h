@@ -98,10 +98,10 @@ inline Trait When(const std::string& sibling, const std::vector<std::string>& va
   return binding::Set(&SchemaNode::when_key, sibling) |
          binding::Set(&SchemaNode::when_values, values);
 }
-/// Has no use if the value of this path from the root is this one.
-inline Trait UselessWith(const std::string& path, const std::string& value) {
+/// Has no use if the value of this path from the root is one of these.
+inline Trait UselessWith(const std::string& path, const std::vector<std::string>& values) {
   return binding::Set(&SchemaNode::useless_key, path) |
-         binding::Set(&SchemaNode::useless_value, value);
+         binding::Set(&SchemaNode::useless_values, values);
 }
 inline Trait FreeNames() { return binding::Set(&SchemaNode::free_names, true); }
 inline Trait Distinct() { return binding::Set(&SchemaNode::distinct, true); }
@@ -301,17 +301,21 @@ template <class... Members>
 SchemaNode Choice(std::string key,
                   WordsOf<typename decltype(binding::To(std::declval<Members>()...))::Value> words,
                   Members... members) {
+  // As it is: of an optional member one word may mean no value.
   const auto access = binding::To(members...);
+  using Owner = typename decltype(access)::Owner;
   SchemaNode node = binding::Make(SchemaNode::Type::kChoice, std::move(key));
+  Owner initial{};
   for (const auto& [word, value] : words) {
     node.words.push_back(word);
-    if (binding::InitialOf(access) == value) Default(word)(node);
+    if (access.get(initial) == value) Default(word)(node);
   }
-  binding::StoreIn(access, node, [words](const YamlNode& from, auto& member) {
+  node.owner = &typeid(Owner);
+  node.store = [access, words](const YamlNode& from, void* owner) {
     for (const auto& [word, value] : words) {
-      if (from.text == word) member = value;
+      if (from.text == word) access.get(*static_cast<Owner*>(owner)) = value;
     }
-  });
+  };
   return node;
 }
 

@@ -13,12 +13,15 @@ using optim::ResidualKind;
 using optim::StageBudget;
 using optim::StageSpec;
 using optim::UnknownSpec;
+using renderer::BoundaryBudgets;
+using renderer::DerivativeChoice;
 using renderer::DerivativeForm;
 using renderer::GuideKind;
 using renderer::RenderOptions;
 using renderer::SampleBudget;
 
 constexpr auto kRender = &ExperimentConfig::render;
+constexpr auto kDerivative = &ExperimentConfig::derivative;
 
 SchemaNode PriorSchema() {
   const SchemaNode number = binding::Described<double>::Node();
@@ -61,22 +64,25 @@ SchemaNode RenderSchema() {
   return Map("render",
              {Key("spp", kRender, &SampleBudget::spp) |
                   Doc("Samples per pixel of `pathfit render`.") | From(1, kMost),
-              Key("sppe", kRender, &SampleBudget::sppe) |
+              Key("sppe", kDerivative, &BoundaryBudgets::sppe) |
                   Doc("Samples of primary boundaries in derivatives, per pixel of their length: "
-                      "silhouettes, borders and creases as the camera sees them.") |
+                      "silhouettes, borders and creases as the camera sees them. Found from "
+                      "measured "
+                      "variances, as are the three below, unless given: what makes the error least "
+                      "for its time; where many numbers are derived by at once, 8, 8, 8 and 4.") |
                   From(0.0, kMost),
-              Key("spp_direct", kRender, &SampleBudget::spp_direct) |
+              Key("spp_direct", kDerivative, &BoundaryBudgets::spp_direct) |
                   Doc("Samples per pixel of direct boundaries: edges between a light and a surface "
                       "(shadows).") |
                   From(0.0, kMost),
-              Key("spp_indirect", kRender, &SampleBudget::spp_indirect) |
+              Key("spp_indirect", kDerivative, &BoundaryBudgets::spp_indirect) |
                   Doc("Samples per pixel of indirect boundaries: edges between two surfaces "
                       "(interreflections).") |
                   From(0.0, kMost),
-              Key("spp_pixel", kRender, &SampleBudget::spp_pixel) |
+              Key("spp_pixel", kDerivative, &BoundaryBudgets::spp_pixel) |
                   Doc("Samples per pixel of pixel boundaries: surfaces that move over the border "
                       "of a box filter; only with `form: material`.") |
-                  From(0.0, kMost) | UselessWith("render.form", "image"),
+                  From(0.0, kMost) | UselessWith("render.form", {"image"}),
               Key("max_bounces", kRender, &RenderOptions::max_bounces) |
                   Doc("1 = direct light only, 0 = only what shines or is seen behind the "
                       "objects.") |
@@ -91,12 +97,15 @@ SchemaNode RenderSchema() {
                   Doc("Parts of the derivative that are computed. Without one of them it is right "
                       "only where that part is zero."),
               Choice("form",
-                     {{"image", DerivativeForm::kImage}, {"material", DerivativeForm::kMaterial}},
-                     kRender,
-                     &RenderOptions::form) |
+                     {{"auto", std::nullopt},
+                      {"image", DerivativeForm::kImage},
+                      {"material", DerivativeForm::kMaterial}},
+                     kDerivative,
+                     &DerivativeChoice::form) |
                   Doc("Where the derivative is taken of the part of a path next to the camera: "
                       "`image`: at fixed pixels; `material`: at fixed points of the surfaces. Both "
-                      "give the same. `material` is less noisy where detailed surfaces move, much "
+                      "give the same; `auto`: found for derivative images, `image` in fits and "
+                      "checks. `material` is less noisy where detailed surfaces move, much "
                       "less with `max_bounces` above 1; `image` where cameras or plain surfaces "
                       "do."),
               Choice("guiding",
@@ -109,7 +118,7 @@ SchemaNode RenderSchema() {
                       "or by one that is refined where it matters. All give the same mean."),
               Key("guide_share", kRender, &RenderOptions::guide_share) |
                   Doc("Share of the boundary samples spent on building the guide.") |
-                  Between(0.0, 1.0) | UselessWith("render.guiding", "none"),
+                  Between(0.0, 1.0) | UselessWith("render.guiding", {"none"}),
               Key("antithetic", kRender, &RenderOptions::antithetic) |
                   Doc("Draws paths in pairs with mirrored reflections: derivatives of glossy "
                       "surfaces by shape lose most of their noise, pictures gain nothing.")}) |
@@ -134,7 +143,7 @@ SchemaNode LossSchema() {
                     Refuse({{"log", ""}, {"srgb", ""}}),
                 Key("relative_floor", &LossSpec::relative_floor) |
                     Doc("Brightness below which `relative` acts like `linear`.") | Above(0.0) |
-                    UselessWith("loss.residual", "linear"),
+                    UselessWith("loss.residual", {"linear"}),
                 Map("silhouette",
                     {Key("weight", &LossSpec::silhouette_weight) |
                      Doc("Of the masks against the colours.") | AtLeast(0.0)}) |
@@ -366,7 +375,7 @@ SchemaNode StagesSchema() {
                   Key("spp_pixel", kSamples, &StageBudget::spp_pixel) |
                       Doc("Samples per pixel of pixel borders; only with `form: material` in "
                           "`render`.") |
-                      From(0.0, kMost) | UselessWith("render.form", "image"),
+                      From(0.0, kMost) | UselessWith("render.form", {"auto", "image"}),
                   Map("stop",
                       {Key("relative_cost", &StageSpec::stop_relative_cost) |
                        Doc("More than 500 unknowns: end when three rounds lower the mean cost of "

@@ -1,7 +1,9 @@
 #include "app/output/fit_recorder.h"
 
 #include <algorithm>
+#include <functional>
 #include <variant>
+#include <vector>
 
 #include "app/output/parameter_table.h"
 #include "app/output/report.h"
@@ -9,6 +11,7 @@
 #include "app/output/viewed_model.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/disk_full_error.h"
 #include "renderer/io/exr_file.h"
@@ -112,24 +115,38 @@ void FitRecorder::OnView(const std::string& stage,
   const Image fit_encoded = EncodedImage(fit);
   const Image difference = DifferenceImage(fit, observed.photo, observed.mask);
 
+  // Encoding takes longer than all else here.
+  std::vector<std::function<void()>> files;
   if (!fs::exists(thumbnail("photo"))) {
-    WriteJpeg(thumbnail("photo"),
-              EncodedImage(ReducedImage(original.photo.Unpack(), kThumbnailPx)));
+    files.emplace_back([&] {
+      WriteJpeg(thumbnail("photo"),
+                EncodedImage(ReducedImage(original.photo.Unpack(), kThumbnailPx)));
+    });
   }
-  if (stage == "start") WriteJpeg(thumbnail("start"), fit_encoded);
-  WriteJpeg(thumbnail("result"), fit_encoded);
-  WriteJpeg(thumbnail("difference"), difference);
+  if (stage == "start") {
+    files.emplace_back([&] { WriteJpeg(thumbnail("start"), fit_encoded); });
+  }
+  files.emplace_back([&] { WriteJpeg(thumbnail("result"), fit_encoded); });
+  files.emplace_back([&] { WriteJpeg(thumbnail("difference"), difference); });
   if (!observed.mask.Empty() && observations_.mask_meaning == optim::MaskMeaning::kSilhouette) {
-    WriteJpeg(thumbnail("silhouette"),
-              SilhouetteImage(renderer::CoverageImage(film), observed.mask));
+    files.emplace_back([&] {
+      WriteJpeg(thumbnail("silhouette"),
+                SilhouetteImage(renderer::CoverageImage(film), observed.mask));
+    });
   }
   const bool other_stage = !options_.only_pictures_of.empty() && stage != options_.only_pictures_of;
-  if (!original.validation || other_stage) return;
   const std::string prefix = SafeFileName(stage);
-  renderer::WritePng8(folder / (prefix + "_fit.png"), fit_encoded);
-  renderer::WritePng8(folder / (prefix + "_difference.png"), difference);
-  renderer::WriteExr(folder / (prefix + "_fit.exr"), fit);
-  renderer::WriteExr(folder / (prefix + "_difference.exr"), Subtracted(fit, observed.photo));
+  if (original.validation && !other_stage) {
+    files.emplace_back([&] { renderer::WritePng8(folder / (prefix + "_fit.png"), fit_encoded); });
+    files.emplace_back(
+        [&] { renderer::WritePng8(folder / (prefix + "_difference.png"), difference); });
+    files.emplace_back([&] { renderer::WriteExr(folder / (prefix + "_fit.exr"), fit); });
+    files.emplace_back([&] {
+      renderer::WriteExr(folder / (prefix + "_difference.exr"), Subtracted(fit, observed.photo));
+    });
+  }
+  renderer::ParallelFor(static_cast<std::int64_t>(files.size()),
+                        [&](std::int64_t i) { files[static_cast<std::size_t>(i)](); });
 }
 
 void FitRecorder::OnStage(const optim::StageReport& report) {

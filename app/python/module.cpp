@@ -35,6 +35,7 @@
 #include "optim/problem/jacobian_sink.h"
 #include "optim/problem/problem_size.h"
 #include "optim/round/fit.h"
+#include "renderer/budget_search.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/derivative/derivative_limits.h"
@@ -386,7 +387,15 @@ class Scene {
       const Direction direction = ParseDirection(renderer_->scene(), name);
       const renderer::Camera& camera = CameraOf(index);
       renderer::FilmSink sink(direction.layout, direction.values, camera.width, camera.height);
-      Differentiate(index, direction.layout, spp, seed, sink);
+      renderer::RenderOptions options = OptionsOf(index, spp, seed);
+      renderer::CheckDerivative(renderer_->scene(), direction.layout, options);
+      const renderer::ThreadLimit limit(threads_);
+      options = renderer::ChooseDerivative(
+          *renderer_,
+          {camera, static_cast<int>(index), direction.layout, {&direction.values, 1}},
+          options,
+          config_.derivative);
+      Differentiate(index, direction.layout, options, sink);
       film = sink.film();
     }
     return ArrayOf(std::move(film));
@@ -411,7 +420,7 @@ class Scene {
       const double* data = weights.data();
       const py::gil_scoped_release release;
       GradientSink sink(parameters.layout(), data, camera.width, camera.height);
-      Differentiate(index, parameters.layout(), spp, seed, sink);
+      Differentiate(index, parameters.layout(), OptionsOf(index, spp, seed), sink);
       gradient = sink.Sum();
     }
     const auto size = static_cast<py::ssize_t>(gradient.size());
@@ -433,7 +442,7 @@ class Scene {
     {
       const py::gil_scoped_release release;
       optim::JacobianSink sink(camera.width, camera.height);
-      Differentiate(index, layout, spp, seed, sink);
+      Differentiate(index, layout, OptionsOf(index, spp, seed), sink);
       sink.Finish();
       std::size_t count = 0;
       for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
@@ -574,10 +583,8 @@ class Scene {
   }
   void Differentiate(std::size_t index,
                      const renderer::ParameterLayout& layout,
-                     std::optional<int> spp,
-                     std::optional<std::uint64_t> seed,
+                     renderer::RenderOptions options,
                      renderer::DerivativeSink& sink) const {
-    renderer::RenderOptions options = OptionsOf(index, spp, seed);
     options.with_image = false;
     renderer::CheckDerivative(renderer_->scene(), layout, options);
     const renderer::ThreadLimit limit(threads_);

@@ -6,6 +6,7 @@
 
 #include <boost/math/distributions/students_t.hpp>
 
+#include "renderer/budget_search.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
@@ -171,6 +172,13 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
 
   renderer::RenderOptions render = options.render;
   render.with_image = false;
+  if (options.given) {
+    render = renderer::ChooseDerivative(at_center,
+                                        {camera_of(at_center), sensor, layout, {&direction, 1}},
+                                        render,
+                                        *options.given,
+                                        cancel);
+  }
   const bool moves = layout.AnyKind(renderer::MovesGeometry);
   // Whether samples can change sides of an edge.
   const bool moves_edges = layout.AnyKind(renderer::MovesEdges);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "renderer/renderer.h"
@@ -12,6 +13,8 @@ struct GradientCheckOptions {
   /// One derivative replicate; the others have seeds above its own.
   renderer::RenderOptions render{
       {.spp = 64, .sppe = 16.0, .spp_direct = 4.0, .spp_indirect = 4.0, .spp_pixel = 8.0}, {}};
+  /// Other settings than these are found; none: `render` has all.
+  std::optional<renderer::DerivativeChoice> given;
   int replicates = 32;  ///< independent repetitions, from which the error bars come
   /// Of one replicate of the two displaced images, which share their random numbers.
   int difference_spp = 256;

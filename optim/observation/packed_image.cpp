@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
 namespace {
@@ -47,7 +48,12 @@ template <class Place>
 void LookUp(const std::vector<float>& table,
             const std::vector<Place>& places,
             std::span<float> out) {
-  std::ranges::transform(places, out.begin(), [&](Place place) { return table[place]; });
+  constexpr std::size_t kPieces = 16;  // that are looked up at once
+  renderer::ParallelFor(kPieces, [&](std::int64_t piece) {
+    const auto i = static_cast<std::size_t>(piece);
+    const std::size_t end = (i + 1) * places.size() / kPieces;
+    for (std::size_t k = i * places.size() / kPieces; k < end; ++k) out[k] = table[places[k]];
+  });
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
 
@@ -20,14 +23,23 @@ FitViews MakeFitViews(const ObservationSet& observations,
                       double scale,
                       std::optional<double> num_channels) {
   FitViews views = ListViews(observations);
-  double weight = 0.0;
-  for (const View& view : observations.views) {
-    views.levels.emplace_back(view, observations, scale);
-    if (!view.validation && !num_channels) {
-      for (const float w : views.levels.back().ColorWeight().data) {
-        weight += 3.0 * static_cast<double>(w);
-      }
+  struct Level {
+    std::optional<PackedLevel> level;
+    double weight = 0.0;
+  };
+  const auto make = [&](std::int64_t i, Level& made) {
+    const View& view = observations.views[static_cast<std::size_t>(i)];
+    made.level.emplace(view, observations, scale);
+    if (view.validation || num_channels) return;
+    for (const float w : made.level->ColorWeight().data) {
+      made.weight += 3.0 * static_cast<double>(w);
     }
+  };
+  double weight = 0.0;
+  const auto count = static_cast<std::int64_t>(observations.views.size());
+  for (Level& made : renderer::ParallelParts<Level>(count, make)) {
+    views.levels.push_back(std::move(*made.level));
+    weight += made.weight;
   }
   views.num_channels = num_channels.value_or(std::max(1.0, weight));
   return views;

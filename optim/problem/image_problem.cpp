@@ -19,6 +19,7 @@ constexpr double kSmallDecrease = 0.1;
 
 /// One half of a view's linearisation.
 struct Half {
+  /// `by_terms`: until JoinTerms its derivatives are in `terms`.
   Half(const ImageSource& source,
        int view,
        const SampleSet& samples,
@@ -28,22 +29,18 @@ struct Half {
     if (by_terms) {
       film = source.RenderDerivative(view, samples, terms);
       terms.Finish();
-      for (const auto& part : terms.parts()) {
-        if (part) {
-          sink.Add(part->sink);
-        }
-      }
     } else {
       film = source.RenderDerivative(view, samples, sink);
+      sink.Finish();
     }
-    sink.Finish();
+    bytes = sink.MemoryBytes() + terms.MemoryBytes();
   }
-
-  [[nodiscard]] std::size_t MemoryBytes() const { return sink.MemoryBytes() + terms.MemoryBytes(); }
+  void JoinTerms() { terms.MoveTo(sink); }
 
   renderer::Film film;
   JacobianSink sink;
-  TermSink terms;  ///< empty unless asked for
+  TermSink terms;
+  std::size_t bytes = 0;  ///< of the derivatives, at most
 };
 
 }  // namespace
@@ -209,13 +206,13 @@ bool ImageProblem::IsMeasured(std::size_t index) const {
 
 void ImageProblem::LinearizeView(std::size_t index,
                                  const std::vector<double>& values,
-                                 const std::function<void(LinearizedPart)>& give) {
+                                 const std::function<void(const LinearizedPart&)>& give) {
   const int view = views_.fitted[index];
   const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
   const std::string& name = views_.names[static_cast<std::size_t>(view)];
   const bool is_measured = IsMeasured(index);
-  const Half half_a(source_, view, options_.samples.a, level, is_measured);
-  const Half half_b(source_, view, options_.samples.b, level, is_measured);
+  Half half_a(source_, view, options_.samples.a, level, is_measured);
+  Half half_b(source_, view, options_.samples.b, level, is_measured);
   const renderer::Film& a = half_a.film;
   const renderer::Film& b = half_b.film;
   CheckFinite(a, name);
@@ -229,14 +226,18 @@ void ImageProblem::LinearizeView(std::size_t index,
   if (is_measured) {
     sums.meter.emplace(set_).AddTerms(
         {a, b, half_a.terms, half_b.terms, level, scales, values, name});
+    half_a.JoinTerms();
+    half_b.JoinTerms();
   }
   if (uses_gram_) {
     sums.model.emplace(set_.NumScalars());
   }
   double rows_bytes = 0.0;
-  for (int line = 0; line < level.photo.height;) {
-    PixelRows rows =
-        MergeHalves({a, b, half_a.sink, half_b.sink}, level, scales, set_, values, name, line);
+  HalvesMerger merger({a, b, half_a.sink, half_b.sink}, level, scales, set_, values, name);
+  LinearizedPart part;
+  while (merger.HasNext()) {
+    PixelRows& rows = part.rows;
+    merger.Next(rows);
     rows_bytes = std::max(rows_bytes, static_cast<double>(rows.MemoryBytes()));
     sums.sums.Add(rows, set_);
     if (sums.meter) {
@@ -245,16 +246,17 @@ void ImageProblem::LinearizeView(std::size_t index,
     if (sums.model) {
       sums.model->AddRows(rows, set_);
     } else {
-      give({std::move(rows), {}});
+      give(part);
     }
   }
   sums.bytes = rows_bytes + kBytesPerPixel * static_cast<double>(scales.size()) +
-               static_cast<double>(half_a.MemoryBytes() + half_b.MemoryBytes());
+               static_cast<double>(half_a.bytes + half_b.bytes);
   std::vector<float> pixel_costs = AddSplitHalfCosts(level, scales, a, b, sums.costs);
   if (uses_gram_) {
     start_pixel_costs_[index] = std::move(pixel_costs);
   }
-  give({{}, std::move(sums)});
+  part = {{}, std::move(sums)};
+  give(part);
 }
 
 void ImageProblem::RenderTrial(const std::vector<double>& values) {

@@ -118,7 +118,7 @@ class ImageProblem {
   /// On the rank that renders it.
   void LinearizeView(std::size_t index,
                      const std::vector<double>& values,
-                     const std::function<void(LinearizedPart)>& give);
+                     const std::function<void(const LinearizedPart&)>& give);
   TrialCosts RenderTrialView(std::size_t index);
   /// On the first rank.
   void TakeLinearized(std::size_t index, const LinearizedPart& part);

@@ -18,34 +18,44 @@ struct PixelDerivative {
 };
 
 /// Collects the derivatives of one view as sparse rows, one list per pixel, blocks ascending and
-/// merged. Different pixels may be added from different threads at once. Sums are in the order of
-/// the calls for a pixel, so the result does not depend on threads.
+/// merged. Pixels of different lines may be added from different threads at once. Sums are in the
+/// order of the calls for a pixel, so the result does not depend on threads.
 class JacobianSink : public renderer::DerivativeSink {
  public:
   JacobianSink(int width, int height);
 
   void Add(std::int64_t pixel, std::span<const renderer::ParameterDerivative> derivatives) override;
-  /// Adds all that another sink of the same size has collected.
-  void Add(const JacobianSink& other);
+  /// Adds all that another sink of the same size has collected, which is empty then.
+  void Take(JacobianSink&& other);
   /// Merges what is still unmerged; call once after rendering.
   void Finish();
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
+  /// Of what is merged.
   [[nodiscard]] std::span<const PixelDerivative> Pixel(std::size_t pixel) const {
-    return pixels_[pixel].entries;
+    const auto width = static_cast<std::size_t>(width_);
+    const Line& line = lines_[pixel / width];
+    if (line.firsts.empty()) return {};
+    const std::size_t x = pixel % width;
+    return std::span(line.entries).subspan(line.firsts[x], line.firsts[x + 1] - line.firsts[x]);
   }
   [[nodiscard]] std::size_t MemoryBytes() const;
 
  private:
-  struct PixelList {
-    std::vector<PixelDerivative> entries;
-    std::size_t num_merged = 0;  ///< the first entries are sorted and distinct
+  /// Entries of one pixel, one after another.
+  struct Piece {
+    std::uint32_t x, first, count;
   };
-  static void Merge(PixelList& list);
+  struct Line {
+    std::vector<PixelDerivative> entries;
+    std::vector<std::uint32_t> firsts;  ///< of the merged entries, by pixel, and their end
+    std::vector<Piece> pieces;          ///< what came since, in the order of calls
+  };
+  void Merge(Line& line) const;
 
   int width_, height_;
-  std::vector<PixelList> pixels_;
+  std::vector<Line> lines_;
 };
 
 /// The same by terms of the derivative.
@@ -56,6 +66,8 @@ class TermSink : public renderer::DerivativeSink {
   void BeginTerm(renderer::DerivativeTerm term, std::int64_t num_samples) override;
   void Add(std::int64_t pixel, std::span<const renderer::ParameterDerivative> derivatives) override;
   void Finish();
+  /// Adds all terms to `sink`, which is finished then; the parts are empty.
+  void MoveTo(JacobianSink& sink);
 
   [[nodiscard]] std::size_t MemoryBytes() const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
@@ -30,137 +31,121 @@ PixelDerivative ByCone(const PixelDerivative& by_angles, const std::array<double
   return out;
 }
 
-class RowMerger {
- public:
-  RowMerger(const ViewHalves& halves,
-            const ViewLevel& level,
-            const RowScales& scales,
-            const ParameterSet& set,
-            const std::vector<double>& values,
-            const std::string& view_name)
-      : halves_(halves),
-        level_(level),
-        scales_(scales),
-        set_(set),
-        values_(values),
-        view_name_(view_name) {}
+}  // namespace
 
-  // Appends the units of one pixel.
-  void AddPixel(std::size_t pixel, PixelRows& rows) const {
-    const std::array<float, 4>& scale = scales_[pixel];
-    if (scale[0] != 0.0F || scale[1] != 0.0F || scale[2] != 0.0F) {
-      AddUnit(pixel, false, rows);
-    }
-    if (scale[3] != 0.0F) {
-      AddUnit(pixel, true, rows);
+HalvesMerger::HalvesMerger(const ViewHalves& halves,
+                           const ViewLevel& level,
+                           const RowScales& scales,
+                           const ParameterSet& set,
+                           const std::vector<double>& values,
+                           const std::string& view_name)
+    : halves_(halves),
+      level_(level),
+      scales_(scales),
+      set_(set),
+      values_(values),
+      view_name_(view_name) {}
+
+/// Appends the units of one pixel.
+void HalvesMerger::AddPixel(std::size_t pixel, PixelRows& rows) const {
+  const std::array<float, 4>& scale = scales_[pixel];
+  if (scale[0] != 0.0F || scale[1] != 0.0F || scale[2] != 0.0F) {
+    AddUnit(pixel, false, rows);
+  }
+  if (scale[3] != 0.0F) {
+    AddUnit(pixel, true, rows);
+  }
+}
+
+void HalvesMerger::AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const {
+  RowUnit unit;
+  unit.pixel = static_cast<std::int32_t>(pixel);
+  unit.is_coverage = is_coverage;
+  unit.first_entry = rows.entries.size();
+  const auto r_a = PixelResidual(level_, scales_[pixel], halves_.film_a.pixels[pixel], pixel);
+  const auto r_b = PixelResidual(level_, scales_[pixel], halves_.film_b.pixels[pixel], pixel);
+  Residuals r;
+  for (int row = 0; row < unit.NumRows(); ++row) {
+    const auto channel = static_cast<std::size_t>(unit.Channel(row));
+    r.u[static_cast<std::size_t>(row)] = 0.5 * (r_a[channel] + r_b[channel]);
+    const double v = 0.5 * (r_a[channel] - r_b[channel]);
+    r.v[static_cast<std::size_t>(row)] = v;
+    unit.noise_squared += v * v;
+  }
+  unit.residual = r.u;
+  const std::span<const PixelDerivative> a = halves_.sink_a.Pixel(pixel);
+  const std::span<const PixelDerivative> b = halves_.sink_b.Pixel(pixel);
+  const PixelDerivative none;
+  for (std::size_t i = 0, k = 0; i < a.size() || k < b.size();) {
+    const bool take_a = k == b.size() || (i < a.size() && a[i].block <= b[k].block);
+    const bool take_b = i == a.size() || (k < b.size() && b[k].block <= a[i].block);
+    const PixelDerivative& da = take_a ? a[i++] : none;
+    const PixelDerivative& db = take_b ? b[k++] : none;
+    const std::int32_t block = take_a ? da.block : db.block;
+    if (set_.IsCone(block)) {
+      const double* angles = values_.data() + set_.BlockOffset(block);
+      const std::array<double, 2> slopes = ParameterSet::ConeSlopes(angles[0], angles[1]);
+      AddEntry(unit, r, block, ByCone(da, slopes), ByCone(db, slopes), rows);
+    } else {
+      AddEntry(unit, r, block, da, db, rows);
     }
   }
+  unit.num_entries = static_cast<std::int32_t>(rows.entries.size() - unit.first_entry);
+  if (unit.num_entries > 0) {
+    rows.units.push_back(unit);
+  }
+}
 
- private:
-  /// Mean and half difference of the halves' residuals by row.
-  struct Residuals {
-    std::array<double, 3> u{}, v{};
-  };
-
-  void AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const {
-    RowUnit unit;
-    unit.pixel = static_cast<std::int32_t>(pixel);
-    unit.is_coverage = is_coverage;
-    unit.first_entry = rows.entries.size();
-    const auto r_a = PixelResidual(level_, scales_[pixel], halves_.film_a.pixels[pixel], pixel);
-    const auto r_b = PixelResidual(level_, scales_[pixel], halves_.film_b.pixels[pixel], pixel);
-    Residuals r;
+void HalvesMerger::AddEntry(const RowUnit& unit,
+                            const Residuals& r,
+                            std::int32_t block,
+                            const PixelDerivative& a,
+                            const PixelDerivative& b,
+                            PixelRows& rows) const {
+  RowEntry entry;
+  EntrySpread spread;
+  entry.block = block;
+  const int size = set_.BlockSize(block);
+  const std::size_t offset = set_.BlockOffset(block);
+  bool is_zero = true;
+  for (int component = 0; component < size; ++component) {
+    const auto c = static_cast<std::size_t>(component);
+    const double slope = set_.Slope(offset + c, values_[offset + c]);
+    double noise = 0.0;
+    double gradient_spread = 0.0;
+    double gradient = 0.0;
     for (int row = 0; row < unit.NumRows(); ++row) {
       const auto channel = static_cast<std::size_t>(unit.Channel(row));
-      r.u[static_cast<std::size_t>(row)] = 0.5 * (r_a[channel] + r_b[channel]);
-      const double v = 0.5 * (r_a[channel] - r_b[channel]);
-      r.v[static_cast<std::size_t>(row)] = v;
-      unit.noise_squared += v * v;
-    }
-    unit.residual = r.u;
-    const std::span<const PixelDerivative> a = halves_.sink_a.Pixel(pixel);
-    const std::span<const PixelDerivative> b = halves_.sink_b.Pixel(pixel);
-    const PixelDerivative none;
-    for (std::size_t i = 0, k = 0; i < a.size() || k < b.size();) {
-      const bool take_a = k == b.size() || (i < a.size() && a[i].block <= b[k].block);
-      const bool take_b = i == a.size() || (k < b.size() && b[k].block <= a[i].block);
-      const PixelDerivative& da = take_a ? a[i++] : none;
-      const PixelDerivative& db = take_b ? b[k++] : none;
-      const std::int32_t block = take_a ? da.block : db.block;
-      if (set_.IsCone(block)) {
-        const double* angles = values_.data() + set_.BlockOffset(block);
-        const std::array<double, 2> slopes = ParameterSet::ConeSlopes(angles[0], angles[1]);
-        AddEntry(unit, r, block, ByCone(da, slopes), ByCone(db, slopes), rows);
-      } else {
-        AddEntry(unit, r, block, da, db, rows);
+      const auto pixel = static_cast<std::size_t>(unit.pixel);
+      const double scale = 0.5 * slope * static_cast<double>(scales_[pixel][channel]);
+      const auto d_a = static_cast<double>(a.d[c * 4 + channel]);
+      const auto d_b = static_cast<double>(b.d[c * 4 + channel]);
+      const double mean = scale * (d_a + d_b);
+      const double difference = scale * (d_a - d_b);
+      const auto cell = static_cast<std::size_t>(row * size + component);
+      entry.jacobian[cell] = static_cast<float>(mean);
+      spread.jacobian[cell] = static_cast<float>(difference);
+      noise += r.v[static_cast<std::size_t>(row)] * difference;
+      gradient += mean * r.u[static_cast<std::size_t>(row)];
+      gradient_spread += difference * r.u[static_cast<std::size_t>(row)] -
+                         mean * r.v[static_cast<std::size_t>(row)];
+      is_zero = is_zero && mean == 0.0 && difference == 0.0;
+      // Rows are kept in single precision, where huge colours overflow first.
+      if (!std::isfinite(static_cast<float>(mean)) || !std::isfinite(static_cast<float>(noise))) {
+        throw renderer::NumericalError(
+            Place(view_name_, pixel, halves_.film_a.width) + ": the derivative by " +
+            set_.layout().ScalarName(block, component) + " is not finite or too large");
       }
     }
-    unit.num_entries = static_cast<std::int32_t>(rows.entries.size() - unit.first_entry);
-    if (unit.num_entries > 0) {
-      rows.units.push_back(unit);
-    }
+    entry.noise[c] = static_cast<float>(noise);
+    spread.gradient[c] = static_cast<float>(gradient_spread);
+    spread.mean_gradient[c] = static_cast<float>(gradient - noise);
   }
-
-  void AddEntry(const RowUnit& unit,
-                const Residuals& r,
-                std::int32_t block,
-                const PixelDerivative& a,
-                const PixelDerivative& b,
-                PixelRows& rows) const {
-    RowEntry entry;
-    EntrySpread spread;
-    entry.block = block;
-    const int size = set_.BlockSize(block);
-    const std::size_t offset = set_.BlockOffset(block);
-    bool is_zero = true;
-    for (int component = 0; component < size; ++component) {
-      const auto c = static_cast<std::size_t>(component);
-      const double slope = set_.Slope(offset + c, values_[offset + c]);
-      double noise = 0.0;
-      double gradient_spread = 0.0;
-      double gradient = 0.0;
-      for (int row = 0; row < unit.NumRows(); ++row) {
-        const auto channel = static_cast<std::size_t>(unit.Channel(row));
-        const auto pixel = static_cast<std::size_t>(unit.pixel);
-        const double scale = 0.5 * slope * static_cast<double>(scales_[pixel][channel]);
-        const auto d_a = static_cast<double>(a.d[c * 4 + channel]);
-        const auto d_b = static_cast<double>(b.d[c * 4 + channel]);
-        const double mean = scale * (d_a + d_b);
-        const double difference = scale * (d_a - d_b);
-        const auto cell = static_cast<std::size_t>(row * size + component);
-        entry.jacobian[cell] = static_cast<float>(mean);
-        spread.jacobian[cell] = static_cast<float>(difference);
-        noise += r.v[static_cast<std::size_t>(row)] * difference;
-        gradient += mean * r.u[static_cast<std::size_t>(row)];
-        gradient_spread += difference * r.u[static_cast<std::size_t>(row)] -
-                           mean * r.v[static_cast<std::size_t>(row)];
-        is_zero = is_zero && mean == 0.0 && difference == 0.0;
-        // Rows are kept in single precision, where huge colours overflow first.
-        if (!std::isfinite(static_cast<float>(mean)) || !std::isfinite(static_cast<float>(noise))) {
-          throw renderer::NumericalError(
-              Place(view_name_, pixel, halves_.film_a.width) + ": the derivative by " +
-              set_.layout().ScalarName(block, component) + " is not finite or too large");
-        }
-      }
-      entry.noise[c] = static_cast<float>(noise);
-      spread.gradient[c] = static_cast<float>(gradient_spread);
-      spread.mean_gradient[c] = static_cast<float>(gradient - noise);
-    }
-    if (!is_zero) {
-      rows.entries.push_back(entry);
-      rows.spreads.push_back(spread);
-    }
+  if (!is_zero) {
+    rows.entries.push_back(entry);
+    rows.spreads.push_back(spread);
   }
-
-  const ViewHalves& halves_;
-  const ViewLevel& level_;
-  const RowScales& scales_;
-  const ParameterSet& set_;
-  const std::vector<double>& values_;
-  const std::string& view_name_;
-};
-
-}  // namespace
+}
 
 void CheckFinite(const renderer::Film& film, const std::string& view_name) {
   for (std::size_t p = 0; p < film.pixels.size(); ++p) {
@@ -172,41 +157,41 @@ void CheckFinite(const renderer::Film& film, const std::string& view_name) {
   }
 }
 
-PixelRows MergeHalves(const ViewHalves& halves,
-                      const ViewLevel& level,
-                      const RowScales& scales,
-                      const ParameterSet& set,
-                      const std::vector<double>& values,
-                      const std::string& view_name,
-                      int& line) {
-  const auto width = static_cast<std::size_t>(level.photo.width);
-  const int height = level.photo.height;
-  const RowMerger merger(halves, level, scales, set, values, view_name);
-  PixelRows all;
-  // A few bands at a time bound the memory of unjoined pieces and keep the order of rows.
-  constexpr int kBand = 16;
-  while (line < height && all.entries.size() < kMaxEntries) {
-    std::array<PixelRows, kBand> band;
-    const int count = std::min(kBand, height - line);
-    renderer::ParallelFor(count, [&](std::int64_t i) {
-      PixelRows& rows = band[static_cast<std::size_t>(i)];
-      const std::size_t first = static_cast<std::size_t>(line + i) * width;
+void HalvesMerger::Append(Band& band, PixelRows& rows) {
+  for (PixelRows& piece : band) {
+    for (RowUnit& unit : piece.units) {
+      unit.first_entry += rows.entries.size();
+    }
+    rows.units.insert(rows.units.end(), piece.units.begin(), piece.units.end());
+    rows.entries.insert(rows.entries.end(), piece.entries.begin(), piece.entries.end());
+    rows.spreads.insert(rows.spreads.end(), piece.spreads.begin(), piece.spreads.end());
+    piece.Clear();
+  }
+}
+
+void HalvesMerger::Next(PixelRows& rows) {
+  const auto width = static_cast<std::size_t>(level_.photo.width);
+  rows.Clear();
+  for (std::size_t num_entries = 0; HasNext() && num_entries < kMaxEntries;) {
+    const int count = std::min(kBand, level_.photo.height - line_);
+    renderer::ParallelFor(count + 1, [&](std::int64_t i) {
+      if (i == 0) {
+        Append(ready_, rows);
+        return;
+      }
+      PixelRows& piece = made_[static_cast<std::size_t>(i - 1)];
+      const std::size_t first = static_cast<std::size_t>(line_ + i - 1) * width;
       for (std::size_t x = 0; x < width; ++x) {
-        merger.AddPixel(first + x, rows);
+        AddPixel(first + x, piece);
       }
     });
-    for (int i = 0; i < count; ++i) {
-      PixelRows& rows = band[static_cast<std::size_t>(i)];
-      for (RowUnit& unit : rows.units) {
-        unit.first_entry += all.entries.size();
-      }
-      all.units.insert(all.units.end(), rows.units.begin(), rows.units.end());
-      all.entries.insert(all.entries.end(), rows.entries.begin(), rows.entries.end());
-      all.spreads.insert(all.spreads.end(), rows.spreads.begin(), rows.spreads.end());
+    std::swap(made_, ready_);
+    for (const PixelRows& piece : ready_) {
+      num_entries += piece.entries.size();
     }
-    line += count;
+    line_ += count;
   }
-  return all;
+  Append(ready_, rows);
 }
 
 }  // namespace pathfit::optim

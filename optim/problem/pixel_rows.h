@@ -60,6 +60,12 @@ struct PixelRows {
   std::vector<RowEntry> entries;
   std::vector<EntrySpread> spreads;  ///< by entry; empty if unknown
 
+  /// Keeps its memory.
+  void Clear() {
+    units.clear();
+    entries.clear();
+    spreads.clear();
+  }
   [[nodiscard]] std::size_t MemoryBytes() const {
     return units.size() * sizeof(RowUnit) + entries.size() * sizeof(RowEntry) +
            spreads.size() * sizeof(EntrySpread);
@@ -74,16 +80,53 @@ struct ViewHalves {
   const JacobianSink& sink_b;
 };
 
-/// Rows of the lines of pixels from `line` on, as many as a part of bounded memory holds; `line`
-/// becomes the next part's first. Throws renderer::NumericalError naming view, pixel and parameter
-/// if a derivative is not finite.
-PixelRows MergeHalves(const ViewHalves& halves,
-                      const ViewLevel& level,
-                      const RowScales& scales,
-                      const ParameterSet& set,
-                      const std::vector<double>& values,
-                      const std::string& view_name,
-                      int& line);
+/// Makes the rows of a view.
+class HalvesMerger {
+ public:
+  /// All arguments must outlive it.
+  HalvesMerger(const ViewHalves& halves,
+               const ViewLevel& level,
+               const RowScales& scales,
+               const ParameterSet& set,
+               const std::vector<double>& values,
+               const std::string& view_name);
+
+  /// Whether lines of pixels are left.
+  [[nodiscard]] bool HasNext() const { return line_ < level_.photo.height; }
+  /// Replaces `rows` by those of the next lines, as many as a part of bounded memory holds; its
+  /// memory is used again. Throws renderer::NumericalError naming view, pixel and parameter if a
+  /// derivative is not finite.
+  void Next(PixelRows& rows);
+
+ private:
+  /// Mean and half difference of the halves' residuals by row.
+  struct Residuals {
+    std::array<double, 3> u{}, v{};
+  };
+  void AddPixel(std::size_t pixel, PixelRows& rows) const;
+  void AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const;
+  void AddEntry(const RowUnit& unit,
+                const Residuals& r,
+                std::int32_t block,
+                const PixelDerivative& a,
+                const PixelDerivative& b,
+                PixelRows& rows) const;
+
+  /// Lines that are made at once.
+  static constexpr int kBand = 16;
+  using Band = std::array<PixelRows, kBand>;
+  static void Append(Band& band, PixelRows& rows);
+
+  const ViewHalves halves_;
+  const ViewLevel& level_;
+  const RowScales& scales_;
+  const ParameterSet& set_;
+  const std::vector<double>& values_;
+  const std::string& view_name_;
+  int line_ = 0;
+  /// What is being made, and what was made before and is put together meanwhile.
+  Band made_, ready_;
+};
 
 /// Throws renderer::NumericalError naming view and pixel if a colour is not finite.
 void CheckFinite(const renderer::Film& film, const std::string& view_name);

@@ -9,8 +9,6 @@ namespace {
 
 using renderer::SampleBudget;
 
-// By DerivativeTerm: paths that a sample traces, derivatives and all (measured in time).
-constexpr std::array<double, renderer::kNumDerivativeTerms> kCost = {1.0, 1.5, 1.5, 3.0, 1.5};
 // Of a boundary term; the interior is the unit.
 constexpr double SampleBudget::*BudgetOf(std::size_t term) {
   return renderer::kBoundaryBudgets[term - 1];
@@ -61,6 +59,7 @@ SplitMeter::SplitMeter(const ParameterSet& set)
 }
 
 void SplitMeter::AddTerms(const View& view) {
+  PixelRows rows;
   for (std::size_t t = 0; t < terms_.size(); ++t) {
     const auto& a = view.terms_a.parts()[t];
     const auto& b = view.terms_b.parts()[t];
@@ -69,14 +68,14 @@ void SplitMeter::AddTerms(const View& view) {
     }
     Term& term = terms_[t];
     term.num_samples += static_cast<double>(a->num_samples + b->num_samples);
-    for (int line = 0; line < view.level.photo.height;) {
-      const PixelRows rows = MergeHalves({view.film_a, view.film_b, a->sink, b->sink},
-                                         view.level,
-                                         view.scales,
-                                         *set_,
-                                         view.values,
-                                         view.name,
-                                         line);
+    HalvesMerger merger({view.film_a, view.film_b, a->sink, b->sink},
+                        view.level,
+                        view.scales,
+                        *set_,
+                        view.values,
+                        view.name);
+    while (merger.HasNext()) {
+      merger.Next(rows);
       ForEachComponent(rows,
                        *set_,
                        [&](std::size_t scalar,
@@ -140,7 +139,7 @@ SampleBudget SplitMeter::Improve(const SampleBudget& used,
         variance += (terms_[t].variance[i] + (t == 0 ? image_variance_[i] : 0.0)) / curvature;
       }
     }
-    cost[t] = kCost[t] * terms_[t].num_samples;
+    cost[t] = renderer::kPathsPerSample[t] * terms_[t].num_samples;
     best[t] = std::sqrt(variance * cost[t]);
   }
   SampleBudget split = used;

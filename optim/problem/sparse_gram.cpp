@@ -64,6 +64,16 @@ Incidences SortByBlock(const PixelRows& rows, const PairedBlocks& paired) {
   return sorted;
 }
 
+constexpr std::int64_t kPieces = 64;  // of rows that are added at once: any number, same bits
+
+/// The first row of a piece: pieces have about as many incidences, as few rows may have most (those
+/// of lights).
+std::size_t FirstOfPiece(const Incidences& sorted, std::int64_t piece) {
+  const std::size_t begin = static_cast<std::size_t>(piece) * sorted.list.size() / kPieces;
+  const auto found = std::ranges::lower_bound(sorted.first, begin);
+  return std::min(static_cast<std::size_t>(found - sorted.first.begin()), sorted.first.size() - 1);
+}
+
 /// A number of an entry's Jacobian that is not zero, with its unit's weight.
 struct Factor {
   std::size_t row, component;
@@ -303,11 +313,14 @@ void SparseGram::Spread(const PixelRows& rows) {
 void SparseGram::Add(const PixelRows& rows) {
   Spread(rows);
   const Incidences sorted = SortByBlock(rows, paired_);
-  renderer::ParallelFor(kChunks, [&](std::int64_t chunk) {
-    std::vector<std::int32_t> position(rows_.size(), -1);  // of a column in the row
+  renderer::ParallelFor(kPieces, [&](std::int64_t piece) {
+    // Of a column in the row; -1 again after each row.
+    static thread_local std::vector<std::int32_t> position;
+    position.resize(std::max(position.size(), rows_.size()), -1);
     Factors kept;
-    const ChunkRange range = RangeOf(chunk, rows_.size());
-    for (std::size_t b = range.first; b < range.end; ++b) {
+    const std::size_t first = FirstOfPiece(sorted, piece);
+    const std::size_t end_row = FirstOfPiece(sorted, piece + 1);
+    for (std::size_t b = first; b < end_row; ++b) {
       if (sorted.first[b] == sorted.first[b + 1]) {
         continue;
       }

@@ -131,11 +131,10 @@ void Division::ForEach(Kind kind,
       MakeForFirst([&] {
         const auto start = renderer::Clock::now();
         const double cpu = ProcessorSeconds();
-        make(i, [&](Part part) {
+        make(i, [&](const Part& part) {
           ByteWriter writer;
           writer.Put(true);
           writer.Put(part);
-          part = Part();
           ranks_->Return(writer.Take());
         });
         ByteWriter end;
@@ -163,7 +162,7 @@ void Division::ForEach(Kind kind,
       cpu.taking += ProcessorSeconds() - cpu_begin;
     };
     if (rank_of[i] == 0) {
-      make(i, [&](Part part) { timed([&] { take(i, std::move(part)); }); });
+      make(i, [&](const Part& part) { timed([&] { take(i, part); }); });
       cost.making = renderer::SecondsSince(start) - cost.taking;
       cpu.making = ProcessorSeconds() - cpu_start - cpu.taking;
     } else {

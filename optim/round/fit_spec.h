@@ -14,9 +14,8 @@ namespace pathfit::optim {
 /// Samples of a stage's first round, of both halves together (renderer::SampleBudget). A boundary
 /// budget without a value is found by the rounds themselves, from measured variances; `spp` is
 /// kUsualSpp then, and less where few unknowns see many pixels (SampleFactor).
-struct StageBudget {
+struct StageBudget : renderer::BoundaryBudgets {
   std::optional<int> spp;
-  std::optional<double> sppe, spp_direct, spp_indirect, spp_pixel;
 
   static constexpr int kUsualSpp = 8;
   [[nodiscard]] int Spp() const { return spp.value_or(kUsualSpp); }

@@ -330,7 +330,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
                       BudgetOfRound(stage_spec.samples, num, kStartSplit, spec.estimators));
   };
   options.samples = samples_of(spp);
-  if (!HasAllBudgets(stage_spec.samples) && set.layout().AnyKind(renderer::MovesGeometry)) {
+  if (!stage_spec.samples.HasAll() && set.layout().AnyKind(renderer::MovesGeometry)) {
     options.num_measured = std::min(kMeasuredViews, probe.views.fitted.size());
   }
   const std::vector<double> values = probe.set->layout().Gather(probe.refined);

@@ -14,6 +14,7 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 
 #include "renderer/core/error.h"
+#include "renderer/core/parallel.h"
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_normals.h"
@@ -339,8 +340,9 @@ class Remesher {
 };
 
 double DistanceTo(const TriangleTree& tree, const renderer::Mesh& mesh) {
-  double largest = 0.0;
-  for (const renderer::Triangle& t : std::as_const(mesh.triangles)) {
+  const std::vector<renderer::Triangle>& triangles = mesh.triangles;
+  const auto add = [&](std::int64_t i, double& largest) {
+    const renderer::Triangle& t = triangles[static_cast<std::size_t>(i)];
     const std::array<Vec3, 3> p = {mesh.positions[static_cast<std::size_t>(t[0])],
                                    mesh.positions[static_cast<std::size_t>(t[1])],
                                    mesh.positions[static_cast<std::size_t>(t[2])]};
@@ -351,8 +353,9 @@ double DistanceTo(const TriangleTree& tree, const renderer::Mesh& mesh) {
                           (p[0] + p[1] + p[2]) / 3.0}) {
       largest = std::max(largest, Norm(tree.Closest(x).position - x));
     }
-  }
-  return largest;
+  };
+  return std::ranges::max(
+      renderer::ParallelParts<double>(static_cast<std::int64_t>(triangles.size()), add));
 }
 
 }  // namespace

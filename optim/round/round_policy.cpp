@@ -161,10 +161,6 @@ renderer::SampleBudget SplitOfRound(const renderer::SampleBudget& round,
   return next;
 }
 
-bool HasAllBudgets(const StageBudget& stage) {
-  return stage.sppe && stage.spp_direct && stage.spp_indirect && stage.spp_pixel;
-}
-
 SampleHalves MakeHalves(
     std::uint64_t seed, int stage, int round, SampleUse use, const renderer::SampleBudget& both) {
   const renderer::SampleBudget half = both.Scaled(0.5);

@@ -59,9 +59,7 @@ renderer::SampleBudget BudgetOfRound(const StageBudget& stage,
 /// The split that a round's budgets are of; that of `split` where there are none.
 renderer::SampleBudget SplitOfRound(const renderer::SampleBudget& round,
                                     const renderer::SampleBudget& split);
-inline constexpr int kValidationSpp = 32;  ///< at most, of held-out photos in a round
-/// Whether all boundary budgets are given.
-bool HasAllBudgets(const StageBudget& stage);
+inline constexpr int kValidationSpp = 32;         ///< at most, of held-out photos in a round
 inline constexpr std::size_t kMeasuredViews = 4;  ///< of a round, for its split
 
 /// Two halves with seeds of (seed, stage, round, use, half); the budgets of `both` are of both

@@ -257,7 +257,7 @@ ImageProblemOptions OptionsOfRound(const StageContext& context,
                         : nullptr;
   options.weight = report.samples.spp;
   // Where nothing moves there are no boundaries to divide samples among.
-  if (!HasAllBudgets(stage.samples) && moves) {
+  if (!stage.samples.HasAll() && moves) {
     options.num_measured = std::min(kMeasuredViews, context.views.fitted.size());
     options.first_measured = static_cast<std::size_t>(report.round);
   }

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::int64_t kRaysPerTask = 512;
 constexpr std::int64_t kTasksPerWave = 128;  // bounds the memory of splats that wait for the sink
+constexpr std::int64_t kStrips = 16;         // of image rows that feed the sink at once
 // Every way to draw samples keeps at least this share of the budget.
 constexpr double kLeastShare = 0.05;
 // Steps of the second and third number in units of the first one's: powers of the inverse of the
@@ -47,7 +48,11 @@ class Runner {
     if (budget <= 0) {
       return;
     }
-    sink_.BeginTerm(streams.term, budget);
+    double rays = 0.0;
+    for (const BoundaryWay& way : ways_) {
+      rays += static_cast<double>(budget) * way.num_rays / static_cast<double>(ways_.size());
+    }
+    sink_.BeginTerm(streams.term, static_cast<std::int64_t>(rays));
     budget -= PrepareGuides(technique, streams, budget);
     const std::vector<std::int64_t> counts = DivideBudget(budget);
     for (std::size_t w = 0; w < ways_.size(); ++w) {
@@ -151,12 +156,26 @@ class Runner {
           }
         }
         splats.stats.edge_samples += (end - begin) * rays;
+        splats.Scale(context_.camera.camera().ChannelGains());
       });
-      for (SplatBuffer& splats : buffers) {
-        splats.Flush(context_.camera.camera().ChannelGains(), sink_);
+      FeedSink(buffers);
+      for (const SplatBuffer& splats : buffers) {
         stats_ += splats.stats;
       }
     }
+  }
+
+  /// Strips of image rows at once, the buffers in order.
+  void FeedSink(const std::vector<SplatBuffer>& buffers) {
+    const std::int64_t width = context_.camera.camera().width;
+    const std::int64_t height = context_.camera.camera().height;
+    ParallelFor(kStrips, [&](std::int64_t i) {
+      const std::int64_t first = i * height / kStrips * width;
+      const std::int64_t end = (i + 1) * height / kStrips * width;
+      for (const SplatBuffer& splats : buffers) {
+        splats.Feed(first, end, sink_);
+      }
+    });
   }
 
   /// Sample s of `count`, spread evenly over the guide's cells.

@@ -62,15 +62,20 @@ class SplatBuffer {
       entries_.push_back(d);
     }
   }
-  /// Feeds all to the sink, colours times `gains`, which are changed thereby.
-  void Flush(const Rgb& gains, DerivativeSink& sink) {
+  /// Once, after all samples: colours times `gains`.
+  void Scale(const Rgb& gains) {
     for (ParameterDerivative& e : entries_) {
       for (Rgba& d : e.d) {
         d = Rgba(d.Color() * gains, d.a);
       }
     }
+  }
+  /// Feeds the sink with what pixels in [first, end) gain.
+  void Feed(std::int64_t first, std::int64_t end, DerivativeSink& sink) const {
     for (const Entry& s : splats_) {
-      sink.Add(s.pixel, std::span(entries_).subspan(s.first, s.count));
+      if (s.pixel >= first && s.pixel < end) {
+        sink.Add(s.pixel, std::span(entries_).subspan(s.first, s.count));
+      }
     }
   }
   struct Mark {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "renderer/boundary/visible_point.h"
+#include "renderer/core/parallel.h"
 #include "renderer/geometry/mesh_checks.h"
 #include "renderer/scene/scene_edges.h"
 
@@ -189,6 +190,13 @@ class FieldOfView {
   double x0_, x1_, y0_, y1_;
 };
 
+struct WeightedEdge {
+  ViewEdge edge;
+  double weight = 0.0;
+};
+
+constexpr std::int64_t kPieces = 16;  // of a mesh's edges, that are looked at together
+
 /// The corner of a triangle from which an edge of it starts.
 std::size_t FirstCorner(const Triangle& t, const MeshEdge& edge) {
   for (std::size_t i = 0; i < 2; ++i) {
@@ -216,27 +224,37 @@ ViewEdges::ViewEdges(const BoundaryContext& context) {
     const bool solid = world.topology(m).solid && IsViewedFromOutside(mesh, context.camera);
     const SeamKinds seams = SeamKindsOf(context, m, world.MaterialOf(m));
     const auto& edges = world.topology(m).edges;
+    const auto num_edges = static_cast<std::int64_t>(edges.size());
+    const auto list = [&](std::int64_t piece, std::vector<WeightedEdge>& seen) {
+      for (std::int64_t e = piece * num_edges / kPieces; e < (piece + 1) * num_edges / kPieces;
+           ++e) {
+        const MeshEdge& edge = edges[static_cast<std::size_t>(e)];
+        const auto end = [&](std::size_t i) { return mesh.positions[Index(edge.vertices[i])]; };
+        const auto part = field.Clip(end(0), end(1));
+        if (!part) {
+          continue;
+        }
+        const double jump =
+            JumpEstimate(mesh, edge, context.camera, solid, candidates.inner, seams);
+        if (jump == 0.0) {
+          continue;
+        }
+        seen.push_back({{m, static_cast<std::int32_t>(e), part->t0, part->t1, part->depth_ratio},
+                        jump * part->length * (candidates.resting ? kRestingWeight : 1.0)});
+      }
+    };
     std::vector<std::uint8_t>& sides = sides_[static_cast<std::size_t>(m)];
     sides.assign(mesh.triangles.size(), 0);
-    for (std::size_t e = 0; e < edges.size(); ++e) {
-      const auto end = [&](std::size_t i) {
-        return mesh.positions[static_cast<std::size_t>(edges[e].vertices[i])];
-      };
-      const auto part = field.Clip(end(0), end(1));
-      if (!part) {
-        continue;
-      }
-      const double jump =
-          JumpEstimate(mesh, edges[e], context.camera, solid, candidates.inner, seams);
-      if (jump == 0.0) {
-        continue;
-      }
-      weights.push_back(jump * part->length * (candidates.resting ? kRestingWeight : 1.0));
-      edges_.push_back({m, static_cast<std::int32_t>(e), part->t0, part->t1, part->depth_ratio});
-      for (const std::int32_t face : edges[e].faces) {
-        if (face >= 0) {
-          const auto f = static_cast<std::size_t>(face);
-          sides[f] |= static_cast<std::uint8_t>(1U << FirstCorner(mesh.triangles[f], edges[e]));
+    for (const auto& seen : ParallelParts<std::vector<WeightedEdge>>(kPieces, list)) {
+      for (const WeightedEdge& weighted : seen) {
+        weights.push_back(weighted.weight);
+        edges_.push_back(weighted.edge);
+        const MeshEdge& edge = edges[Index(weighted.edge.edge)];
+        for (const std::int32_t face : edge.faces) {
+          if (face >= 0) {
+            sides[Index(face)] |=
+                static_cast<std::uint8_t>(1U << FirstCorner(mesh.triangles[Index(face)], edge));
+          }
         }
       }
     }

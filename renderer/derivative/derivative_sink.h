@@ -24,8 +24,8 @@ class DerivativeSink {
   DerivativeSink& operator=(const DerivativeSink&) = delete;
   virtual ~DerivativeSink() = default;
 
-  /// What follows is of `term`, drawn with so many samples; called before any Add, once per term
-  /// that has samples.
+  /// What follows is of `term`, drawn with so many samples (rays, where one has several); called
+  /// before any Add, once per term that has samples.
   virtual void BeginTerm(DerivativeTerm /*term*/, std::int64_t /*num_samples*/) {}
   /// Adds to the derivative of a pixel (index y * width + x). Calls for different image rows may
   /// come from different threads at once; calls for one row come one after another, and for one

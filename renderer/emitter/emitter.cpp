@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "renderer/math/warp.h"
+
 namespace pathfit::renderer {
 namespace {
 
@@ -69,8 +71,7 @@ int LightTexture(const Emitter& emitter) {
 }
 
 Vec2 EnvironmentUv(const Vec3& d) {
-  const double u = std::atan2(d.x, -d.z) * (0.5 * std::numbers::inv_pi);
-  return {u < 0.0 ? u + 1.0 : u, std::acos(std::clamp(d.y, -1.0, 1.0)) * std::numbers::inv_pi};
+  return {TurnOf(d.x, -d.z), PolarShare(std::clamp(d.y, -1.0, 1.0))};
 }
 
 Vec3 EnvironmentDirection(const Vec2& uv) {

@@ -119,7 +119,7 @@ DirectionSample EnvironmentSampler::Finish(const Draft& draft) const {
   const auto [sine, cosine] = SineCosineOfTurn(turn);
   return {{sin_theta * sine, cos_theta, -sin_theta * cosine},
           density_[static_cast<std::size_t>(draft.row * width_ + draft.column)],
-          {turn, std::acos(cos_theta) * std::numbers::inv_pi}};
+          {turn, PolarShare(cos_theta)}};
 }
 
 double EnvironmentSampler::Pdf(const Vec2& uv, bool above) const {

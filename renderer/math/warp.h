@@ -54,6 +54,47 @@ inline SineCosine SineCosineOfTurn(double u) {
           std::bit_cast<double>(bits_c ^ swap ^ (((turns + 1) & 2) << 62))};
 }
 
+/// Angle of (x, y) from the x-axis as a share of a turn, in [0, 1], to 2e-16: atan2(y, x) / (2 pi),
+/// plus 1 where that is negative. No call, no branch.
+inline double TurnOf(double y, double x) {
+  const double a = std::min(std::abs(x), std::abs(y));
+  const double b = std::max(std::abs(x), std::abs(y));
+  // Beyond an eighth of the half circle the angle is measured from the diagonal.
+  const bool is_steep = a > (std::numbers::sqrt2 - 1.0) * b;
+  const double over = is_steep ? a - b : a;
+  const double under = is_steep ? a + b : b;
+  const double t = under > 0.0 ? over / under : 0.0;
+  const double z = t * t;
+  // Minimax polynomial of atan(t) / (2 pi t) in z = t^2 up to z = (sqrt(2) - 1)^2, to 6e-18.
+  constexpr std::array<double, 11> kMinimax = {
+      0.0033637991121386406,
+      -0.00692014002952943,
+      0.00905328897479615,
+      -0.01056826053314365,
+      0.012238941110840396,
+      -0.014468414713824675,
+      0.017683874718384725,
+      -0.02273642027500392,
+      0.03183098861655692,
+      -0.053051647697290656,
+      0.15915494309189532,
+  };
+  const auto pair = [&](std::size_t i) { return kMinimax[i + 1] + kMinimax[i] * z; };
+  const double z2 = z * z;
+  const double z4 = z2 * z2;
+  double turn = (kMinimax[0] * z2 + pair(1)) * z4 + (pair(3) * z2 + pair(5));
+  turn = turn * z4 + (pair(7) * z2 + pair(9));
+  turn = turn * t + (is_steep ? 0.125 : 0.0);
+  turn = std::abs(y) > std::abs(x) ? 0.25 - turn : turn;
+  turn = x < 0.0 ? 0.5 - turn : turn;
+  return y < 0.0 ? 1.0 - turn : turn;
+}
+
+/// acos(cosine) / pi, |cosine| <= 1: from 0 at the pole above to 1 below.
+inline double PolarShare(double cosine) {
+  return 2.0 * TurnOf(std::sqrt((1.0 - cosine) * (1.0 + cosine)), cosine);
+}
+
 /// Each warp maps two uniform numbers to a direction around +z; densities are per steradian.
 inline Vec3 SampleCosineHemisphere(double u0, double u1) {
   const double radius = std::sqrt(u0);

@@ -11,7 +11,7 @@ namespace pathfit::renderer {
 namespace {
 
 constexpr int kMaxNewtonSteps = 20;
-constexpr double kNewtonTolerance = 1e-14;
+constexpr double kNewtonTolerance = 1e-8;  // of a step, whose square is what it leaves
 // Field of view kept beyond the image corners, so that edges crossing the frame still project.
 constexpr double kFieldMargin = 1.05;
 constexpr double kRotationTolerance = 1e-6;
@@ -95,16 +95,23 @@ CameraModel::CameraModel(const Camera& camera)
   max_radius_ = kFieldMargin * FieldRadius();
   constexpr int kRings = 32;
   constexpr int kSpokes = 8;
+  bool is_near = distorted_;  // the series nowhere leads further off than no lens at all
+  const NearInverse inverse = NearInverse::Of(camera_.distortion);
   for (int i = 0; i <= kRings && distorted_; ++i) {
     for (int j = 0; j < kSpokes; ++j) {
       const double r = max_radius_ * i / kRings;
       const double angle = 2.0 * std::numbers::pi * j / kSpokes;
-      const Distorted d = Distort(camera_.distortion, {r * std::cos(angle), r * std::sin(angle)});
+      const Vec2 u{r * std::cos(angle), r * std::sin(angle)};
+      const Distorted d = Distort(camera_.distortion, u);
       Require(d.Determinant() > 0.0,
               camera_,
               "lens distortion folds inside the image (or within the filter's reach around it)");
+      const Vec2 left = inverse.Undo(d.value) - u;
+      const Vec2 lens = d.value - u;
+      is_near = is_near && std::hypot(left.x, left.y) <= std::hypot(lens.x, lens.y);
     }
   }
+  if (is_near) near_inverse_ = inverse;
 }
 
 // The largest view angle is met on the border; walk it, since distortion bends it.
@@ -128,7 +135,7 @@ double CameraModel::FieldRadius() const {
 
 Vec2 CameraModel::Undistort(const Vec2& distorted) const {
   if (!distorted_) return distorted;
-  Vec2 u = distorted;
+  Vec2 u = near_inverse_.Undo(distorted);
   for (int i = 0; i < kMaxNewtonSteps; ++i) {
     const Distorted d = Distort(camera_.distortion, u);
     const Vec2 error = d.value - distorted;

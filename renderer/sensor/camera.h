@@ -153,6 +153,7 @@ class CameraModel {
 
   Camera camera_;
   bool distorted_ = false;
+  NearInverse near_inverse_;  ///< where Newton's method begins
   Transform pose_;
   Transform camera_from_world_;
   double max_radius_ = 0.0;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "renderer/math/vector.h"
 
 namespace pathfit::renderer {
@@ -35,5 +37,29 @@ inline Distorted Distort(const LensDistortion& d, const Vec2& u) {
   out.yy = radial + 2.0 * slope * u.y * u.y + 6.0 * d.p1 * u.y + 2.0 * d.p2 * u.x;
   return out;
 }
+
+/// What undoes a lens nearly: x_d (1 + b1 r2 + ... + b4 r2^4) of what is left without the
+/// tangential part. The b are those of the inverse power series of the radial part [Drap2016]; all
+/// zero: x_d.
+struct NearInverse {
+  LensDistortion lens;
+  std::array<double, 4> b{};
+
+  static NearInverse Of(const LensDistortion& d) {
+    const double k1 = d.k1, k2 = d.k2, k3 = d.k3;
+    return {d,
+            {-k1,
+             3.0 * k1 * k1 - k2,
+             -12.0 * k1 * k1 * k1 + 8.0 * k1 * k2 - k3,
+             k1 * k1 * (55.0 * k1 * k1 - 55.0 * k2) + 5.0 * k2 * k2 + 10.0 * k1 * k3}};
+  }
+  [[nodiscard]] Vec2 Undo(const Vec2& x) const {
+    const double r2 = x.x * x.x + x.y * x.y;
+    const double radial = 1.0 + r2 * (b[0] + r2 * (b[1] + r2 * (b[2] + r2 * b[3])));
+    const double xy = x.x * x.y;
+    return {x.x * radial - 2.0 * lens.p1 * xy - lens.p2 * (r2 + 2.0 * x.x * x.x),
+            x.y * radial - lens.p1 * (r2 + 2.0 * x.y * x.y) - 2.0 * lens.p2 * xy};
+  }
+};
 
 }  // namespace pathfit::renderer

@@ -13,6 +13,7 @@
 #include <sys/resource.h>
 
 #include "optim/problem/jacobian_sink.h"
+#include "renderer/budget_search.h"
 #include "renderer/core/parallel.h"
 #include "renderer/derivative/film_sink.h"
 #include "renderer/io/exr_file.h"
@@ -62,8 +63,7 @@ json TermsJson(const renderer::DerivativeTerms& terms) {
   return result;
 }
 
-json SettingsOf(const GradientOptions& options) {
-  const RenderOptions& r = options.render;
+json SettingsOf(const GradientOptions& options, const RenderOptions& r) {
   return {{"spp", r.spp},
           {"sppe", r.sppe},
           {"spp_direct", r.spp_direct},
@@ -102,13 +102,15 @@ class CaseRun {
         camera_(peer_case.scene.sensors.front()),
         layout_(peer_case.scene) {
     options_.render.max_bounces = case_.max_bounces;
+    options_.given.ApplyTo(options_.render);
+    found_ = options_.render;
     layout_.Add(case_.kind, case_.mover);
   }
 
   json Measure() {
     json result = options_.jacobian ? MeasureJacobian() : MeasureImages();
     result["case"] = case_.name;
-    result["settings"] = SettingsOf(options_);
+    result["settings"] = SettingsOf(options_, found_);
     result["peak_mb"] = PeakMegabytes();
     return result;
   }
@@ -149,13 +151,14 @@ class CaseRun {
     return values;
   }
 
-  void AddDerivative(int repeat, RepeatedImages& images) const {
-    renderer::FilmSink sink(layout_,
-                            {case_.direction.x, case_.direction.y, case_.direction.z},
-                            camera_.width,
-                            camera_.height);
+  void AddDerivative(int repeat, RepeatedImages& images) {
     RenderOptions options = OptionsOf(repeat);
     options.with_image = false;
+    const std::vector<double> direction = {case_.direction.x, case_.direction.y, case_.direction.z};
+    options = renderer::ChooseDerivative(
+        renderer_, {camera_, -1, layout_, {&direction, 1}}, options, options_.given);
+    found_ = options;
+    renderer::FilmSink sink(layout_, direction, camera_.width, camera_.height);
     renderer_.RenderDerivative(camera_, -1, options, layout_, sink);
     if (repeat >= 0) {
       images.Add(sink.film());
@@ -260,6 +263,7 @@ class CaseRun {
   Renderer renderer_;
   renderer::Camera camera_;
   ParameterLayout layout_;
+  RenderOptions found_;  ///< for the last derivative image
 };
 
 int Run(int argc, const char* const* argv) {

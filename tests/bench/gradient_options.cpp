@@ -127,12 +127,13 @@ GradientOptions ParseGradientOptions(int argc, const char* const* argv) {
       {"--out", [&](Text t) { options.out = t; }},
       {"--references", [&](Text t) { options.references = t; }},
       {"--spp", [&](Text t) { render.spp = ParseInt("--spp", t, 1, 1000000); }},
-      {"--sppe", [&](Text t) { render.sppe = ParseNumber("--sppe", t, 0, kMost); }},
+      {"--sppe", [&](Text t) { options.given.sppe = ParseNumber("--sppe", t, 0, kMost); }},
       {"--spp-direct",
-       [&](Text t) { render.spp_direct = ParseNumber("--spp-direct", t, 0, kMost); }},
+       [&](Text t) { options.given.spp_direct = ParseNumber("--spp-direct", t, 0, kMost); }},
       {"--spp-indirect",
-       [&](Text t) { render.spp_indirect = ParseNumber("--spp-indirect", t, 0, kMost); }},
-      {"--spp-pixel", [&](Text t) { render.spp_pixel = ParseNumber("--spp-pixel", t, 0, kMost); }},
+       [&](Text t) { options.given.spp_indirect = ParseNumber("--spp-indirect", t, 0, kMost); }},
+      {"--spp-pixel",
+       [&](Text t) { options.given.spp_pixel = ParseNumber("--spp-pixel", t, 0, kMost); }},
       {"--guide",
        [&](Text t) {
          render.guide =
@@ -142,7 +143,8 @@ GradientOptions ParseGradientOptions(int argc, const char* const* argv) {
        [&](Text t) { render.guide_share = ParseNumber("--guide-share", t, 0.0, 0.9); }},
       {"--form",
        [&](Text t) {
-         render.form = ParseName("--form", t, {DerivativeForm::kImage, DerivativeForm::kMaterial});
+         options.given.form =
+             ParseName("--form", t, {DerivativeForm::kImage, DerivativeForm::kMaterial});
        }},
       {"--terms", [&](Text t) { render.terms = ParseTerms(t); }},
       {"--repeats", [&](Text t) { options.repeats = ParseInt("--repeats", t, 2, 100000); }},

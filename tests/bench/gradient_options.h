@@ -15,6 +15,7 @@ struct GradientOptions {
   std::filesystem::path out;         ///< empty: no images
   std::filesystem::path references;  ///< empty: no comparison
   renderer::RenderOptions render;    ///< max_bounces comes from the case
+  renderer::DerivativeChoice given;  ///< the rest is found anew for each image
   int repeats = 8;
   int threads = 0;  ///< 0: what the machine offers
   bool finite_differences = false;

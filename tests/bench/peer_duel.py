@@ -84,6 +84,7 @@ def commands_of(case, args, with_peer):
         commands[f"ours {form} {guide} {spp}/{sppe}/{direct}/{indirect}/{pixel}"] = ours + [
             "--form", form, "--spp", spp, "--sppe", sppe, "--spp-direct", direct, "--spp-indirect", indirect,
             "--spp-pixel", pixel, "--guide", guide]
+    commands["ours found 64"] = ours + ["--spp", "64"]  # budgets and form, as derivative images have them
     commands["ours differences 64"] = ours + ["--spp", "64", "--finite-differences", "0"]
     return {name: [str(part) for part in command] for name, command in commands.items()}
 

@@ -67,7 +67,8 @@ class Module(unittest.TestCase):
         self.assertGreater(picture[10, 12, 3], 0.9)
 
     def test_three_ways_to_the_same_derivative(self):
-        scene = pathfit.Scene(self.config)
+        budgets = {"render.sppe": 8, "render.spp_direct": 8, "render.spp_indirect": 8, "render.spp_pixel": 4}
+        scene = pathfit.Scene(self.config, budgets)
         parameters = scene.parameters(["ball.vertices", "lamp.intensity", "camera.position"])
         self.assertEqual(len(parameters), 162 * 3 + 3 + 6)
         self.assertEqual(parameters.groups[1], {"name": "lamp.intensity", "first": 486, "shape": (1, 3)})

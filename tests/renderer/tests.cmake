@@ -1,2 +1,3 @@
+pathfit_test(renderer/budget_search_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/renderer_invariance_test LABEL statistical LINK pathfit_test_support)
 pathfit_test(renderer/renderer_test LABEL parallel LINK pathfit_test_support)

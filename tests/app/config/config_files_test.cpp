@@ -116,7 +116,7 @@ TEST(ConfigFiles, LinesSpeakOfKeysAndValuesThatExist) {
   };
   EXPECT_EQ(refusal(When("kind", {"spot"})), "accepted");
   EXPECT_EQ(refusal(Needs("kind")), "accepted");
-  EXPECT_EQ(refusal(UselessWith("light.kind", "point")), "accepted");
+  EXPECT_EQ(refusal(UselessWith("light.kind", {"point"})), "accepted");
   EXPECT_EQ(refusal(When("sort", {"spot"})),
             "schema: 'angle' depends on 'sort', which its map does not have");
   EXPECT_EQ(refusal(When("kind", {"spit"})),
@@ -125,9 +125,9 @@ TEST(ConfigFiles, LinesSpeakOfKeysAndValuesThatExist) {
             "schema: 'angle' depends on 'spot', which is no value of ''");
   EXPECT_EQ(refusal(OneOfFor("group", {"point"}) | When("kind", {"spot"})), "accepted");
   EXPECT_EQ(refusal(Needs("width")), "schema: 'angle' needs 'width', which its map does not have");
-  EXPECT_EQ(refusal(UselessWith("lamp.kind", "point")),
+  EXPECT_EQ(refusal(UselessWith("lamp.kind", {"point"})),
             "schema: 'angle' has no use with lamp.kind: point, which is no value of the config");
-  EXPECT_EQ(refusal(UselessWith("light.kind", "pint")),
+  EXPECT_EQ(refusal(UselessWith("light.kind", {"pint"})),
             "schema: 'angle' has no use with light.kind: pint, which is no value of the config");
 }
 

@@ -10,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "optim/problem/gram_system.h"
-#include "optim/problem/jacobian_sink.h"
 #include "renderer/core/parallel.h"
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
@@ -18,7 +17,6 @@
 namespace pathfit {
 namespace {
 
-using optim::JacobianSink;
 using optim::RootPanel;
 using optim::Support;
 using optim::SupportRoots;
@@ -400,23 +398,6 @@ TEST_F(GridTest, WhatTheHalvesDoNotAgreeOnMayLieOutsideOfTheRows) {
     EXPECT_NEAR(fed.gradient[i], sums.gradient[i], 1e-9);
   }
   EXPECT_LT(roots.residual_squared(), 1e7);  // no residual is large for want of a square
-}
-
-TEST(JacobianSink, MergesBlocksInTheOrderOfCalls) {
-  JacobianSink sink(2, 1);
-  renderer::ParameterDerivative a{7, {}}, b{3, {}}, zero{1, {}};
-  a.d[0] = {1.0, 2.0, 3.0, 4.0};
-  b.d[2] = {0.5, 0.0, 0.0, 0.0};
-  for (int i = 0; i < 100; ++i) {
-    sink.Add(1, std::vector<renderer::ParameterDerivative>{a, zero, b});
-  }
-  sink.Finish();
-  EXPECT_TRUE(sink.Pixel(0).empty());
-  ASSERT_EQ(sink.Pixel(1).size(), 2U);
-  EXPECT_EQ(sink.Pixel(1)[0].block, 3);
-  EXPECT_EQ(sink.Pixel(1)[0].d[8], 50.0F);
-  EXPECT_EQ(sink.Pixel(1)[1].block, 7);
-  EXPECT_EQ(sink.Pixel(1)[1].d[3], 400.0F);
 }
 
 }  // namespace

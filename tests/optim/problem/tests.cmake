@@ -1,5 +1,6 @@
 pathfit_test(optim/problem/camera_guard_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/image_problem_test LABEL unit LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/problem/jacobian_sink_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/motion_guard_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/quadratic_model_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/sample_split_test LABEL unit LINK pathfit_optim pathfit_test_support)

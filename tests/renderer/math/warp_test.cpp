@@ -68,5 +68,32 @@ TEST(Warp, SineAndCosineOfATurn) {
   }
 }
 
+TEST(Warp, AnglesAsSharesOfATurn) {
+  CounterRng rng(6);
+  for (int i = 0; i < 20000; ++i) {
+    // Axes and diagonals, and lengths of all orders, too.
+    const double length = std::pow(10.0, 40.0 * rng.Next() - 20.0);
+    const double angle = i < 16 ? i / 16.0 : rng.Next();
+    const auto [sine, cosine] = SineCosineOfTurn(angle);
+    const double x = length * cosine;
+    const double y = i % 3 == 0 ? length * sine * 1e-9 : length * sine;
+    const long double exact = std::atan2(static_cast<long double>(y), static_cast<long double>(x)) /
+                              (2.0L * std::numbers::pi_v<long double>);
+    ASSERT_NEAR(TurnOf(y, x), static_cast<double>(exact < 0.0L ? exact + 1.0L : exact), 2.5e-16);
+    const double polar = 2.0 * rng.Next() - 1.0;
+    ASSERT_NEAR(PolarShare(polar),
+                static_cast<double>(std::acos(static_cast<long double>(polar)) /
+                                    std::numbers::pi_v<long double>),
+                3e-16);
+  }
+  EXPECT_EQ(TurnOf(0.0, 0.0), 0.0);
+  EXPECT_EQ(TurnOf(0.0, 1.0), 0.0);
+  EXPECT_EQ(TurnOf(1.0, 0.0), 0.25);
+  EXPECT_EQ(TurnOf(0.0, -1.0), 0.5);
+  EXPECT_EQ(TurnOf(-1.0, 0.0), 0.75);
+  EXPECT_EQ(PolarShare(1.0), 0.0);
+  EXPECT_EQ(PolarShare(-1.0), 1.0);
+}
+
 }  // namespace
 }  // namespace pathfit::renderer
