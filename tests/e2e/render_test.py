@@ -80,6 +80,8 @@ class Render(unittest.TestCase):
         command = [PATHFIT, "render", SCENE, "-o", self.folder / name, "--terms", terms, "--form", form, "-q"]
         for derivative in derivatives:
             command += ["--derivative", derivative]
+        for budget in ("sppe", "spp_direct", "spp_indirect", "spp_pixel"):
+            command += ["--set", f"render.{budget}=8"]
         out = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=600)
         self.assertEqual(out.returncode, 0, out.stderr)
         paths = [pathlib.Path(line) for line in out.stdout.splitlines()]
@@ -121,6 +123,20 @@ class Render(unittest.TestCase):
         # All light is the lamp's, 3 units of it in each channel.
         self.assert_equal(both["camera"], [3.0 * x for x in both["camera_d_" + LIGHTS]])
         self.assertEqual(set(both[f"camera_d_{LIGHTS}_coverage"]), {0.0})
+
+    def test_samples_and_form_are_found_unless_given(self):
+        def said(*options):
+            out = subprocess.run(
+                list(map(str, [PATHFIT, "render", SCENE, "-o", self.folder / "found", *options])),
+                capture_output=True, text=True, timeout=600)
+            self.assertEqual(out.returncode, 0, out.stderr)
+            lines = [line for line in out.stderr.splitlines() if "derivatives seen by camera" in line]
+            return lines[0].split("camera: ")[1] if lines else ""
+        found = said("--derivative", MOVES)
+        self.assertRegex(found, r"form (image|material), spp \d+, sppe [\d.]+, spp_direct [\d.]+")
+        self.assertEqual(said("--derivative", MOVES, "--threads", 1), found)
+        self.assertRegex(said("--derivative", MOVES, "--form", "image", "--set", "render.sppe=5"), r"form image, spp \d+, sppe 5,")
+        self.assertEqual(said("--derivative", LIGHTS), "")
 
     def test_edges_of_two_things_that_move_share_samples_and_agree_in_the_mean(self):
         inner = [self.render("inner" + str(len(d)), d, "interior", "material") for d in ([MOVES], [MOVES, OTHER])]
