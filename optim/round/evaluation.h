@@ -93,8 +93,13 @@ class FitEvaluation {
   /// Of reports and of candidates for the end of a stage: one set per stage, apart from every
   /// round's. Edges play no part in images.
   [[nodiscard]] SampleHalves Samples(int stage, int spp) const;
-  static constexpr int kFirstSpp = 8;   ///< tells most candidates for a stage's end apart
-  static constexpr int kDraftSpp = 16;  ///< of pictures on the way
+  static constexpr int kFirstSpp = 8;  ///< tells most candidates for a stage's end apart
+  /// Of pictures on the way, of photos whose smaller side has so many pixels. They are looked at
+  /// reduced: large ones need few.
+  static int DraftSpp(double side_px) {
+    const double usual = 256.0 / side_px;
+    return std::clamp(static_cast<int>(16.0 * usual * usual), 2, 16);
+  }
   /// Enough for pictures that people look at.
   static int SppOfPictures(const StageSpec& stage) { return std::max(64, stage.max_spp); }
 

@@ -126,7 +126,7 @@ class FitDriver {
         StageReport report;
         report.stage = report.kept = "start";
         evaluation_.SharedViewsAt(spec_.stages.back().image_scale);
-        Report(std::move(report), FitEvaluation::kDraftSpp);
+        Report(std::move(report), DraftSpp());
         BeginStage();
       }
       ShareState();
@@ -376,8 +376,7 @@ class FitDriver {
       ShareState();
     }
     const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
-    Report(std::move(report),
-           last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp);
+    Report(std::move(report), last ? FitEvaluation::SppOfPictures(stage) : DraftSpp());
   }
 
   /// Why rounds end: the level is done, the time limit leaves no room for another one, or the
@@ -547,6 +546,10 @@ class FitDriver {
     const double priors = PriorCost(
         model.priors, model.set, model.set.ThetaFromValues(model.set.layout().Gather(scene)));
     return {evaluation_.MakeSource(scene, {}, views), priors};
+  }
+
+  [[nodiscard]] int DraftSpp() const {
+    return FitEvaluation::DraftSpp(spec_.stages.back().image_scale * SmallestSide(observations_));
   }
 
   void Report(StageReport report, int spp) {

@@ -156,6 +156,7 @@ void ForecastTimes(const FitSpec& spec,
                    const StagePlan& plan,
                    const ViewCounts& counts,
                    const ViewSeconds& times,
+                   int smallest_side,
                    StageMemory& memory) {
   const StageSpec& stage = plan.stage;
   for (const LevelPlan& level : plan.levels) {
@@ -174,8 +175,9 @@ void ForecastTimes(const FitSpec& spec,
   const StageSpec& last = spec.stages.back();
   const double last_pixels = std::pow(last.image_scale / stage.image_scale, 2);
   const bool is_last = stage_index + 1 == static_cast<int>(spec.stages.size());
-  const int pictures = (is_last ? FitEvaluation::SppOfPictures(stage) : FitEvaluation::kDraftSpp) +
-                       (stage_index == 0 ? FitEvaluation::kDraftSpp : 0);
+  const int draft = FitEvaluation::DraftSpp(last.image_scale * smallest_side);
+  const int pictures =
+      (is_last ? FitEvaluation::SppOfPictures(stage) : draft) + (stage_index == 0 ? draft : 0);
   const double end =
       times.render_sample * (kNumCandidates * FitEvaluation::kFirstSpp * counts.fitted +
                              pictures * last_pixels * counts.all);
@@ -381,6 +383,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
         plan,
         {static_cast<double>(fitted.size()), static_cast<double>(observations.views.size())},
         times,
+        SmallestSide(observations),
         memory);
   }
   return memory;
