@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/derivative/film_sink.h"
-#include "renderer/math/median.h"
 #include "tests/support/test_scenes.h"
 
 namespace pathfit::renderer {
@@ -30,30 +28,6 @@ class BudgetSearchTest : public testing::Test {
     return ChooseDerivative(
         renderer_, {scene_.sensors[0], 0, layout_, directions}, options_, given);
   }
-  /// Squared difference of two derivative images, the median of pairs: few of them hold a sample
-  /// that is worth more than all others.
-  [[nodiscard]] double VarianceWith(RenderOptions options) const {
-    constexpr int kPairs = 15;
-    std::vector<double> sums;
-    options.with_image = false;
-    for (int i = 0; i < kPairs; ++i) {
-      std::array<Film, 2> films;
-      for (Film& film : films) {
-        options.seed += 100;
-        FilmSink sink(layout_, direction_, scene_.sensors[0].width, scene_.sensors[0].height);
-        renderer_.RenderDerivative(scene_.sensors[0], 0, options, layout_, sink);
-        film = sink.film();
-      }
-      double sum = 0.0;
-      for (std::size_t p = 0; p < films[0].pixels.size(); ++p) {
-        const double d = films[0].pixels[p].g - films[1].pixels[p].g;
-        sum += d * d;
-      }
-      sums.push_back(sum);
-    }
-    return Median(sums);
-  }
-
   Scene scene_ = tests::BallAndWall();
   Renderer renderer_{scene_};
   ParameterLayout layout_{scene_};
@@ -91,29 +65,30 @@ TEST_F(BudgetSearchTest, IsAFunctionOfItsArguments) {
   for (const auto budget : kBoundaryBudgets) EXPECT_EQ(chosen.*budget, again.*budget);
 }
 
-TEST_F(BudgetSearchTest, ErrorTimesCostIsBelowThatOfAnyFixedSplit) {
-  DerivativeChoice given;
-  given.form = DerivativeForm::kImage;
-  const auto cost_of = [&](const RenderOptions& options) {
-    struct Counter : DerivativeSink {
-      double cost = 0.0;
-      void BeginTerm(DerivativeTerm term, std::int64_t num_samples) override {
-        cost += kPathsPerSample[static_cast<std::size_t>(term)] * static_cast<double>(num_samples);
-      }
-      void Add(std::int64_t, std::span<const ParameterDerivative>) override {}
-    } counter;
-    renderer_.RenderDerivative(scene_.sensors[0], 0, options, layout_, counter);
-    return counter.cost;
-  };
-  const RenderOptions chosen = Choose(given);
-  const double found = VarianceWith(chosen) * cost_of(chosen);
-  for (const auto budget : {&SampleBudget::sppe, &SampleBudget::spp_direct}) {
-    for (const double factor : {0.1, 10.0}) {
-      RenderOptions other = chosen;
-      other.*budget *= factor;
-      const double changed = VarianceWith(other) * cost_of(other);
-      EXPECT_LT(found, 1.1 * changed) << factor;
+TEST_F(BudgetSearchTest, BoundariesCostNoMoreThanTheirShareOfAnImage) {
+  struct Counter : DerivativeSink {
+    std::array<double, kNumDerivativeTerms> cost{};
+    void BeginTerm(DerivativeTerm term, std::int64_t num_samples) override {
+      const auto t = static_cast<std::size_t>(term);
+      cost[t] = kPathsPerSample[t] * static_cast<double>(num_samples);
     }
+    void Add(std::int64_t, std::span<const ParameterDerivative>) override {}
+  };
+  for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
+    DerivativeChoice given;
+    given.form = form;
+    const RenderOptions chosen = Choose(given);
+    Counter counter;
+    renderer_.RenderDerivative(scene_.sensors[0], 0, chosen, layout_, counter);
+    double boundaries = 0.0;
+    for (std::size_t t = 1; t < counter.cost.size(); ++t) {
+      if (chosen.Has(kDerivativeTerms[t].second)) {
+        EXPECT_GT(counter.cost[t], 0.0) << NameOf(kDerivativeTerms[t].second);
+      }
+      boundaries += counter.cost[t];
+    }
+    const double image = 1.0 * chosen.spp * scene_.sensors[0].width * scene_.sensors[0].height;
+    EXPECT_LT(boundaries, 1.05 * kMostBoundaryCost * image);  // whole samples
   }
 }
 
