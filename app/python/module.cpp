@@ -388,7 +388,6 @@ class Scene {
       const renderer::Camera& camera = CameraOf(index);
       renderer::FilmSink sink(direction.layout, direction.values, camera.width, camera.height);
       renderer::RenderOptions options = OptionsOf(index, spp, seed);
-      renderer::CheckDerivative(renderer_->scene(), direction.layout, options);
       const renderer::ThreadLimit limit(threads_);
       options = renderer::ChooseDerivative(
           *renderer_,

@@ -354,8 +354,12 @@ double DistanceTo(const TriangleTree& tree, const renderer::Mesh& mesh) {
       largest = std::max(largest, Norm(tree.Closest(x).position - x));
     }
   };
-  return std::ranges::max(
-      renderer::ParallelParts<double>(static_cast<std::int64_t>(triangles.size()), add));
+  double largest = 0.0;  // of a mesh without triangles, too
+  for (const double distance :
+       renderer::ParallelParts<double>(static_cast<std::int64_t>(triangles.size()), add)) {
+    largest = std::max(largest, distance);
+  }
+  return largest;
 }
 
 }  // namespace

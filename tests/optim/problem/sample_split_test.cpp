@@ -18,7 +18,6 @@ using renderer::SampleBudget;
 constexpr SampleBudget kStart{.spp = 1, .sppe = 0.5, .spp_direct = 0.1};
 constexpr int kWidth = 8, kHeight = 4;
 constexpr double kNumInterior = 1000.0;
-constexpr double kDirectCost = renderer::kPathsPerSample[2];
 
 /// Both halves' derivatives of every pixel by one coordinate: `mean` plus and minus `noise`.
 void AddTerm(
@@ -70,14 +69,14 @@ SampleBudget SplitInTheEnd(double variance, const std::optional<SampleBudget>& a
 
 TEST(SplitMeterTest, SamplesGoAsTheRootOfVarianceOverCost) {
   const SampleBudget split = SplitInTheEnd(4.0);
-  EXPECT_NEAR(split.spp_direct, std::sqrt(4.0 / kDirectCost), 0.01);
-  EXPECT_EQ(split.sppe, kStart.sppe);  // without samples: as it was
+  EXPECT_NEAR(split.spp_direct, std::sqrt(4.0 / 1.5), 0.01);  // a sample of edges costs 1.5 paths
+  EXPECT_EQ(split.sppe, kStart.sppe);                         // without samples: as it was
   EXPECT_EQ(split.spp, 1);
 }
 
 TEST(SplitMeterTest, CostStaysWithinItsBounds) {
-  EXPECT_NEAR(SplitInTheEnd(1e6).spp_direct, 3.0 / kDirectCost, 0.01);
-  EXPECT_NEAR(SplitInTheEnd(0.0).spp_direct, 0.05 / kDirectCost, 0.001);
+  EXPECT_NEAR(SplitInTheEnd(1e6).spp_direct, 3.0 / 1.5, 0.01);
+  EXPECT_NEAR(SplitInTheEnd(0.0).spp_direct, 0.05 / 1.5, 0.001);
   // The only boundary term has what the boundaries together may cost.
   EXPECT_NEAR(SplitInTheEnd(1e6, kStart).spp_direct, kStart.spp_direct, 1e-9);
 }
