@@ -16,6 +16,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
+#include "renderer/io/raw_file.h"
 
 namespace pathfit::app {
 namespace {
@@ -30,7 +31,15 @@ constexpr std::size_t kMostForAllPairs = 200;
 /// The pictures in a folder, or in one of its folders of a usual name.
 std::vector<fs::path> FindPictures(const fs::path& top) {
   for (const fs::path& folder : {top, top / "images", top / "photos", top / "rgb", top / "input"}) {
-    const std::vector<fs::path> pictures = optim::PicturesIn(folder);
+    std::vector<fs::path> pictures = optim::WithoutRawTwins(optim::PicturesIn(folder));
+    const auto raw = std::ranges::find_if(pictures, renderer::HasRawExtension);
+    if (raw != pictures.end()) {
+      throw IoError(raw->string() +
+                    ": COLMAP reads RAW photos in its own way, turned or cut; put JPEGs of all of "
+                    "them, of full size and not turned, into a folder and let the cameras be found "
+                    "on these; with the folder of the RAW photos as input.images these are found "
+                    "by the same names then");
+    }
     if (!pictures.empty()) return pictures;
   }
   throw IoError(top.string() + ": holds no pictures (nor images, photos, rgb or input in it)");

@@ -9,6 +9,7 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/ray_caster.h"
 #include "renderer/io/disk_full_error.h"
+#include "renderer/io/raw_file.h"
 
 namespace pathfit::app {
 namespace {
@@ -55,6 +56,8 @@ void FillProgramInfo(RunRecord& record) {
   record.program_version = PATHFIT_VERSION;
   record.build = std::string("GCC ") + __VERSION__ + " " + PATHFIT_BUILD_TYPE;
   record.libraries = {{"Embree", renderer::EmbreeVersion()}, {"Ceres", optim::CeresVersion()}};
+  const std::string raw = renderer::LibRawVersion();
+  record.libraries["LibRaw"] = raw.empty() ? "none (RAW photos are not read)" : raw;
 }
 
 int NumThreads(const CommandLine& line, int in_config) {

@@ -14,6 +14,7 @@ using optim::MaskOptions;
 using optim::MaskRequirement;
 using optim::ObservationOptions;
 using optim::Transfer;
+using renderer::RawWhiteBalance;
 
 constexpr auto kPhotos = &InputConfig::photos;
 
@@ -106,10 +107,19 @@ SchemaNode ColourSchema() {
                 Key("clip_above", &ObservationOptions::clip_above) |
                     Doc("Brighter pixels (share of the file's range) count as clipped: they may "
                         "pull the model up, never down. 1 = none.") |
-                    From(0.5, 1.0)},
+                    From(0.5, 1.0),
+                Choice("white_balance",
+                       {{"camera", RawWhiteBalance::kCamera},
+                        {"daylight", RawWhiteBalance::kDaylight},
+                        {"none", RawWhiteBalance::kNone}},
+                       &ObservationOptions::white_balance) |
+                    Doc("Of RAW photos, which are developed linear: `camera`: as it noted it for "
+                        "each photo; `daylight`: that of its colour matrix, alike for all photos; "
+                        "`none`. Other files have theirs already.") |
+                    Refuse({{"as_shot", "; write camera"}, {"grey_card", ""}})},
                kPhotos) |
          Doc("From file values to light.") | Always() |
-         Refuse({{"working", "; it is linear Rec.709"}, {"white_balance", ""}, {"grey_card", ""}});
+         Refuse({{"working", "; it is linear Rec.709"}, {"grey_card", ""}});
 }
 
 SchemaNode ExposureSchema() {

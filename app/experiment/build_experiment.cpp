@@ -63,14 +63,18 @@ std::vector<std::string> PhotosOfSensor(const ExperimentConfig& config) {
     photos.RequireMatch(pattern.text, pattern.place, "input.cameras.photos", problems);
   }
   if (!problems.empty()) throw ConfigError(config.source, problems);
-  std::vector<std::string> taken;
+  std::vector<std::filesystem::path> taken;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (std::ranges::any_of(config.input->sensor_photos,
                             [&](const auto& pattern) { return photos.Matches(pattern, i); })) {
-      taken.push_back(names[i]);
+      taken.emplace_back(names[i]);
     }
   }
-  return taken;
+  names.clear();
+  for (const std::filesystem::path& path : optim::WithoutRawTwins(std::move(taken))) {
+    names.push_back(path.string());
+  }
+  return names;
 }
 
 void SetKnownExposures(const ExperimentConfig& config, optim::ObservationSet& observations) {

@@ -7,6 +7,7 @@
 
 #include "app/config/near_path.h"
 #include "renderer/core/error.h"
+#include "renderer/io/raw_file.h"
 
 namespace pathfit::app {
 namespace {
@@ -143,11 +144,18 @@ std::string DraftConfig(const FoundInput& input,
       "(configs/README.md lists them).\n"
       "schema: 1\nname: '" +
       name + "'\n\ninput:\n";
-  text += fmt::format("  images: {}  # {} photos, the first of {} x {} pixels\n",
-                      PathText(input.options.images_dir, folder),
-                      views.size(),
-                      first.width,
-                      first.height);
+  const auto num_raw = std::ranges::count_if(
+      views, [](const optim::View& view) { return renderer::HasRawExtension(view.files.photo); });
+  text += fmt::format(
+      "  images: {}  # {} photos, the first of {} x {} pixels{}\n",
+      PathText(input.options.images_dir, folder),
+      views.size(),
+      first.width,
+      first.height,
+      num_raw > 0 ? fmt::format("; {} RAW, white balance: colour: {{white_balance: camera}}, or "
+                                "daylight, none",
+                                num_raw)
+                  : "");
   text += fmt::format("  cameras: {{path: {}{}{}}}  # {}{}\n",
                       PathText(input.options.cameras, folder),
                       input.options.calibration.empty()

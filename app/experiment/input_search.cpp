@@ -16,6 +16,7 @@
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/image_filter.h"
+#include "renderer/io/raw_file.h"
 #include "renderer/math/median.h"
 
 namespace pathfit::app {
@@ -70,21 +71,7 @@ std::string PathList(const std::vector<fs::path>& paths) {
 
 /// "" unless there are pictures of formats that are not read.
 std::string OtherPictures(const std::vector<fs::path>& folders) {
-  static const std::set<std::string> kOthers = {".heic",
-                                                ".heif",
-                                                ".avif",
-                                                ".webp",
-                                                ".cr2",
-                                                ".cr3",
-                                                ".nef",
-                                                ".arw",
-                                                ".dng",
-                                                ".raf",
-                                                ".orf",
-                                                ".rw2",
-                                                ".pef",
-                                                ".bmp",
-                                                ".gif"};
+  static const std::set<std::string> kOthers = {".heic", ".heif", ".avif", ".webp", ".bmp", ".gif"};
   std::set<std::string> seen;
   for (const fs::path& folder : folders) {
     for (const fs::path& path : EntriesOf(folder, [](const fs::path&) { return true; })) {
@@ -300,11 +287,12 @@ class InputFinder {
  private:
   /// Masks may be beside the photos: a.mask.png, a.jpg.png.
   void CountUnused() {
-    std::set<fs::path> used;
+    std::set<fs::path> used, stems;
     for (const ImportedCamera& camera : cameras_.cameras) {
       const auto photo = optim::FindPhoto(camera.image, cameras_, input_.options.images_dir).found;
       if (!photo) continue;
       used.insert(photo->lexically_normal());
+      stems.insert(photo->lexically_normal().replace_extension());
       const auto mask = optim::FindMask(camera, *photo, cameras_, input_.options).found;
       if (mask) used.insert(mask->lexically_normal());
     }
@@ -312,7 +300,10 @@ class InputFinder {
     input_.num_without_camera =
         static_cast<std::size_t>(std::ranges::count_if(pictures, [&](const fs::path& picture) {
           const fs::path stem = picture.stem();
-          return used.count(picture.lexically_normal()) == 0 && stem.extension() != ".mask" &&
+          const fs::path normal = picture.lexically_normal();
+          const bool is_twin = stems.contains(fs::path(normal).replace_extension()) &&
+                               renderer::HasRawExtension(normal);
+          return !used.contains(normal) && !is_twin && stem.extension() != ".mask" &&
                  !optim::IsPicture(picture.parent_path() / stem);
         }));
   }

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <initializer_list>
 #include <system_error>
+#include <utility>
 
 #include "optim/observation/photo_file.h"
 #include "renderer/core/check.h"
@@ -308,6 +309,7 @@ std::vector<fs::path> PicturesOf(const fs::path& file, const fs::path& photos, s
   std::vector<fs::path> pictures =
       PicturesIn(photos.empty() ? file.parent_path() / "images" : photos);
   if (photos.empty() && pictures.empty()) pictures = PicturesIn(file.parent_path());
+  if (pictures.size() != count) pictures = WithoutRawTwins(std::move(pictures));
   if (pictures.size() == count) return pictures;
   throw IoError(file.string() + ": has " + std::to_string(count) +
                 " poses and names no photos, but there are " + std::to_string(pictures.size()) +

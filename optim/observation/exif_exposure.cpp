@@ -115,6 +115,17 @@ std::optional<ExifExposure> ParseExifExposure(std::string_view exif) {
   return ExifExposure{*time, *f_number, *iso, flash};
 }
 
+std::optional<ExifExposure> PlausibleExposure(double time_s,
+                                              double f_number,
+                                              double iso,
+                                              bool flash) {
+  if (!Entries::Within(time_s, kTimesS) || !Entries::Within(f_number, kFNumbers) ||
+      !Entries::Within(iso, kIsos)) {
+    return std::nullopt;
+  }
+  return ExifExposure{time_s, f_number, iso, flash};
+}
+
 std::string ParseExifLens(std::string_view exif) {
   const ExifBlock data = LoadExif(exif);
   if (!data) return {};

@@ -23,6 +23,12 @@ struct ExifExposure {
 /// time, f-number and ISO are all there with plausible values.
 std::optional<ExifExposure> ParseExifExposure(std::string_view exif);
 
+/// Of numbers that were read otherwise; empty likewise.
+std::optional<ExifExposure> PlausibleExposure(double time_s,
+                                              double f_number,
+                                              double iso,
+                                              bool flash);
+
 /// Camera and focal length that an EXIF block names: "Canon EOS 5D, 50 mm". Empty where it names
 /// neither.
 std::string ParseExifLens(std::string_view exif);

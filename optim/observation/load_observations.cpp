@@ -56,6 +56,8 @@ std::string SizeProblem(const fs::path& path,
   const int height = photo.photo.height;
   std::string text = path.string() + ": " + SizeText(width, height) +
                      " pixels, but its camera says " + SizeText(camera.width, camera.height);
+  if (photo.raw)
+    text += " (RAW: all pixels that the sensor shows; JPEG is often cut at its border)";
   if (width != camera.height || height != camera.width) {
     return text + (may_differ
                        ? "; allowed: that size, or that size times or divided by a whole number"
@@ -78,6 +80,7 @@ struct FrameFacts {
   bool srgb = false;
   int exif_orientation = 1;
   std::optional<ExifExposure> exif_exposure;
+  std::optional<RawDevelopment> raw;
   bool distorted = false;
   bool reduced = false;        ///< area-averaged to the largest size allowed
   std::string rescaled_from;   ///< size of its camera, if that was another
@@ -216,6 +219,7 @@ class FrameLoader {
     result.facts.srgb = photo.srgb;
     result.facts.exif_orientation = photo.exif_orientation;
     result.facts.exif_exposure = photo.exif_exposure;
+    result.facts.raw = photo.raw;
     for (const float v : photo.clipped.data) result.facts.clipped_pixels += v > 0.0F ? 1 : 0;
     result.facts.pixels = static_cast<std::int64_t>(photo.photo.width) * photo.photo.height;
     const auto [width, height] = ReducedSize(photo.photo.width, photo.photo.height, options_);
@@ -241,7 +245,8 @@ ImportedCameras PicturesOfCamera(const ObservationOptions& options) {
   ImportedCameras cameras;
   const Camera& camera = *options.fixed_camera;
   const std::vector<std::string>& wanted = options.fixed_photos;
-  for (const fs::path& path : PicturesIn(options.images_dir)) {
+  for (const fs::path& path : wanted.empty() ? WithoutRawTwins(PicturesIn(options.images_dir))
+                                             : PicturesIn(options.images_dir)) {
     if (!wanted.empty() && std::ranges::find(wanted, path.filename().string()) == wanted.end())
       continue;
     ImportedCamera& imported = cameras.cameras.emplace_back();
@@ -367,14 +372,62 @@ void DescribeCameras(const ObservationOptions& options,
   }
 }
 
+/// "2.01", or "2 to 2.05".
+std::string Span(double low, double high) {
+  const std::string first = Short(low);
+  const std::string last = Short(high);
+  return first == last ? first : first + " to " + last;
+}
+
+/// One sentence for each white balance that was used.
+void DescribeRaw(const std::vector<RawDevelopment>& photos, std::vector<std::string>& out) {
+  using renderer::RawWhiteBalance;
+  constexpr double kEqualMultipliers = 1.01;
+  for (const auto& [used, words] :
+       {std::pair{RawWhiteBalance::kCamera, "white balance as the camera noted"},
+        {RawWhiteBalance::kDaylight, "white balance of daylight"},
+        {RawWhiteBalance::kNone, "no white balance"}}) {
+    std::vector<double> red, blue;
+    std::size_t without_matrix = 0;
+    for (const RawDevelopment& photo : photos) {
+      if (photo.white_balance != used) continue;
+      red.push_back(photo.multipliers.r);
+      blue.push_back(photo.multipliers.b);
+      without_matrix += photo.has_color_matrix ? 0 : 1;
+    }
+    if (red.empty()) continue;
+    const auto [least_red, most_red] = std::ranges::minmax(red);
+    const auto [least_blue, most_blue] = std::ranges::minmax(blue);
+    std::string text = "Colour: " + CountOf(red.size(), "RAW photo") +
+                       " developed to linear Rec.709 (LibRaw " + renderer::LibRawVersion() + "), " +
+                       words + ": red times " + Span(least_red, most_red) +
+                       ", green 1, blue times " + Span(least_blue, most_blue) + ".";
+    if (most_red > kEqualMultipliers * least_red || most_blue > kEqualMultipliers * least_blue) {
+      text +=
+          " The photos differ: white_balance 'daylight' treats all alike, exposure model "
+          "'gain_rgb' fits what is left.";
+    }
+    if (without_matrix > 0) {
+      text += " Of " + CountOf(without_matrix, "photo") +
+              " the camera's colours are not known; they are taken as Rec.709.";
+    }
+    out.push_back(text);
+  }
+}
+
 void DescribePhotos(const ObservationOptions& options,
                     const std::vector<FrameFacts>& facts,
                     std::vector<std::string>& out) {
   std::map<std::pair<int, bool>, std::size_t> kinds;
   std::int64_t clipped = 0;
   std::int64_t pixels = 0;
+  std::vector<RawDevelopment> raw;
   for (const FrameFacts& f : facts) {
-    ++kinds[{f.bits, f.srgb}];
+    if (f.raw) {
+      raw.push_back(*f.raw);
+    } else {
+      ++kinds[{f.bits, f.srgb}];
+    }
     clipped += f.clipped_pixels;
     pixels += f.bits <= 16 ? f.pixels : 0;
   }
@@ -385,15 +438,24 @@ void DescribePhotos(const ObservationOptions& options,
         (kind.second ? ", made linear Rec.709 by undoing the sRGB curve."
                      : ", taken as linear Rec.709 as stored."));
   }
+  DescribeRaw(raw, out);
+  if (raw.empty() && options.white_balance != renderer::RawWhiteBalance::kCamera) {
+    out.emplace_back("Colour: white_balance is of RAW photos, and none is one.");
+  }
   if (const std::size_t turned =
           Count(facts, [](const FrameFacts& f) { return f.exif_orientation > 1; })) {
     out.push_back(
         "Orientation: " + CountOf(turned, "photo") + " with an EXIF rotation, which was " +
-        (options.apply_exif_orientation ? "applied." : "ignored: pixels are used as stored."));
+        (options.apply_exif_orientation ? "applied." : "ignored: pixels are used as stored.") +
+        (raw.empty() || options.apply_exif_orientation
+             ? ""
+             : " Programs that read RAW photos often turn them: if the cameras were found so, use "
+               "orientation 'exif'."));
   }
   if (options.clip_above < 1.0 && pixels > 0) {
     out.push_back("Clipping: pixels with a channel at or above " + Short(options.clip_above) +
-                  " of the encoded range count as clipped; that is " +
+                  " of the encoded range" + (raw.empty() ? "" : " (RAW: of the sensor's)") +
+                  " count as clipped; that is " +
                   Short(100.0 * static_cast<double>(clipped) / static_cast<double>(pixels)) +
                   " % of all.");
   }

@@ -7,6 +7,7 @@
 
 #include "optim/observation/observation.h"
 #include "renderer/core/error.h"
+#include "renderer/io/raw_file.h"
 
 namespace pathfit::optim {
 
@@ -25,7 +26,8 @@ struct MaskOptions {
   MaskRequirement require = MaskRequirement::kAll;
 };
 
-/// What the numbers in photo files mean. kAuto: 8 and 16 bit by the sRGB curve, floats linear.
+/// What the numbers in photo files mean. kAuto: 8 and 16 bit by the sRGB curve, floats linear. RAW
+/// photos are linear, and refused with kSrgb.
 enum class Transfer { kAuto, kSrgb, kLinear };
 
 /// kModel: rays are bent as the lens does. kRefuse: a camera with distortion is a problem.
@@ -45,8 +47,10 @@ struct ObservationOptions {
   bool apply_exif_orientation = false;  ///< camera programs work on the pixels as stored
   MaskOptions masks;
   Transfer transfer = Transfer::kAuto;
-  /// Share of the encoded range of an integer file from which a pixel counts as clipped; 1 = never.
+  /// Share of the encoded range of an integer file (of RAW photos: of the sensor's range) from
+  /// which a pixel counts as clipped; 1 = never.
   double clip_above = 0.99;
+  renderer::RawWhiteBalance white_balance = renderer::RawWhiteBalance::kCamera;  ///< of RAW photos
   int max_size_px = 0;       ///< longest side after area averaging; 0 = as it is
   int validation_every = 8;  ///< every so many views, starting with the first by name; 0 = none
   std::vector<std::string> validation_names;  ///< instead of validation_every: names of views

@@ -1,6 +1,7 @@
 #include "optim/observation/photo_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 #include <system_error>
@@ -64,9 +65,57 @@ void MakeLinear(int bits, Image& image) {
   }
 }
 
+PhotoFile ReadRawPhoto(const fs::path& path, const ObservationOptions& options) {
+  if (options.transfer == Transfer::kSrgb) {
+    throw renderer::IoError(path.string() +
+                            ": RAW photos are linear, and transfer is 'srgb'; use 'auto'");
+  }
+  renderer::RawPhoto raw =
+      renderer::ReadRawFile(path,
+                            {.white_balance = options.white_balance,
+                             .clip_above = options.clip_above,
+                             .apply_orientation = options.apply_exif_orientation});
+  PhotoFile file;
+  file.bits = 16;
+  file.exif_orientation = raw.exif_orientation;
+  file.exif_exposure = PlausibleExposure(raw.time_s, raw.f_number, raw.iso, raw.flash);
+  file.raw = RawDevelopment{raw.white_balance, raw.multipliers, raw.has_color_matrix};
+  file.photo = std::move(raw.image);
+  file.clipped = std::move(raw.clipped);
+  RoundTo16Bits(file.photo);  // sensors have 14 at most
+  return file;
+}
+
+bool HasPictureExtension(const fs::path& path) {
+  static const std::set<std::string> kExtensions = {
+      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".hdr"};
+  return kExtensions.contains(renderer::LowerCase(path.extension().string())) ||
+         renderer::HasRawExtension(path);
+}
+
+std::string UpperCase(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
 bool IsFile(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
+}
+
+/// A RAW photo with the stem of a candidate that has the extension of a picture, or none.
+std::optional<fs::path> FindRaw(const std::vector<fs::path>& candidates) {
+  for (const fs::path& candidate : candidates) {
+    const bool has_other = candidate.has_extension() && !HasPictureExtension(candidate);
+    if (has_other || renderer::HasRawExtension(candidate)) continue;
+    for (const std::string& extension : renderer::RawExtensions()) {
+      for (const std::string& spelling : {extension, UpperCase(extension)}) {
+        const fs::path path = fs::path(candidate).replace_extension(spelling).lexically_normal();
+        if (IsFile(path)) return path;
+      }
+    }
+  }
+  return std::nullopt;
 }
 
 void Try(const fs::path& candidate, FileSearch& search) {
@@ -80,11 +129,7 @@ void Try(const fs::path& candidate, FileSearch& search) {
 
 }  // namespace
 
-bool IsPicture(const fs::path& path) {
-  static const std::set<std::string> kExtensions = {
-      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".hdr"};
-  return kExtensions.contains(renderer::LowerCase(path.extension().string())) && IsFile(path);
-}
+bool IsPicture(const fs::path& path) { return HasPictureExtension(path) && IsFile(path); }
 
 std::vector<fs::path> PicturesIn(const fs::path& folder) {
   std::vector<fs::path> found;
@@ -96,7 +141,21 @@ std::vector<fs::path> PicturesIn(const fs::path& folder) {
   return found;
 }
 
+std::vector<fs::path> WithoutRawTwins(std::vector<fs::path> pictures) {
+  std::set<fs::path> developed;
+  for (const fs::path& picture : pictures) {
+    if (!renderer::HasRawExtension(picture))
+      developed.insert(fs::path(picture).replace_extension());
+  }
+  std::erase_if(pictures, [&](const fs::path& picture) {
+    return renderer::HasRawExtension(picture) &&
+           developed.contains(fs::path(picture).replace_extension());
+  });
+  return pictures;
+}
+
 PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options) {
+  if (renderer::HasRawExtension(path)) return ReadRawPhoto(path, options);
   DecodedImage decoded = renderer::ReadImageFile(path, options.apply_exif_orientation);
   PhotoFile file;
   file.bits = decoded.bits;
@@ -164,6 +223,7 @@ FileSearch FindPhoto(const std::string& image,
       if (!candidate.has_extension()) Try(fs::path(candidate) += extension, search);
     }
   }
+  if (!search.found) search.found = FindRaw(candidates);
   return search;
 }
 

@@ -10,8 +10,17 @@
 #include "optim/observation/exif_exposure.h"
 #include "optim/observation/load_observations.h"
 #include "renderer/image/image.h"
+#include "renderer/io/raw_file.h"
+#include "renderer/math/rgb.h"
 
 namespace pathfit::optim {
+
+/// How a RAW photo was developed.
+struct RawDevelopment {
+  renderer::RawWhiteBalance white_balance;  ///< that was used
+  renderer::Rgb multipliers;                ///< of the camera's channels; green is 1
+  bool has_color_matrix = true;
+};
 
 /// A photo at the size of its file, made linear.
 struct PhotoFile {
@@ -23,9 +32,11 @@ struct PhotoFile {
   bool srgb = false;            ///< the sRGB curve was undone
   int exif_orientation = 1;
   std::optional<ExifExposure> exif_exposure;
+  std::optional<RawDevelopment> raw;  ///< of RAW photos
 };
 
-/// Throws IoError: unreadable, or a value that is not finite.
+/// JPEG, PNG, TIFF, HDR, EXR, and by their extensions RAW photos. Throws IoError: unreadable, or a
+/// value that is not finite.
 PhotoFile ReadPhotoFile(const std::filesystem::path& path, const ObservationOptions& options);
 
 /// A mask file as shares 0..1 of one channel (mean of the colours). Throws IoError like
@@ -39,10 +50,13 @@ void ReducePhoto(const ObservationOptions& options, PhotoFile& file);
 /// Turns what a file says into shares that are object (or data).
 void FinishMask(const MaskOptions& options, renderer::Image& mask);
 
-/// Whether a path is a file with the extension of a picture.
+/// Whether a path is a file with the extension of a picture, RAW photos among them.
 bool IsPicture(const std::filesystem::path& path);
 /// The pictures in a folder, by name; none where there is no folder.
 std::vector<std::filesystem::path> PicturesIn(const std::filesystem::path& folder);
+/// Without the RAW photos beside which the same photo is as JPEG or in another format, as cameras
+/// write both.
+std::vector<std::filesystem::path> WithoutRawTwins(std::vector<std::filesystem::path> pictures);
 
 /// Candidates of one input in the order they were looked for, and the first that exists.
 struct FileSearch {
@@ -51,7 +65,8 @@ struct FileSearch {
 };
 
 /// `image` as the camera file calls it, in the folders the options allow; NeRF files leave out the
-/// extension.
+/// extension. Where no file has that name, the RAW photo whose name differs by the extension alone:
+/// camera programs work on the JPEG beside it.
 FileSearch FindPhoto(const std::string& image,
                      const ImportedCameras& cameras,
                      const std::filesystem::path& images_dir);

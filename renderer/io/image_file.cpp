@@ -16,6 +16,7 @@
 #include "renderer/io/exr_file.h"
 #include "renderer/io/hdr_file.h"
 #include "renderer/io/image_check.h"
+#include "renderer/io/raw_file.h"
 
 namespace pathfit::renderer {
 namespace {
@@ -123,6 +124,9 @@ DecodedImage DecodeImage(std::string bytes, const std::string& name) {
 }
 
 DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_orientation) {
+  if (HasRawExtension(path)) {  // what is found in it as a TIFF is a small preview
+    throw IoError(path.string() + ": RAW photos can be input photos, but no other images");
+  }
   std::string bytes = ReadWholeFile(path);
   const ImageKind kind = KindOfImage(bytes);
   DecodedImage decoded;

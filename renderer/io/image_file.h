@@ -21,7 +21,8 @@ struct DecodedImage {
 };
 
 /// JPEG, PNG, TIFF (8 and 16 bit, float), HDR, EXR, told apart by their first bytes. Rows stay as
-/// the sensor stored them unless `apply_exif_orientation`. Fails: IoError naming the file.
+/// the sensor stored them unless `apply_exif_orientation`. Fails: IoError naming the file; RAW
+/// photos have a reader of their own (raw_file.h).
 DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_orientation);
 
 /// The same for the bytes of a JPEG or PNG file that lies inside another; `name` is for messages.

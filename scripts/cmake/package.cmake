@@ -23,6 +23,9 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 # What pathfitConfig.cmake finds, and what the static libraries are linked with.
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libembree-dev, libtbb-dev, libopenexr-dev, libtinygltf-dev, libdraco-dev, libmeshoptimizer-dev, nlohmann-json3-dev, libceres-dev, libopenmesh-dev, libopenvdb-dev, libopenblas-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-imgcodecs-dev, libexif-dev, libpugixml-dev, libyaml-cpp-dev")
+if(PATHFIT_RAW)
+  string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libraw-dev")
+endif()
 if(PATHFIT_MPI)
   string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libopenmpi-dev")
 endif()

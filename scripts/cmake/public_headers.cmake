@@ -9,7 +9,7 @@ set(PATHFIT_PUBLIC_HEADERS
   renderer/geometry/mesh_primitives.h renderer/geometry/mesh_normals.h renderer/geometry/mesh_repair.h
   renderer/image/image.h renderer/image/color.h
   renderer/io/mesh_file.h renderer/io/ply_file.h renderer/io/gltf_reader.h renderer/io/gltf_writer.h
-  renderer/io/image_file.h renderer/io/image_filter.h renderer/io/exr_file.h renderer/io/texture_file.h
+  renderer/io/image_file.h renderer/io/image_filter.h renderer/io/exr_file.h renderer/io/texture_file.h renderer/io/raw_file.h
   # Images and their derivatives.
   renderer/core/error.h renderer/core/parallel.h renderer/render_options.h renderer/render_stats.h
   renderer/scene/parameter_kinds.h renderer/scene/parameter_layout.h renderer/derivative/derivative_sink.h renderer/derivative/film_sink.h

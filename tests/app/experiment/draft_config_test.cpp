@@ -15,9 +15,11 @@
 #include "renderer/core/error.h"
 #include "renderer/image/color.h"
 #include "renderer/io/image_file.h"
+#include "renderer/io/raw_file.h"
 #include "tests/optim/observation/exif_bytes.h"
 #include "tests/optim/observation/observation_files.h"
 #include "tests/optim/round/synthetic_fit.h"
+#include "tests/renderer/io/dng_bytes.h"
 
 namespace pathfit::app {
 namespace {
@@ -317,15 +319,34 @@ TEST(DraftConfig, PlacesTheSphereOfFarAwayCamerasToItsRadius) {
   EXPECT_TRUE(Says(DraftConfig(input, "/set/a.yaml", "a", {}), "500123.45600,"));
 }
 
+TEST_F(DraftConfigTest, FindsRawPhotosBesideJpegsByWhatTheCameraFileNames) {
+  if (renderer::LibRawVersion().empty()) GTEST_SKIP() << "built without LibRaw";
+  renderer::DngCamera dng;
+  dng.width = dng.height = 48;
+  WriteSet(top() / "set", Cameras::kTransforms);
+  for (const std::string& name : names_) {
+    const std::string stem = "set/images/" + fs::path(name).stem().string();
+    folder_.WriteText(stem + ".DNG", renderer::GreyDng(dng, 0.25));
+  }
+  const FoundInput beside = FindInput({.photos = top() / "set"});
+  EXPECT_EQ(beside.num_without_camera, 0U) << "each photo is there twice";
+  EXPECT_EQ(beside.observations.views[0].files.photo.extension(), ".png");
+  EXPECT_FALSE(Says(DraftConfig(beside, top() / "a.yaml", "a", {}), "RAW"));
+  for (const std::string& name : names_) fs::remove(top() / "set/images" / name);
+  const FoundInput alone = FindInput({.photos = top() / "set"});
+  EXPECT_EQ(alone.observations.views[0].files.photo.extension(), ".DNG");
+  EXPECT_TRUE(Says(DraftConfig(alone, top() / "a.yaml", "a", {}), "6 RAW, white balance"));
+}
+
 TEST_F(DraftConfigTest, SaysWhatIsMissing) {
   const std::string no_cameras = Refusal({.photos = top()});
   EXPECT_TRUE(Says(no_cameras, "no cameras were found. Looked for"));
   EXPECT_TRUE(Says(no_cameras, "input.cameras: {sensor: ...}")) << no_cameras;
   EXPECT_FALSE(Says(no_cameras, "not read"));
   folder_.WriteText("phone/a.HEIC", "x");
-  folder_.WriteText("phone/b.CR2", "x");
+  folder_.WriteText("phone/b.webp", "x");
   EXPECT_TRUE(
-      Says(Refusal({.photos = top() / "phone"}), "pictures that are not read (.cr2, .heic)"));
+      Says(Refusal({.photos = top() / "phone"}), "pictures that are not read (.heic, .webp)"));
   fs::remove_all(top() / "phone");
   EXPECT_TRUE(Says(Refusal({.photos = top() / "nowhere"}), "no such folder"));
   WriteSet(top() / "one", Cameras::kTransforms);

@@ -8,9 +8,12 @@
 #include <gtest/gtest.h>
 
 #include "optim/observation/observation_stream.h"
+#include "optim/observation/photo_file.h"
 #include "renderer/image/color.h"
 #include "renderer/io/image_file.h"
+#include "renderer/io/raw_file.h"
 #include "tests/optim/observation/observation_files.h"
+#include "tests/renderer/io/dng_bytes.h"
 
 namespace pathfit::optim {
 namespace {
@@ -427,6 +430,91 @@ TEST_F(LoadObservationsTest, NerfNamesHaveNoExtension) {
   WriteCameras({"./train/r_0"});
   WritePhoto("train/r_0.png");
   EXPECT_EQ(LoadObservations(options_).views[0].name, "r_0");
+}
+
+class RawPhotos : public LoadObservationsTest {
+ protected:
+  void SetUp() override {
+    if (renderer::LibRawVersion().empty()) GTEST_SKIP() << "built without LibRaw";
+  }
+  void WriteRaw(const std::string& name, double share = 0.25) const {
+    folder_.WriteText(name, renderer::GreyDng(dng_, share));
+  }
+  renderer::DngCamera dng_;
+};
+
+TEST_F(RawPhotos, AreLinearWithWhiteBalanceClippingAndExposure) {
+  WriteCameras({"a.dng", "b.dng"}, "", dng_.width, dng_.height);
+  WriteRaw("a.dng", 0.25);
+  dng_.time_s = {1, 30};
+  dng_.as_shot_neutral = {0.5, 1.0, 0.5};
+  WriteRaw("b.dng", 1.0);
+  const ObservationSet set = LoadObservations(options_);
+  EXPECT_EQ(set.views[0].name, "a.dng");
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(set.views[0].photo.Unpack().At(20, 10, c), 0.25F, 3e-4F);
+    EXPECT_NEAR(set.views[1].photo.Unpack().At(20, 10, c), 1.0F, 1e-3F);
+  }
+  EXPECT_TRUE(set.views[0].clipped.Empty());
+  EXPECT_EQ(set.views[1].clipped.Unpack().At(20, 10, 0), 1.0F);
+  EXPECT_NEAR(set.views[1].exif_ev - set.views[0].exif_ev, 1.0F, 1e-5F);
+  ExpectAssumption("Colour: 2 RAW photos developed to linear Rec.709 (LibRaw " +
+                   renderer::LibRawVersion() +
+                   "), white balance as the camera noted: red times 2, green 1, blue times 1.6 to "
+                   "2. The photos differ:");
+  ExpectAssumption(
+      "0.99 of the encoded range (RAW: of the sensor's) count as clipped; that is 50 %");
+  options_.white_balance = renderer::RawWhiteBalance::kNone;
+  ExpectAssumption("no white balance: red times 1, green 1, blue times 1.");
+  options_.max_size_px = dng_.width / 2;
+  EXPECT_EQ(LoadObservations(options_).views[0].photo.width(), dng_.width / 2);
+}
+
+TEST_F(RawPhotos, StandInForTheJpegsOfTheCameraFile) {
+  WriteCameras({"photos/IMG_1.JPG", "photos/IMG_2"}, "", dng_.width, dng_.height);
+  WriteRaw("photos/IMG_1.DNG");
+  WriteRaw("photos/IMG_2.dng");
+  EXPECT_EQ(LoadObservations(options_).views[0].files.photo.filename(), "IMG_1.DNG");
+  // What the camera file names comes first.
+  WritePhoto("photos/IMG_1.JPG", dng_.width, dng_.height);
+  EXPECT_EQ(LoadObservations(options_).views[0].files.photo.filename(), "IMG_1.JPG");
+  ExpectAssumption("Colour: 1 RAW photo developed");
+  const std::vector<fs::path> pictures = PicturesIn(folder_.path() / "photos");
+  ASSERT_EQ(pictures.size(), 3U);
+  const std::vector<fs::path> each_once = WithoutRawTwins(pictures);
+  ASSERT_EQ(each_once.size(), 2U);
+  EXPECT_EQ(each_once[0].filename(), "IMG_1.JPG");
+  EXPECT_EQ(each_once[1].filename(), "IMG_2.dng");
+  // Another ending of a name is no extension.
+  WriteCameras({"photos/IMG_2.0001"}, "", dng_.width, dng_.height);
+  ExpectOneProblem({"photos/IMG_2.0001", "is missing"});
+}
+
+TEST_F(RawPhotos, ThatAreTurnedSaySo) {
+  dng_.orientation = 6;
+  WriteCameras({"a.dng"}, "", dng_.height, dng_.width);
+  WriteRaw("a.dng");
+  ExpectOneProblem({"a.dng", "48x32", "32x48", "swapped", "EXIF orientation 6", "use 'exif'"});
+  options_.apply_exif_orientation = true;
+  EXPECT_EQ(LoadObservations(options_).views[0].photo.width(), dng_.height);
+  options_.apply_exif_orientation = false;
+  WriteCameras({"a.dng"}, "", dng_.width, dng_.height);
+  ExpectAssumption("Programs that read RAW photos often turn them");
+}
+
+TEST_F(RawPhotos, ThatAreWrongAreRefusedTogether) {
+  WriteCameras({"a.dng", "b.nef"}, "", dng_.width, dng_.height);
+  WriteRaw("a.dng");
+  folder_.WriteText("b.nef", "no photo");
+  ExpectOneProblem({"b.nef: cannot be read as a RAW photo"});
+  WriteCameras({"a.dng", "b.nef"}, "", dng_.width - 1, dng_.height);
+  options_.transfer = Transfer::kSrgb;
+  const std::vector<std::string> problems = Problems();
+  ASSERT_EQ(problems.size(), 2U);
+  EXPECT_NE(problems[0].find("RAW photos are linear"), std::string::npos);
+  options_.transfer = Transfer::kAuto;
+  WriteCameras({"a.dng"}, "", dng_.width - 1, dng_.height);
+  ExpectOneProblem({"a.dng", "(RAW: all pixels"});
 }
 
 }  // namespace
