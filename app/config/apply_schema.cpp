@@ -328,9 +328,9 @@ class Applier {
 }  // namespace
 
 bool FitsForm(const SchemaNode& form, const YamlNode& node) {
-  return form.type == Type::kList  ? node.IsList()
-         : form.type == Type::kMap ? node.IsMap()
-                                   : node.IsScalar();
+  return form.type == Type::kList                                  ? node.IsList()
+         : form.type == Type::kMap || form.type == Type::kNamedMap ? node.IsMap()
+                                                                   : node.IsScalar();
 }
 
 YamlNode DefaultValue(const std::string& yaml) {

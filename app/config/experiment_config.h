@@ -31,6 +31,17 @@ using Triple = std::array<double, 3>;
 /// What of the photos' brightness may be unknown: nothing, a factor each, or white balance, too.
 enum class ExposureUnknown { kNone, kGain, kGainRgb };
 
+/// One end of a known distance.
+struct ScalePoint {
+  Triple position{};  ///< units of the camera file, unless it is picked in photos:
+  std::vector<std::pair<std::string, std::array<double, 2>>> picks;  ///< by photo: pixels
+};
+/// What tells how long the unit of the camera file is.
+struct ScaleConfig {
+  std::array<ScalePoint, 2> two_points;
+  double distance_m = 1.0;
+};
+
 struct InputConfig {
   /// As for masks that are given; without them `photos.masks.meaning` becomes kNone.
   optim::ObservationOptions photos = [] {
@@ -44,6 +55,7 @@ struct InputConfig {
   ExposureUnknown exposure_model = ExposureUnknown::kNone;
   optim::ExposurePrior exposure;
   std::vector<std::pair<std::string, double>> known_ev;  ///< by name or glob of photos
+  std::optional<ScaleConfig> scale;                      ///< absent: as the camera file says
 };
 
 /// Side of a picture along which an angle of view is measured.

@@ -62,6 +62,8 @@ std::string DescribeList(const SchemaNode& node) {
       return "a list of " + count + "lists" + least + ", each " + DescribeType(item);
     case SchemaNode::Type::kMap:
       return "a list of " + count + "maps" + least;
+    case SchemaNode::Type::kEither:
+      return "a list of " + count + "values" + least + ", each " + DescribeType(item);
     case SchemaNode::Type::kChoice:
       return "a list of " + count + "words" + least + " out of " + JoinNames(item.words);
     default:
@@ -152,9 +154,14 @@ std::string DescribeType(const SchemaNode& node) {
     case SchemaNode::Type::kMap:
       return "a map";
     case SchemaNode::Type::kNamedMap:
-      return node.children.front().type == SchemaNode::Type::kNumber
-                 ? "a map of names to " + DescribeScalar(node.children.front(), "numbers")
-                 : "a map of names";
+      switch (const SchemaNode& value = node.children.front(); value.type) {
+        case SchemaNode::Type::kNumber:
+          return "a map of names to " + DescribeScalar(value, "numbers");
+        case SchemaNode::Type::kList:
+          return "a map of names, each to " + DescribeType(value);
+        default:
+          return "a map of names";
+      }
     case SchemaNode::Type::kEither:
       break;
   }

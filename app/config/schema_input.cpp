@@ -58,7 +58,7 @@ SchemaNode CamerasSchema() {
                kPhotos) |
          Doc("Where the photos were taken from, and through what lens.") | Required() |
          Refuse({{"refine", "; free camera.position and camera.rotation in unknowns"},
-                 {"scale", "; scale the camera file instead"},
+                 {"scale", "; write input.scale"},
                  {"up", ""}});
 }
 
@@ -156,6 +156,53 @@ SchemaNode ExposureSchema() {
                  {"bounds_ev", "; write max_ev"}});
 }
 
+/// Values that were refused are null here.
+void CheckScale(ScaleConfig& scale, const CheckedMap& map) {
+  const YamlNode* points = map.Find("two_points");
+  if (points == nullptr || points->items.size() != scale.two_points.size()) return;
+  for (std::size_t i = 0; i < scale.two_points.size(); ++i) {
+    const YamlNode& node = points->items[i];
+    ScalePoint& point = scale.two_points[i];
+    if (node.IsList()) binding::Read(node, point.position);
+    if (!node.IsMap()) continue;
+    for (const YamlEntry& entry : node.entries) {
+      binding::Read(entry.value, point.picks.emplace_back(entry.key, std::array{0.0, 0.0}).second);
+    }
+    if (point.picks.size() < 2) {
+      map.Report(fmt::format("two_points[{}]", i),
+                 node,
+                 "one photo does not tell how far away a point is; pick it in two at least");
+    }
+  }
+  const auto& [a, b] = scale.two_points;
+  if (points->items[0].IsList() && points->items[1].IsList() && a.position == b.position) {
+    map.Report("two_points", "both points are the same");
+  }
+}
+
+SchemaNode ScaleSchema() {
+  SchemaNode picks = binding::Make(SchemaNode::Type::kNamedMap, "");
+  picks.children = {ListNode("PHOTO", binding::Make(SchemaNode::Type::kNumber, "")) | Items(2, 2)};
+  SchemaNode point =
+      Either("",
+             {ListNode("", binding::Make(SchemaNode::Type::kNumber, "")) | Items(3, 3),
+              picks | FreeNames()});
+  return MapOf("scale",
+               {ByCheck(ListNode("two_points", std::move(point)) | Items(2, 2) |
+                        Doc("Two points: each three numbers, in units of the camera file, or the "
+                            "photos in which it is seen, two at least, with its pixel there, "
+                            "counted to the right and down from the corner of the picture as the "
+                            "file has it (turned as `input.cameras.orientation` says): `[{a.jpg: "
+                            "[512, 300], b.jpg: [480, 310]}, {...}]`.")) |
+                    Required(),
+                Key("distance_m", &ScaleConfig::distance_m) | Doc("How far they are apart.") |
+                    Required() | Above(0.0) | Unit("metres")},
+               &InputConfig::scale) |
+         Doc("A known distance, which says how long the unit of the camera file is, whatever the "
+             "file says: results are in metres then. The scene stays in units of the file.") |
+         DefaultIs("as the camera file says") | Check(CheckScale);
+}
+
 // The number of "every 8".
 std::optional<int> EveryOf(const std::string& text) {
   constexpr const char* kEvery = "every ";
@@ -191,6 +238,9 @@ void CheckInput(InputConfig& input, const CheckedMap& map) {
       }
     }
   }
+  if (!input.sensor.empty() && map.Find("scale") != nullptr) {
+    map.Report("scale", "is of camera files; sensors of the scene are in metres");
+  }
   const YamlNode* masks = map.Find("masks");
   if (masks == nullptr) {
     photos.masks = {};
@@ -223,6 +273,7 @@ SchemaNode InputSchema() {
                 MasksSchema(),
                 ColourSchema(),
                 ExposureSchema(),
+                ScaleSchema(),
                 Map("split",
                     {ByCheck(Either("validation",
                                     {TextNode(""), ListNode("", TextNode("")) | Items(1, 0)}) |

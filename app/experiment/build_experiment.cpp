@@ -12,6 +12,7 @@
 #include "app/experiment/experiment.h"
 #include "app/experiment/photo_names.h"
 #include "optim/observation/load_observations.h"
+#include "optim/observation/located_point.h"
 #include "optim/observation/observation_stream.h"
 #include "optim/observation/photo_file.h"
 #include "optim/ranks/division.h"
@@ -77,13 +78,19 @@ std::vector<std::string> PhotosOfSensor(const ExperimentConfig& config) {
   return names;
 }
 
-void SetKnownExposures(const ExperimentConfig& config, optim::ObservationSet& observations) {
-  if (config.input->known_ev.empty()) return;
+std::vector<std::string> ViewNames(const optim::ObservationSet& observations) {
   std::vector<std::string> names;
   for (const optim::View& view : observations.views) names.push_back(view.name);
+  return names;
+}
+
+void SetKnownExposures(const ExperimentConfig& config,
+                       optim::ObservationSet& observations,
+                       std::vector<Problem>& problems) {
+  if (config.input->known_ev.empty()) return;
+  const std::vector<std::string> names = ViewNames(observations);
   const PhotoNames photos(names);
   std::vector<std::string> given_by(names.size());
-  std::vector<Problem> problems;
   const YamlNode& known = *config.resolved.Find("input")->Find("exposure")->Find("ev");
   for (std::size_t k = 0; k < known.entries.size(); ++k) {
     const auto& [pattern, ev] = config.input->known_ev[k];
@@ -100,7 +107,105 @@ void SetKnownExposures(const ExperimentConfig& config, optim::ObservationSet& ob
       observations.views[i].camera.gain *= std::exp2(ev);
     }
   }
-  if (!problems.empty()) throw ConfigError(config.source, problems);
+}
+
+/// A point of `input.scale` and what is known of it; empty with a problem.
+class ScalePointFinder {
+ public:
+  ScalePointFinder(const optim::ObservationSet& observations, std::vector<Problem>& problems)
+      : observations_(observations), names_(ViewNames(observations)), problems_(problems) {}
+
+  std::optional<optim::LocatedPoint> Find(const ScalePoint& point,
+                                          const YamlNode& node,
+                                          const std::string& key) {
+    const auto& [x, y, z] = point.position;
+    if (point.picks.empty()) return optim::LocatedPoint{{x, y, z}, {}};
+    const PhotoNames photos(names_);
+    const std::size_t num_before = problems_.size();
+    std::vector<optim::PickedPoint> picks;
+    for (std::size_t k = 0; k < point.picks.size(); ++k) {
+      const auto& [pattern, pixel] = point.picks[k];
+      const YamlEntry& entry = node.entries[k];
+      photos.RequireMatch(pattern, entry.key_place, key, problems_);
+      std::vector<std::size_t> views;
+      for (std::size_t i = 0; i < names_.size(); ++i) {
+        if (photos.Matches(pattern, i)) views.push_back(i);
+      }
+      if (views.empty()) continue;
+      const std::size_t view = views.front();
+      if (views.size() > 1) {
+        Report(
+            entry.key_place, key, fmt::format("'{}' stands for {} photos", pattern, views.size()));
+      } else if (std::ranges::find(picks, view, &optim::PickedPoint::view) != picks.end()) {
+        Report(entry.key_place, key, "'" + names_[view] + "' is there twice");
+      } else if (!optim::IsInPhoto(observations_.views[view], pixel[0], pixel[1])) {
+        Report(entry.value.place, key, "the pixel is outside of " + names_[view]);
+      } else {
+        picks.push_back({view, pixel[0], pixel[1]});
+      }
+    }
+    if (problems_.size() > num_before) return std::nullopt;
+    try {
+      return optim::LocatePoint(observations_.views, picks);
+    } catch (const renderer::SceneError& error) {
+      Report(node.place, key, error.what());
+      return std::nullopt;
+    }
+  }
+
+ private:
+  void Report(const Place& place, const std::string& key, const std::string& text) {
+    problems_.push_back({place, key, text});
+  }
+
+  const optim::ObservationSet& observations_;
+  std::vector<std::string> names_;
+  std::vector<Problem>& problems_;
+};
+
+/// " (picked in photos, to 0.4, 0.7 pixels)"; empty of points that are numbers.
+std::string PicksText(const std::vector<double>& off_px) {
+  if (off_px.empty()) return "";
+  std::string text;
+  for (const double off : off_px) text += fmt::format("{}{:.1f}", text.empty() ? "" : ", ", off);
+  return " (picked in photos, to " + text + " pixels)";
+}
+
+constexpr double kLeastLength = 1e-9;  // of how far the points are from the frame's origin
+
+void SetKnownScale(const ExperimentConfig& config,
+                   optim::ObservationSet& observations,
+                   std::vector<Problem>& problems) {
+  if (!config.input->scale) return;
+  const YamlNode& nodes = *config.resolved.Find("input")->Find("scale")->Find("two_points");
+  ScalePointFinder finder(observations, problems);
+  std::vector<optim::LocatedPoint> ends;
+  std::vector<double> off_px;
+  for (std::size_t i = 0; i < config.input->scale->two_points.size(); ++i) {
+    const auto end = finder.Find(config.input->scale->two_points[i],
+                                 nodes.items[i],
+                                 fmt::format("input.scale.two_points[{}]", i));
+    if (!end) continue;
+    ends.push_back(*end);
+    off_px.insert(off_px.end(), end->off_px.begin(), end->off_px.end());
+  }
+  if (ends.size() < 2) return;
+  const double length = Norm(ends[1].position - ends[0].position);
+  const double metres_per_unit = config.input->scale->distance_m / length;
+  const double farthest = std::max(Norm(ends[0].position), Norm(ends[1].position));
+  if (!(length > kLeastLength * farthest) || !std::isnormal(metres_per_unit)) {
+    const bool is_far = std::isinf(farthest) || std::isinf(length);
+    problems.push_back({nodes.place,
+                        "input.scale.two_points",
+                        is_far ? "the points are too far away" : "both points are the same"});
+    return;
+  }
+  optim::SetMetresPerUnit(metres_per_unit,
+                          fmt::format("as two points {:.4g} units apart{} are {:.4g} m",
+                                      length,
+                                      PicksText(off_px),
+                                      config.input->scale->distance_m),
+                          observations);
 }
 
 /// The gains start as the cameras noted, unless the config says exposures of its own.
@@ -174,7 +279,10 @@ void LoadPhotos(const ExperimentConfig& config, optim::Ranks& ranks, Experiment&
             .Share(ranks.IsFirst() ? optim::EncodeObservations(observations) : optim::Bytes());
     if (!ranks.IsFirst()) observations = optim::DecodeObservations(known, options);
   }
-  SetKnownExposures(config, experiment.observations);
+  std::vector<Problem> problems;
+  SetKnownExposures(config, experiment.observations, problems);
+  SetKnownScale(config, experiment.observations, problems);
+  if (!problems.empty()) throw ConfigError(config.source, problems);
   for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
   experiment.assumptions = experiment.observations.assumptions;
   UseExifExposures(config, experiment);

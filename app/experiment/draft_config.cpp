@@ -166,6 +166,12 @@ std::string DraftConfig(const FoundInput& input,
                       input.metres_per_unit > 0.0
                           ? fmt::format("; 1 unit = {:.4g} m", input.metres_per_unit)
                           : "; it does not say how long its unit is");
+  if (input.metres_per_unit <= 0.0) {
+    text +=
+        "  # For results in metres, two marks a known distance apart, each by its pixels in two "
+        "photos:\n  # scale: {two_points: [{a.jpg: [x, y], b.jpg: [x, y]}, {a.jpg: [x, y], b.jpg: "
+        "[x, y]}], distance_m: 0.1}\n";
+  }
   text += MaskLines(input, folder);
   text += fmt::format(
       "  exposure: {{model: gain}}  # each photo has a brightness of its own{}; none: all the "

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "optim/observation/located_point.h"
 #include "optim/observation/photo_file.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/image_file.h"
@@ -353,9 +354,11 @@ void DescribeCameras(const ObservationOptions& options,
                        ? "no shift applied."
                        : "which OpenCV calls (0, 0): 0.5 was added to principal points."));
     out.push_back(cameras.metres_per_unit > 0.0
-                      ? "Scale: 1 unit of the camera file is " + Short(cameras.metres_per_unit) +
+                      ? std::string(kScaleSentence) + "1 unit of the camera file is " +
+                            Short(cameras.metres_per_unit) +
                             " m, as it says; poses stay in units of the file."
-                      : "Scale: the camera file does not say; its unit is taken for a metre.");
+                      : std::string(kScaleSentence) +
+                            "the camera file does not say; its unit is taken for a metre.");
   }
   for (const std::string& note : cameras.notes) out.push_back(note);
   if (const std::size_t distorted = Count(facts, [](const FrameFacts& f) { return f.distorted; })) {

@@ -6,3 +6,4 @@ pathfit_test(app/experiment/start_check_test LABEL unit LINK pathfit_app pathfit
 pathfit_test(app/experiment/draft_config_test LABEL unit LINK pathfit_app pathfit_test_support)
 pathfit_test(app/experiment/orbit_test LABEL unit LINK pathfit_app pathfit_test_support)
 pathfit_test(app/experiment/photo_lights_test LABEL unit LINK pathfit_app)
+pathfit_test(app/experiment/known_scale_test LABEL unit LINK pathfit_app)

@@ -1,0 +1,200 @@
+#include "optim/observation/located_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+
+#include "renderer/core/check.h"
+#include "renderer/core/error.h"
+#include "renderer/math/transform.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::CameraModel;
+using renderer::Cross;
+using renderer::Dot;
+using renderer::Mat3;
+using renderer::Norm;
+using renderer::Vec3;
+
+constexpr double kLeastAngle = 2.0 * std::numbers::pi / 180.0;
+constexpr double kMostOffPx = 3.0;
+constexpr double kMostOffShare = 0.005;
+constexpr int kMaxSteps = 20;
+
+std::string Short(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+/// Sums of symmetric matrices and right-hand sides of three unknowns.
+struct NormalEquations {
+  Mat3 matrix{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+  Vec3 right{0.0, 0.0, 0.0};
+
+  void AddRow(const Vec3& row, double value) {
+    matrix.x = matrix.x + row * row.x;
+    matrix.y = matrix.y + row * row.y;
+    matrix.z = matrix.z + row * row.z;
+    right = right + row * value;
+  }
+  [[nodiscard]] Vec3 Solve() const {
+    const double scale = 1.0 / Determinant(matrix);
+    return {Dot(right, Cross(matrix.y, matrix.z)) * scale,
+            Dot(matrix.x, Cross(right, matrix.z)) * scale,
+            Dot(matrix.x, Cross(matrix.y, right)) * scale};
+  }
+};
+
+/// A pick with its camera and its ray.
+class Sight {
+ public:
+  Sight(const View& view, const PickedPoint& pick)
+      : model_(view.camera),
+        name_(view.name),
+        file_width_(view.file_width > 0 ? view.file_width : view.camera.width),
+        file_height_(view.file_height > 0 ? view.file_height : view.camera.height),
+        scale_x_(static_cast<double>(file_width_) / view.camera.width),
+        scale_y_(static_cast<double>(file_height_) / view.camera.height),
+        x_(pick.x),
+        y_(pick.y),
+        ray_(model_.RayThrough(pick.x / scale_x_, pick.y / scale_y_)) {}
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const renderer::Ray& ray() const { return ray_; }
+  [[nodiscard]] double MostOff() const {
+    return kMostOffPx + kMostOffShare * std::max(file_width_, file_height_);
+  }
+  /// Distance of the point from the ray, as two rows.
+  void AddDistance(NormalEquations& equations) const {
+    const Vec3& d = ray_.direction;
+    const Vec3 least = std::abs(d.x) <= std::min(std::abs(d.y), std::abs(d.z)) ? Vec3{1.0, 0.0, 0.0}
+                       : std::abs(d.y) <= std::abs(d.z)                        ? Vec3{0.0, 1.0, 0.0}
+                                                        : Vec3{0.0, 0.0, 1.0};
+    const Vec3 across = Cross(d, least);
+    const Vec3 u = across * (1.0 / Norm(across));
+    for (const Vec3& row : {u, Cross(d, u)}) equations.AddRow(row, Dot(row, ray_.origin));
+  }
+  /// Pixels of the file; empty where the camera does not see the point.
+  struct Miss {
+    double x = 0.0, y = 0.0;
+    Vec3 dx, dy;
+  };
+  [[nodiscard]] std::optional<Miss> MissOf(const Vec3& point) const {
+    const std::optional<renderer::Projection> seen = model_.Project(point);
+    if (!seen) return std::nullopt;
+    return Miss{
+        seen->u * scale_x_ - x_, seen->v * scale_y_ - y_, seen->du * scale_x_, seen->dv * scale_y_};
+  }
+
+ private:
+  CameraModel model_;
+  std::string name_;
+  int file_width_, file_height_;
+  double scale_x_, scale_y_;  // pixels of the file per pixel of the view
+  double x_, y_;
+  renderer::Ray ray_;
+};
+
+double LargestAngle(const std::vector<Sight>& sights) {
+  double most = 0.0;
+  for (const Sight& a : sights) {
+    for (const Sight& b : sights) {
+      most = std::max(most, Norm(Cross(a.ray().direction, b.ray().direction)));
+    }
+  }
+  return std::asin(std::min(1.0, most));
+}
+
+/// Sum of the squares of misses and the step that makes it least; empty where the point is not
+/// seen.
+struct Step {
+  double cost = 0.0;
+  Vec3 change;
+};
+std::optional<Step> StepAt(const std::vector<Sight>& sights, const Vec3& point) {
+  NormalEquations equations;
+  Step step;
+  for (const Sight& sight : sights) {
+    const auto miss = sight.MissOf(point);
+    if (!miss) return std::nullopt;
+    step.cost += miss->x * miss->x + miss->y * miss->y;
+    equations.AddRow(miss->dx, -miss->x);
+    equations.AddRow(miss->dy, -miss->y);
+  }
+  step.change = equations.Solve();
+  return step;
+}
+
+}  // namespace
+
+bool IsInPhoto(const View& view, double x, double y) {
+  const int width = view.file_width > 0 ? view.file_width : view.camera.width;
+  const int height = view.file_height > 0 ? view.file_height : view.camera.height;
+  return x >= 0.0 && y >= 0.0 && x <= width && y <= height;
+}
+
+LocatedPoint LocatePoint(const std::vector<View>& views, std::span<const PickedPoint> picks) {
+  PATHFIT_CHECK(picks.size() >= 2);
+  std::vector<Sight> sights;
+  for (const PickedPoint& pick : picks) sights.emplace_back(views[pick.view], pick);
+  const double angle = LargestAngle(sights);
+  if (angle < kLeastAngle) {
+    throw renderer::SceneError("the photos see it from nearly the same side (their rays are " +
+                               Short(angle * 180.0 / std::numbers::pi) +
+                               " degrees apart, at least 2 are needed); pick it in photos from "
+                               "sides that differ more");
+  }
+  NormalEquations nearest;
+  for (const Sight& sight : sights) sight.AddDistance(nearest);
+  Vec3 point = nearest.Solve();
+  std::optional<Step> step = StepAt(sights, point);
+  for (int i = 0; i < kMaxSteps && step; ++i) {
+    const Vec3 next = point + step->change;
+    const std::optional<Step> after = StepAt(sights, next);
+    if (!after || !(after->cost < step->cost)) break;
+    point = next;
+    step = after;
+  }
+  LocatedPoint located{point, {}};
+  for (const Sight& sight : sights) {
+    const auto miss = sight.MissOf(point);
+    if (!miss) {
+      throw renderer::SceneError("the rays of its picks meet where " + sight.name() +
+                                 " does not see; are all of them the same mark?");
+    }
+    located.off_px.push_back(std::hypot(miss->x, miss->y));
+  }
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    if (located.off_px[i] <= sights[i].MostOff()) continue;
+    throw renderer::SceneError("its picks do not belong together: the nearest point is seen " +
+                               Short(located.off_px[i]) + " pixels from the pick in " +
+                               sights[i].name() + " (at most " + Short(sights[i].MostOff()) +
+                               "); are all of them the same mark, and the cameras right?");
+  }
+  return located;
+}
+
+void SetMetresPerUnit(double metres_per_unit, const std::string& reason, ObservationSet& set) {
+  const auto sentence = std::ranges::find_if(
+      set.assumptions, [](const std::string& text) { return text.starts_with(kScaleSentence); });
+  const std::string known =
+      set.metres_per_unit > 0.0
+          ? "the file says " + Short(set.metres_per_unit) + " m, which is not used"
+          : std::string("the file does not say");
+  const std::string text = std::string(kScaleSentence) + "1 unit of the camera file is " +
+                           Short(metres_per_unit) + " m, " + reason + "; " + known +
+                           "; poses stay in units of the file.";
+  if (sentence == set.assumptions.end()) {
+    set.assumptions.push_back(text);
+  } else {
+    *sentence = text;
+  }
+  set.metres_per_unit = metres_per_unit;
+}
+
+}  // namespace pathfit::optim
