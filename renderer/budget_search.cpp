@@ -5,11 +5,13 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <vector>
 
 #include "renderer/core/error.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
+#include "renderer/sampler/counter_rng.h"
 #include "renderer/scene/parameter_kinds.h"
 
 namespace pathfit::renderer {
@@ -32,24 +34,22 @@ class TermFilms : public DerivativeSink {
   void BeginTerm(DerivativeTerm term, std::int64_t num_samples) override {
     current_ = static_cast<std::size_t>(term);
     num_samples_[current_] = static_cast<double>(num_samples);
-    for (const std::vector<double>& direction : images_.directions) {
-      films_[current_].push_back(std::make_unique<FilmSink>(
-          images_.layout, direction, images_.camera.width, images_.camera.height));
-    }
+    films_[current_].emplace(
+        images_.layout, images_.directions, images_.camera.width, images_.camera.height);
   }
   void Add(std::int64_t pixel, std::span<const ParameterDerivative> derivatives) override {
-    for (const auto& film : films_[current_]) film->Add(pixel, derivatives);
+    films_[current_]->Add(pixel, derivatives);
   }
   [[nodiscard]] double NumSamples(std::size_t term) const { return num_samples_[term]; }
   /// Null: the term has no samples.
   [[nodiscard]] const Film* Of(std::size_t term, std::size_t direction) const {
-    return films_[term].empty() ? nullptr : &films_[term][direction]->film();
+    return films_[term] ? &films_[term]->film(direction) : nullptr;
   }
 
  private:
   const DerivativeImages& images_;
   std::size_t current_ = 0;
-  std::array<std::vector<std::unique_ptr<FilmSink>>, kNumDerivativeTerms> films_;
+  std::array<std::optional<FilmSinks>, kNumDerivativeTerms> films_;
   std::array<double, kNumDerivativeTerms> num_samples_{};
 };
 
@@ -119,7 +119,8 @@ class Search {
   Measurement Measure() {
     std::array<std::unique_ptr<TermFilms>, 2> halves;
     for (auto& half : halves) {
-      measured_.seed += 1;
+      // Apart from those that replicates of the derivative have, which follow each other.
+      measured_.seed = NextSeed();
       half = std::make_unique<TermFilms>(images_);
       renderer_.RenderDerivative(
           images_.camera, images_.sensor, measured_, images_.layout, *half, {.cancel = cancel_});
@@ -169,12 +170,18 @@ class Search {
     }
   }
 
+  std::uint64_t NextSeed() {
+    CounterRng rng(options_.seed, RandomDomain::kBudgetSeed, options_.view, num_seeds_++);
+    return static_cast<std::uint64_t>(rng.Next() * 0x1.0p53);
+  }
+
   const Renderer& renderer_;
   const DerivativeImages& images_;
   const RenderOptions& options_;
   std::vector<double>& scales_;
   const CancelFlag* cancel_;
   RenderOptions measured_;
+  std::uint64_t num_seeds_ = 0;
   double inefficiency_ = 0.0;
 };
 
@@ -196,7 +203,6 @@ RenderOptions ChooseDerivative(const Renderer& renderer,
                                const DerivativeChoice& given,
                                const CancelFlag* cancel) {
   RenderOptions found = options;
-  found.form = given.form.value_or(DerivativeForm::kImage);
   given.ApplyTo(found);
   if ((given.HasAll() && given.form) || !images.layout.AnyKind(MovesGeometry)) {
     return found;
@@ -214,7 +220,7 @@ RenderOptions ChooseDerivative(const Renderer& renderer,
   }
   best->Step(kSecondShare);
   found = best->Found();
-  given.ApplyTo(found);
+  given.BoundaryBudgets::ApplyTo(found);
   return found;
 }
 

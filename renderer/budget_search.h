@@ -19,8 +19,8 @@ struct DerivativeImages {
 /// `options` with what makes derivative images least noisy for their cost: with options.spp of the
 /// interior, boundaries have samples by what they add to the error, together at most
 /// kMostBoundaryCost times the cost of an image; and the form is the better one. What is given
-/// stays. Measured by renderings of few samples, whose seeds follow that of `options`: a function
-/// of its arguments alone, whatever the threads. Nothing is measured where nothing moves. Throws as
+/// stays. Measured by renderings of few samples, with seeds of their own: a function of its
+/// arguments alone, whatever the threads. Nothing is measured where nothing moves. Throws as
 /// RenderDerivative.
 RenderOptions ChooseDerivative(const Renderer& renderer,
                                const DerivativeImages& images,

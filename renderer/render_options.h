@@ -111,11 +111,6 @@ struct BoundaryBudgets {
   }
 };
 
-/// What of a derivative's estimator is given; the rest is found (renderer/budget_search.h).
-struct DerivativeChoice : BoundaryBudgets {
-  std::optional<DerivativeForm> form;
-};
-
 /// What a sample of a term costs, derivatives and all, in interior samples, by DerivativeTerm;
 /// measured in time. Fits of few unknowns hang on what shadows get (decision 0009).
 inline constexpr std::array<double, kNumDerivativeTerms> kPathsPerSample = {
@@ -156,6 +151,17 @@ struct RenderOptions : SampleBudget, EstimatorOptions {
   /// Derivatives only: whether the image of their interior samples is wanted, too. Without it paths
   /// that no parameter touches are cut short; the derivative is the same, bit for bit.
   bool with_image = true;
+};
+
+/// What of a derivative's estimator is given; the rest is found (renderer/budget_search.h).
+struct DerivativeChoice : BoundaryBudgets {
+  std::optional<DerivativeForm> form;
+
+  /// Replaces what is given; without a form it is that of the image.
+  void ApplyTo(RenderOptions& options) const {
+    BoundaryBudgets::ApplyTo(options);
+    options.form = form.value_or(DerivativeForm::kImage);
+  }
 };
 
 /// Guides of boundary samples that outlive a pass: later passes of the same view draw by them and

@@ -134,27 +134,6 @@ std::vector<double> ValuesIn(const renderer::ParameterLayout& layout, const Dire
   return values;
 }
 
-/// Derivative images in several directions from one rendering.
-class DirectionSink : public renderer::DerivativeSink {
- public:
-  DirectionSink(const renderer::ParameterLayout& layout,
-                const std::vector<std::vector<double>>& directions,
-                const renderer::Camera& camera) {
-    for (const std::vector<double>& direction : directions) {
-      films_.push_back(
-          std::make_unique<renderer::FilmSink>(layout, direction, camera.width, camera.height));
-    }
-  }
-  void Add(std::int64_t pixel,
-           std::span<const renderer::ParameterDerivative> derivatives) override {
-    for (auto& film : films_) film->Add(pixel, derivatives);
-  }
-  [[nodiscard]] const renderer::Film& film(std::size_t i) const { return films_[i]->film(); }
-
- private:
-  std::vector<std::unique_ptr<renderer::FilmSink>> films_;
-};
-
 struct Target {
   ExperimentConfig config;
   Experiment experiment;
@@ -352,7 +331,7 @@ class Pictures {
       rendering.films.push_back(renderer_.RenderPrimal(camera, options, services));
       return rendering;
     }
-    DirectionSink sink(layout_, values_, camera);
+    renderer::FilmSinks sink(layout_, values_, camera.width, camera.height);
     options.with_image = false;
     options = renderer::ChooseDerivative(
         renderer_, {camera, static_cast<int>(sensor), layout_, values_}, options, given_, &cancel);

@@ -27,11 +27,6 @@ void CompleteName(const std::filesystem::path& path, ConfigReading& reading) {
   SetDefault(reading.root, "name", "\"" + reading.config.name + "\"");
 }
 
-void CompleteRender(ExperimentConfig& config) {
-  config.derivative.ApplyTo(config.render);
-  config.render.form = config.derivative.form.value_or(renderer::DerivativeForm::kImage);
-}
-
 // Keys in the order of the schema, wherever they came from.
 void SortLikeSchema(const SchemaNode& schema, YamlNode& root) {
   std::vector<YamlEntry> sorted;
@@ -111,7 +106,7 @@ ExperimentConfig ReadExperimentConfig(YamlDocument document,
   ApplySchema(schema, reading.config.path.parent_path(), reading.root, reading.problems);
   CompleteName(path, reading);
   BindValues(schema, reading.root, "", &reading.config, reading.problems);
-  CompleteRender(reading.config);
+  reading.config.derivative.ApplyTo(reading.config.render);
   CheckScene(reading);
   CheckStages(reading);
   if (!reading.problems.empty()) throw ConfigError(document.source, reading.problems);

@@ -33,4 +33,13 @@ void FilmSink::Add(std::int64_t pixel, std::span<const ParameterDerivative> deri
   film_.pixels[static_cast<std::size_t>(pixel)] += sum;
 }
 
+FilmSinks::FilmSinks(const ParameterLayout& layout,
+                     std::span<const std::vector<double>> directions,
+                     int width,
+                     int height) {
+  for (const std::vector<double>& direction : directions) {
+    sinks_.emplace_back(layout, direction, width, height);
+  }
+}
+
 }  // namespace pathfit::renderer

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <deque>
+#include <span>
 #include <vector>
 
 #include "renderer/derivative/derivative_sink.h"
@@ -19,6 +22,22 @@ class FilmSink : public DerivativeSink {
  private:
   std::vector<double> block_direction_;  // three per block, padded with zeros
   Film film_;
+};
+
+/// The same in several directions, from one rendering.
+class FilmSinks : public DerivativeSink {
+ public:
+  FilmSinks(const ParameterLayout& layout,
+            std::span<const std::vector<double>> directions,
+            int width,
+            int height);
+  void Add(std::int64_t pixel, std::span<const ParameterDerivative> derivatives) override {
+    for (FilmSink& sink : sinks_) sink.Add(pixel, derivatives);
+  }
+  [[nodiscard]] const Film& film(std::size_t direction) const { return sinks_[direction].film(); }
+
+ private:
+  std::deque<FilmSink> sinks_;
 };
 
 }  // namespace pathfit::renderer

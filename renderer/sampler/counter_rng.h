@@ -29,6 +29,7 @@ enum class RandomDomain : std::uint64_t {
   kFitSeed = 0x5EED,
   kValidationSeed = 0x5EEE,
   kEvaluationSeed = 0x5EEF,
+  kBudgetSeed = 0x5EF2,  ///< of what is measured before a derivative image
   // Signs of shares of the gradient, for standard errors.
   kGradientSign = 0x5EF0,       ///< by pixel
   kPriorSign = 0x5EF1,          ///< by term

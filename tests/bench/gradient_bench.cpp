@@ -103,7 +103,6 @@ class CaseRun {
         layout_(peer_case.scene) {
     options_.render.max_bounces = case_.max_bounces;
     options_.given.ApplyTo(options_.render);
-    options_.render.form = options_.given.form.value_or(options_.render.form);  // --jacobian
     found_ = options_.render;
     layout_.Add(case_.kind, case_.mover);
   }
