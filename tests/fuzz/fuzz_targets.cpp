@@ -27,9 +27,11 @@
 #include "renderer/io/image_file.h"
 #include "renderer/io/mesh_file.h"
 #include "renderer/io/ply_file.h"
+#include "renderer/io/raw_file.h"
 #include "tests/app/config/config_text.h"
 #include "tests/optim/observation/camera_texts.h"
 #include "tests/optim/observation/exif_bytes.h"
+#include "tests/renderer/io/dng_bytes.h"
 #include "tests/support/compressed_gltf.h"
 #include "tests/support/test_scenes.h"
 
@@ -297,6 +299,14 @@ void AddImages(const fs::path& folder, std::vector<FuzzTarget>& targets) {
   add("exr",
       {renderer::ReadWholeFile(folder / "three.exr"), renderer::ReadWholeFile(folder / "four.exr")},
       {"chlist", "tiles", "dataWindow", "box2i", "compression", "lineOrder", "chromaticities"});
+  if (!renderer::LibRawVersion().empty()) {
+    const auto share = [](int x, int y, int channel) { return (x + y + channel) % 7 / 6.0; };
+    targets.push_back({"raw",
+                       {{{"image.dng", renderer::DngBytes({}, share)}}},
+                       {"II", "MM", "Canon", "NIKON", "SONY", "FUJIFILM"},
+                       [](const fs::path& at) { renderer::ReadRawFile(at / "image.dng", {}); },
+                       {}});
+  }
   targets.push_back({"exif",
                      {{{"exif", optim::ExifBlock({})}}, {{"exif", optim::ExifBlock({}, true)}}},
                      {"II", "MM"},
