@@ -73,6 +73,24 @@ TEST_F(SinksOfOneRendering, FilmSinkIsTheJacobianTimesADirection) {
   EXPECT_GT(largest, 0.1) << "the comparison is not of zeros";
 }
 
+TEST_F(SinksOfOneRendering, SeveralDirectionsAreTheSameAsEachAlone) {
+  std::vector<std::vector<double>> directions(
+      2, std::vector<double>(static_cast<std::size_t>(layout_.NumScalars())));
+  for (std::size_t i = 0; i < directions[0].size(); ++i) directions[i % 2][i] = 1.0;
+  FilmSinks together(layout_, directions, Sensor().width, Sensor().height);
+  Render(together);
+  for (std::size_t d = 0; d < directions.size(); ++d) {
+    FilmSink alone(layout_, directions[d], Sensor().width, Sensor().height);
+    Render(alone);
+    double largest = 0.0;
+    for (std::size_t pixel = 0; pixel < NumPixels(); ++pixel) {
+      EXPECT_EQ(together.film(d).pixels[pixel], alone.film().pixels[pixel]);
+      largest = std::max(largest, std::abs(alone.film().pixels[pixel].g));
+    }
+    EXPECT_GT(largest, 0.0);
+  }
+}
+
 TEST_F(SinksOfOneRendering, ComponentsBeyondTheBlockSizeAreZero) {
   tests::RecordingSink record(NumPixels());
   Render(record);
