@@ -8,6 +8,7 @@
 
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
+#include "renderer/math/frame.h"
 #include "renderer/math/transform.h"
 
 namespace pathfit::optim {
@@ -50,16 +51,24 @@ struct NormalEquations {
   }
 };
 
+struct FileSize {
+  int width = 0, height = 0;
+};
+/// Of the photo; a view without a file has that of its camera.
+FileSize SizeOfFile(const View& view) {
+  return {view.file_width > 0 ? view.file_width : view.camera.width,
+          view.file_height > 0 ? view.file_height : view.camera.height};
+}
+
 /// A pick with its camera and its ray.
 class Sight {
  public:
   Sight(const View& view, const PickedPoint& pick)
       : model_(view.camera),
         name_(view.name),
-        file_width_(view.file_width > 0 ? view.file_width : view.camera.width),
-        file_height_(view.file_height > 0 ? view.file_height : view.camera.height),
-        scale_x_(static_cast<double>(file_width_) / view.camera.width),
-        scale_y_(static_cast<double>(file_height_) / view.camera.height),
+        file_(SizeOfFile(view)),
+        scale_x_(static_cast<double>(file_.width) / view.camera.width),
+        scale_y_(static_cast<double>(file_.height) / view.camera.height),
         x_(pick.x),
         y_(pick.y),
         ray_(model_.RayThrough(pick.x / scale_x_, pick.y / scale_y_)) {}
@@ -67,17 +76,12 @@ class Sight {
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const renderer::Ray& ray() const { return ray_; }
   [[nodiscard]] double MostOff() const {
-    return kMostOffPx + kMostOffShare * std::max(file_width_, file_height_);
+    return kMostOffPx + kMostOffShare * std::max(file_.width, file_.height);
   }
   /// Distance of the point from the ray, as two rows.
   void AddDistance(NormalEquations& equations) const {
-    const Vec3& d = ray_.direction;
-    const Vec3 least = std::abs(d.x) <= std::min(std::abs(d.y), std::abs(d.z)) ? Vec3{1.0, 0.0, 0.0}
-                       : std::abs(d.y) <= std::abs(d.z)                        ? Vec3{0.0, 1.0, 0.0}
-                                                        : Vec3{0.0, 0.0, 1.0};
-    const Vec3 across = Cross(d, least);
-    const Vec3 u = across * (1.0 / Norm(across));
-    for (const Vec3& row : {u, Cross(d, u)}) equations.AddRow(row, Dot(row, ray_.origin));
+    const renderer::Frame across = renderer::Frame::FromNormal(ray_.direction);
+    for (const Vec3& row : {across.s, across.t}) equations.AddRow(row, Dot(row, ray_.origin));
   }
   /// Pixels of the file; empty where the camera does not see the point.
   struct Miss {
@@ -94,7 +98,7 @@ class Sight {
  private:
   CameraModel model_;
   std::string name_;
-  int file_width_, file_height_;
+  FileSize file_;
   double scale_x_, scale_y_;  // pixels of the file per pixel of the view
   double x_, y_;
   renderer::Ray ray_;
@@ -133,9 +137,8 @@ std::optional<Step> StepAt(const std::vector<Sight>& sights, const Vec3& point) 
 }  // namespace
 
 bool IsInPhoto(const View& view, double x, double y) {
-  const int width = view.file_width > 0 ? view.file_width : view.camera.width;
-  const int height = view.file_height > 0 ? view.file_height : view.camera.height;
-  return x >= 0.0 && y >= 0.0 && x <= width && y <= height;
+  const FileSize file = SizeOfFile(view);
+  return x >= 0.0 && y >= 0.0 && x <= file.width && y <= file.height;
 }
 
 LocatedPoint LocatePoint(const std::vector<View>& views, std::span<const PickedPoint> picks) {
