@@ -6,8 +6,11 @@ if(NOT PATHFIT_QUICK_TESTS)
     add_test(NAME e2e/${test}
       COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/${test}_test.py $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR}
         ${with_python_${test}})
-    set_tests_properties(e2e/${test} PROPERTIES LABELS e2e TIMEOUT 1200)
+    # The longest begin first (COST), so that none is left to run alone.
+    set_tests_properties(e2e/${test} PROPERTIES LABELS e2e TIMEOUT 1200 COST 50)
   endforeach()
+  set_tests_properties(e2e/program PROPERTIES COST 300)
+  set_tests_properties(e2e/page PROPERTIES COST 100)
   set_tests_properties(e2e/gltf PROPERTIES SKIP_RETURN_CODE 77)
   add_test(NAME e2e/install
     COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/install_test.py

@@ -34,54 +34,6 @@ class ImageProblemTest : public testing::Test {
   ParameterSet set_{fit_.scene, fit_.unknowns, {0}, {}, {}};
 };
 
-TEST_F(ImageProblemTest, SplitHalvesLeaveTheGradientAtTheTruthUnbiased) {
-  // At the truth, the mean of all images is the photo: the expected gradient is zero. Halves that
-  // share their samples would have a gradient of noise^2 times the image instead.
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
-  constexpr int kNumSeeds = 200;
-  double mean_along_truth = 0.0, square = 0.0, shared = 0.0;
-  for (int s = 0; s < kNumSeeds; ++s) {
-    const auto seed = static_cast<std::uint64_t>(s);
-    ImageProblemOptions options = Options(LinearSolverChoice::kGram, seed);
-    double along[2] = {0.0, 0.0};
-    for (int use_shared = 0; use_shared < 2; ++use_shared) {
-      if (use_shared == 1) {
-        options.samples.b = options.samples.a;
-      }
-      ImageProblem problem(source, fit_.views, set_, options);
-      problem.Linearize(fit_.truth);
-      for (std::size_t i = 0; i < fit_.truth.size(); ++i) {
-        along[use_shared] += problem.sums().gradient[i] * fit_.truth[i];
-      }
-    }
-    mean_along_truth += along[0] / kNumSeeds;
-    square += along[0] * along[0] / kNumSeeds;
-    shared += along[1] / kNumSeeds;
-  }
-  const double sigma = std::sqrt((square - mean_along_truth * mean_along_truth) / kNumSeeds);
-  EXPECT_LT(std::abs(mean_along_truth), 4.0 * sigma);
-  EXPECT_LT(sigma, 0.02 * shared);  // the noise of this test could not hide the bias
-}
-
-TEST_F(ImageProblemTest, SplitHalfCostIsUnbiased) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
-  constexpr int kNumSeeds = 200;
-  double mean = 0.0, square = 0.0, noise = 0.0;
-  for (int s = 0; s < kNumSeeds; ++s) {
-    ImageProblem problem(source,
-                         fit_.views,
-                         set_,
-                         Options(LinearSolverChoice::kGram, static_cast<std::uint64_t>(s)));
-    problem.Linearize(fit_.truth);
-    mean += problem.costs().Total() / kNumSeeds;
-    square += problem.costs().Total() * problem.costs().Total() / kNumSeeds;
-    noise += 0.5 * problem.costs().signal_squared / kNumSeeds;
-  }
-  const double sigma = std::sqrt((square - mean * mean) / kNumSeeds);
-  EXPECT_LT(std::abs(mean), 4.0 * sigma);
-  EXPECT_LT(sigma, 0.02 * noise);
-}
-
 TEST_F(ImageProblemTest, GradientIsTheDifferenceQuotientOfTheCost) {
   LinearImageSource source(32, 16, kNumBlocks, 4, 0.3);
   std::vector<double> x(fit_.truth.size(), 1.0);

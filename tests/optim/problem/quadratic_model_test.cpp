@@ -10,7 +10,7 @@
 
 #include "optim/problem/image_problem.h"
 #include "optim/solver/trust_region_solver.h"
-#include "tests/optim/problem/linear_image_source.h"
+#include "tests/optim/problem/linear_rounds.h"
 
 namespace pathfit {
 namespace {
@@ -23,126 +23,7 @@ using tests::LinearImageSource;
 constexpr int kNumBlocks = 42;
 constexpr double kOpen = std::numeric_limits<double>::infinity();
 
-class QuadraticModelTest : public testing::Test {
- protected:
-  [[nodiscard]] ImageProblem Linearized(LinearImageSource& source,
-                                        const std::vector<double>& theta,
-                                        std::uint64_t round,
-                                        const QuadraticModel* earlier = nullptr) const {
-    optim::ImageProblemOptions options;
-    options.linear_solver = optim::LinearSolverChoice::kGram;
-    options.samples = {{{.spp = 1}, 2 * round + 1}, {{.spp = 1}, 2 * round + 2}};
-    options.earlier = earlier;
-    ImageProblem problem(source, fit_.views, set_, options);
-    problem.Linearize(set_.ValuesFromTheta(theta));
-    return problem;
-  }
-
-  [[nodiscard]] double Error(const std::vector<double>& theta) const {
-    const std::vector<double> values = set_.ValuesFromTheta(theta);
-    double sum = 0.0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      sum += (values[i] - fit_.truth[i]) * (values[i] - fit_.truth[i]);
-    }
-    return std::sqrt(sum / static_cast<double>(values.size()));
-  }
-
-  static double Trace(const std::vector<double>& matrix, std::size_t n) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-      sum += matrix[i * n + i];
-    }
-    return sum;
-  }
-
-  static optim::SolveOutcome Solve(ImageProblem& problem, const std::vector<double>& theta) {
-    optim::SolveOptions options;
-    options.radius = 1e4;
-    return optim::SolveRound(problem, {}, {}, theta, options);
-  }
-
-  LinearFit fit_ = tests::MakeLinearFit(32, 16, 2, 4);
-  optim::ParameterSet set_{fit_.scene, fit_.unknowns, {0}, {}, {}};
-  std::vector<double> start_ = std::vector<double>(fit_.truth.size(), 1.0);
-};
-
-TEST_F(QuadraticModelTest, NoiseOfTheJacobianInflatesItsSquareButNotTheProductOfHalves) {
-  LinearImageSource exact(32, 16, kNumBlocks, 4, 0.0);
-  const std::size_t n = set_.NumScalars();
-  const double truth = Trace(Linearized(exact, start_, 0).model().product, n);
-  LinearImageSource noisy(32, 16, kNumBlocks, 4, 1.0);
-  constexpr int kRounds = 100;
-  double product = 0.0, square_of_product = 0.0, square = 0.0;
-  for (std::uint64_t r = 0; r < kRounds; ++r) {
-    const ImageProblem problem = Linearized(noisy, start_, r);
-    const double one = Trace(problem.model().product, n);
-    product += one / kRounds;
-    square_of_product += one * one / kRounds;
-    square += Trace(problem.model().square, n) / kRounds;
-  }
-  const double error = std::sqrt((square_of_product - product * product) / kRounds);
-  EXPECT_LT(std::abs(product - truth), 4.0 * error);
-  EXPECT_LT(error, 0.01 * truth);
-  EXPECT_GT(square, 1.2 * truth);
-}
-
-TEST_F(QuadraticModelTest, RoundsAddUpAtConstantSamples) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
-  QuadraticModel model;
-  std::vector<double> theta = start_;
-  double alone = 0.0;
-  constexpr int kRounds = 32;
-  for (std::uint64_t r = 0; r < kRounds; ++r) {
-    ImageProblem single = Linearized(source, theta, r);
-    alone += Error(Solve(single, theta).theta) / kRounds;
-    ImageProblem problem = Linearized(source, theta, r, model.Empty() ? nullptr : &model);
-    const optim::SolveOutcome outcome = Solve(problem, theta);
-    ASSERT_TRUE(outcome.accepted);
-    model = problem.model();
-    std::vector<double> step = outcome.theta;
-    for (std::size_t i = 0; i < step.size(); ++i) {
-      step[i] -= theta[i];
-    }
-    optim::Forget(step, model);
-    theta = outcome.theta;
-  }
-  // The square root of 32 is 5.7; the first rounds, from afar, are forgotten.
-  EXPECT_LT(Error(theta), 0.33 * alone);
-  EXPECT_GT(model.weight, 0.5 * kRounds);
-}
-
-TEST_F(QuadraticModelTest, ErrorsOfTheMinimumAreThoseOfItsScatter) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
-  const std::size_t n = set_.NumScalars();
-  std::vector<double> mean(n), square(n), predicted(n), of_photos(n);
-  constexpr int kRounds = 200;
-  const std::vector<double> truth = set_.ThetaFromValues(fit_.truth);
-  const std::vector<double> open(n, kOpen);
-  for (std::uint64_t r = 0; r < kRounds; ++r) {
-    ImageProblem problem = Linearized(source, truth, r);
-    const QuadraticModel& model = problem.model();
-    const optim::StandardErrors errors =
-        optim::EstimateErrors(model, std::vector<double>(n * n), std::vector<double>(n * n), open);
-    const std::vector<double> step = optim::StepToMinimum(model,
-                                                          truth,
-                                                          std::vector<double>(n * n),
-                                                          std::vector<double>(n),
-                                                          std::vector<bool>(n, true));
-    for (std::size_t i = 0; i < n; ++i) {
-      mean[i] += step[i] / kRounds;
-      square[i] += step[i] * step[i] / kRounds;
-      predicted[i] += errors.of_rendering[i] * errors.of_rendering[i] / kRounds;
-      of_photos[i] += errors.of_photos[i] / kRounds;
-    }
-  }
-  double ratio = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    ratio += std::sqrt((square[i] - mean[i] * mean[i]) / predicted[i]) / static_cast<double>(n);
-    EXPECT_LT(of_photos[i], std::sqrt(predicted[i])) << "the photos are the truth";
-  }
-  EXPECT_GT(ratio, 0.8);
-  EXPECT_LT(ratio, 1.25);  // the matrix has noise, too
-}
+using QuadraticModelTest = tests::LinearRounds;
 
 TEST_F(QuadraticModelTest, PhotosOfMorePixelsChangeNeitherTheMinimumNorItsErrors) {
   LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
