@@ -171,8 +171,8 @@ class Search {
   }
 
   std::uint64_t NextSeed() {
-    CounterRng rng(options_.seed, RandomDomain::kBudgetSeed, options_.view, num_seeds_++);
-    return static_cast<std::uint64_t>(rng.Next() * 0x1.0p53);
+    return CounterRng(options_.seed, RandomDomain::kBudgetSeed, options_.view, num_seeds_++)
+        .NextInteger();
   }
 
   const Renderer& renderer_;

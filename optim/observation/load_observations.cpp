@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <utility>
 
-#include "optim/observation/located_point.h"
 #include "optim/observation/photo_file.h"
+#include "optim/observation/short_number.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/image_file.h"
 
@@ -324,11 +324,8 @@ void SplitViews(const ObservationOptions& options,
   }
 }
 
-std::string Short(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+/// What the sentence about the scale among the assumptions begins with.
+constexpr std::string_view kScaleSentence = "Scale: ";
 
 std::string CountOf(std::size_t count, const char* noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
@@ -355,7 +352,7 @@ void DescribeCameras(const ObservationOptions& options,
                        : "which OpenCV calls (0, 0): 0.5 was added to principal points."));
     out.push_back(cameras.metres_per_unit > 0.0
                       ? std::string(kScaleSentence) + "1 unit of the camera file is " +
-                            Short(cameras.metres_per_unit) +
+                            ShortNumber(cameras.metres_per_unit) +
                             " m, as it says; poses stay in units of the file."
                       : std::string(kScaleSentence) +
                             "the camera file does not say; its unit is taken for a metre.");
@@ -377,8 +374,8 @@ void DescribeCameras(const ObservationOptions& options,
 
 /// "2.01", or "2 to 2.05".
 std::string Span(double low, double high) {
-  const std::string first = Short(low);
-  const std::string last = Short(high);
+  const std::string first = ShortNumber(low);
+  const std::string last = ShortNumber(high);
   return first == last ? first : first + " to " + last;
 }
 
@@ -456,10 +453,10 @@ void DescribePhotos(const ObservationOptions& options,
                "orientation 'exif'."));
   }
   if (options.clip_above < 1.0 && pixels > 0) {
-    out.push_back("Clipping: pixels with a channel at or above " + Short(options.clip_above) +
+    out.push_back("Clipping: pixels with a channel at or above " + ShortNumber(options.clip_above) +
                   " of the encoded range" + (raw.empty() ? "" : " (RAW: of the sensor's)") +
                   " count as clipped; that is " +
-                  Short(100.0 * static_cast<double>(clipped) / static_cast<double>(pixels)) +
+                  ShortNumber(100.0 * static_cast<double>(clipped) / static_cast<double>(pixels)) +
                   " % of all.");
   }
   if (const std::size_t reduced = Count(facts, [](const FrameFacts& f) { return f.reduced; })) {
@@ -589,6 +586,24 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
   set.assumptions = SummariseInput(options, cameras, set, facts, exposures.seen);
   if (files != nullptr) *files = std::move(used);
   return set;
+}
+
+void SetMetresPerUnit(double metres_per_unit, const std::string& reason, ObservationSet& set) {
+  const auto sentence = std::ranges::find_if(
+      set.assumptions, [](const std::string& text) { return text.starts_with(kScaleSentence); });
+  const std::string known =
+      set.metres_per_unit > 0.0
+          ? "the file says " + ShortNumber(set.metres_per_unit) + " m, which is not used"
+          : std::string("the file does not say");
+  const std::string text = std::string(kScaleSentence) + "1 unit of the camera file is " +
+                           ShortNumber(metres_per_unit) + " m, " + reason + "; " + known +
+                           "; poses stay in units of the file.";
+  if (sentence == set.assumptions.end()) {
+    set.assumptions.push_back(text);
+  } else {
+    *sentence = text;
+  }
+  set.metres_per_unit = metres_per_unit;
 }
 
 }  // namespace pathfit::optim

@@ -79,4 +79,8 @@ class ObservationError : public renderer::IoError {
 ObservationSet LoadObservations(const ObservationOptions& options,
                                 std::vector<InputFile>* files = nullptr);
 
+/// Says how long the unit of the camera file is, in place of what that file says; `reason` is for
+/// people: "as two points ... are 0.08 m".
+void SetMetresPerUnit(double metres_per_unit, const std::string& reason, ObservationSet& set);
+
 }  // namespace pathfit::optim

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 
+#include "optim/observation/short_number.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/math/frame.h"
@@ -25,12 +25,6 @@ constexpr double kLeastAngle = 2.0 * std::numbers::pi / 180.0;
 constexpr double kMostOffPx = 3.0;
 constexpr double kMostOffShare = 0.005;
 constexpr int kMaxSteps = 20;
-
-std::string Short(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 /// Sums of symmetric matrices and right-hand sides of three unknowns.
 struct NormalEquations {
@@ -148,7 +142,7 @@ LocatedPoint LocatePoint(const std::vector<View>& views, std::span<const PickedP
   const double angle = LargestAngle(sights);
   if (angle < kLeastAngle) {
     throw renderer::SceneError("the photos see it from nearly the same side (their rays are " +
-                               Short(angle * 180.0 / std::numbers::pi) +
+                               ShortNumber(angle * 180.0 / std::numbers::pi) +
                                " degrees apart, at least 2 are needed); pick it in photos from "
                                "sides that differ more");
   }
@@ -175,29 +169,11 @@ LocatedPoint LocatePoint(const std::vector<View>& views, std::span<const PickedP
   for (std::size_t i = 0; i < sights.size(); ++i) {
     if (located.off_px[i] <= sights[i].MostOff()) continue;
     throw renderer::SceneError("its picks do not belong together: the nearest point is seen " +
-                               Short(located.off_px[i]) + " pixels from the pick in " +
-                               sights[i].name() + " (at most " + Short(sights[i].MostOff()) +
+                               ShortNumber(located.off_px[i]) + " pixels from the pick in " +
+                               sights[i].name() + " (at most " + ShortNumber(sights[i].MostOff()) +
                                "); are all of them the same mark, and the cameras right?");
   }
   return located;
-}
-
-void SetMetresPerUnit(double metres_per_unit, const std::string& reason, ObservationSet& set) {
-  const auto sentence = std::ranges::find_if(
-      set.assumptions, [](const std::string& text) { return text.starts_with(kScaleSentence); });
-  const std::string known =
-      set.metres_per_unit > 0.0
-          ? "the file says " + Short(set.metres_per_unit) + " m, which is not used"
-          : std::string("the file does not say");
-  const std::string text = std::string(kScaleSentence) + "1 unit of the camera file is " +
-                           Short(metres_per_unit) + " m, " + reason + "; " + known +
-                           "; poses stay in units of the file.";
-  if (sentence == set.assumptions.end()) {
-    set.assumptions.push_back(text);
-  } else {
-    *sentence = text;
-  }
-  set.metres_per_unit = metres_per_unit;
 }
 
 }  // namespace pathfit::optim

@@ -2,8 +2,6 @@
 
 #include <cstddef>
 #include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "optim/observation/observation.h"
@@ -31,12 +29,5 @@ bool IsInPhoto(const View& view, double x, double y);
 /// saying what is wrong: the rays are parallel to 2 degrees, they meet behind a camera, or the
 /// point is seen farther from a pick than 3 pixels and half a percent of the photo's longer side.
 LocatedPoint LocatePoint(const std::vector<View>& views, std::span<const PickedPoint> picks);
-
-/// What the sentence about the scale among ObservationSet::assumptions begins with.
-inline constexpr std::string_view kScaleSentence = "Scale: ";
-
-/// Says how long the unit of the camera file is, in place of what that file says; `reason` is for
-/// people: "as two points ... are 0.08 m".
-void SetMetresPerUnit(double metres_per_unit, const std::string& reason, ObservationSet& set);
 
 }  // namespace pathfit::optim

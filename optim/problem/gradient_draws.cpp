@@ -13,8 +13,9 @@ void GradientDraws::Add(const PixelRows& rows, const ParameterSet& set, std::siz
   signs.reserve(rows.units.size());
   for (const RowUnit& unit : rows.units) {
     const auto element = 2 * static_cast<std::uint64_t>(unit.pixel) + (unit.is_coverage ? 1 : 0);
-    renderer::CounterRng rng(seed_, renderer::RandomDomain::kGradientSign, view, element);
-    signs.push_back(static_cast<std::uint64_t>(rng.Next() * 0x1.0p53));
+    signs.push_back(
+        renderer::CounterRng(seed_, renderer::RandomDomain::kGradientSign, view, element)
+            .NextInteger());
   }
   renderer::ParallelFor(kCount, [&](std::int64_t k) {
     std::vector<double>& draw = draws_[static_cast<std::size_t>(k)];

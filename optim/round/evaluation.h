@@ -93,15 +93,12 @@ class FitEvaluation {
   /// Of reports and of candidates for the end of a stage: one set per stage, apart from every
   /// round's. Edges play no part in images.
   [[nodiscard]] SampleHalves Samples(int stage, int spp) const;
-  static constexpr int kFirstSpp = 8;  ///< tells most candidates for a stage's end apart
-  /// Of pictures on the way, of photos whose smaller side has so many pixels. They are looked at
-  /// reduced: large ones need few.
-  static int DraftSpp(double side_px) {
-    const double usual = 256.0 / side_px;
-    return std::clamp(static_cast<int>(16.0 * usual * usual), 2, 16);
-  }
-  /// Enough for pictures that people look at.
-  static int SppOfPictures(const StageSpec& stage) { return std::max(64, stage.max_spp); }
+  static constexpr int kFirstSpp = 4;  ///< tells most candidates for a stage's end apart
+  static constexpr int kMostSpp = 32;  ///< for the others
+  /// Of pictures on the way and of the last ones, of photos whose smaller side has so many pixels.
+  /// They are looked at reduced: large ones need few.
+  static int DraftSpp(double side_px) { return SppOfSide(side_px, 8); }
+  static int SppOfPictures(double side_px) { return SppOfSide(side_px, kMostSpp); }
 
   /// Fills the report's views and means, and shows the pictures to `observer`. They are rendered at
   /// the last stage's resolution, since reports of stages compare only at one. Sets the estimated
@@ -112,6 +109,11 @@ class FitEvaluation {
               StageReport& report) const;
 
  private:
+  static int SppOfSide(double side_px, int most) {
+    const double usual = 256.0 / side_px;
+    return std::clamp(static_cast<int>(most * usual * usual), std::max(2, most / 4), most);
+  }
+
   const ObservationSet& observations_;
   const FitSpec& spec_;
   const ExposureModel& exposure_;

@@ -376,7 +376,7 @@ class FitDriver {
       ShareState();
     }
     const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
-    Report(std::move(report), last ? FitEvaluation::SppOfPictures(stage) : DraftSpp());
+    Report(std::move(report), last ? FitEvaluation::SppOfPictures(SmallerSide()) : DraftSpp());
   }
 
   /// Why rounds end: the level is done, the time limit leaves no room for another one, or the
@@ -502,7 +502,7 @@ class FitDriver {
   /// matters little.
   void KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
     std::vector<Candidate> open = StageCandidates(stage, MakeModel(state_.scene, stage, views).set);
-    for (const int spp : {FitEvaluation::kFirstSpp, FitEvaluation::SppOfPictures(stage)}) {
+    for (const int spp : {FitEvaluation::kFirstSpp, FitEvaluation::kMostSpp}) {
       std::vector<ComparedScene> scenes;
       for (const Candidate& candidate : open) {
         scenes.push_back(ToCompare(candidate.scene, stage, views));
@@ -548,9 +548,11 @@ class FitDriver {
     return {evaluation_.MakeSource(scene, {}, views), priors};
   }
 
-  [[nodiscard]] int DraftSpp() const {
-    return FitEvaluation::DraftSpp(spec_.stages.back().image_scale * SmallestSide(observations_));
+  /// Of the reported pictures, in pixels.
+  [[nodiscard]] double SmallerSide() const {
+    return spec_.stages.back().image_scale * SmallestSide(observations_);
   }
+  [[nodiscard]] int DraftSpp() const { return FitEvaluation::DraftSpp(SmallerSide()); }
 
   void Report(StageReport report, int spp) {
     observer_.OnScene(report.stage, state_.scene, state_.standard_errors);

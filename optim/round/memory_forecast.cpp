@@ -175,9 +175,10 @@ void ForecastTimes(const FitSpec& spec,
   const StageSpec& last = spec.stages.back();
   const double last_pixels = std::pow(last.image_scale / stage.image_scale, 2);
   const bool is_last = stage_index + 1 == static_cast<int>(spec.stages.size());
-  const int draft = FitEvaluation::DraftSpp(last.image_scale * smallest_side);
+  const double side_px = last.image_scale * smallest_side;
+  const int draft = FitEvaluation::DraftSpp(side_px);
   const int pictures =
-      (is_last ? FitEvaluation::SppOfPictures(stage) : draft) + (stage_index == 0 ? draft : 0);
+      (is_last ? FitEvaluation::SppOfPictures(side_px) : draft) + (stage_index == 0 ? draft : 0);
   const double end =
       times.render_sample * (kNumCandidates * FitEvaluation::kFirstSpp * counts.fitted +
                              pictures * last_pixels * counts.all);

@@ -29,7 +29,7 @@ std::uint64_t MakeSeed(
                            static_cast<std::uint64_t>(stage),
                            static_cast<std::uint64_t>(round),
                            half);
-  return static_cast<std::uint64_t>(rng.Next() * 0x1.0p53);
+  return rng.NextInteger();
 }
 
 constexpr double kMinRadius = 1e-4;

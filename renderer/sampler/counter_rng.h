@@ -74,9 +74,11 @@ class CounterRng {
       : CounterRng(Family(seed, domain, view), element, sample) {}
 
   /// Uniform in [0, 1), the next dimension of the stream.
-  double Next() {
+  double Next() { return static_cast<double>(NextInteger()) * 0x1.0p-53; }
+  /// Uniform in [0, 2^53), the next dimension of the stream: bits, or the seed of other streams.
+  std::uint64_t NextInteger() {
     state_ += kGolden;
-    return static_cast<double>(Mix(state_) >> 11) * 0x1.0p-53;
+    return Mix(state_) >> 11;
   }
 
  private:

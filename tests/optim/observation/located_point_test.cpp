@@ -114,17 +114,5 @@ TEST(LocatedPoint, RefusesRaysThatMeetBehindACamera) {
   EXPECT_NE(error.find("does not see"), std::string::npos) << error;
 }
 
-TEST(LocatedPoint, TakesThePlaceOfWhatTheCameraFileSays) {
-  ObservationSet set;
-  set.metres_per_unit = 0.5;
-  set.assumptions = {"Cameras: two.", std::string(kScaleSentence) + "as the file says.", "More."};
-  SetMetresPerUnit(0.25, "as I say", set);
-  EXPECT_EQ(set.metres_per_unit, 0.25);
-  ASSERT_EQ(set.assumptions.size(), 3U);
-  EXPECT_EQ(set.assumptions[1],
-            "Scale: 1 unit of the camera file is 0.25 m, as I say; the file says 0.5 m, which is "
-            "not used; poses stay in units of the file.");
-}
-
 }  // namespace
 }  // namespace pathfit::optim
