@@ -6,23 +6,23 @@
 namespace pathfit::app {
 namespace {
 
-// Found on the records of five drafted fits of 24 photos, on a machine with other work to do: after
-// the run's second round the forecast is .77 to .89 of what was still to come in four of them (.49
-// in one with a level more), after the second of the stage of shapes .80 to 1.21 (.51).
-constexpr double kSampleFloor = 4.0;    // what a pixel costs beside its samples, in samples
-constexpr double kScaleExponent = 1.6;  // small photos cost more than their pixels
+// Found on the records of six fits of 8 to 66 photos, of 96 to 215 pixels.
+constexpr double kSampleFloor = 8.0;    // what a pixel costs beside its samples, in samples
+constexpr double kScaleExponent = 1.9;  // small photos cost a little more than their pixels
+constexpr double kManyFactor = 1.5;     // of derivatives by many unknowns
 constexpr int kLastRounds = 2;          // of a level that takes longer than usual
 constexpr std::size_t kRememberedRounds = 3;
 constexpr double kSameScale = 1e-3;
 
-double WorkOf(double samples, double scale) {
-  return (samples + kSampleFloor) * std::pow(scale, kScaleExponent);
+double WorkOf(const optim::StagePlan& plan, double samples, double scale) {
+  return (plan.few ? 1.0 : kManyFactor) * (samples + kSampleFloor) *
+         std::pow(scale, kScaleExponent);
 }
 
 double WorkOfLevel(const optim::StagePlan& plan, const optim::LevelPlan& level) {
   double work = 0.0;
   for (int round = 0; round < level.likely_rounds; ++round) {
-    work += WorkOf(optim::LikelySamples(plan, level, round), level.scale);
+    work += WorkOf(plan, optim::LikelySamples(plan, level, round), level.scale);
   }
   return work;
 }
@@ -37,7 +37,7 @@ void RemainingTime::OnRound(const optim::RoundReport& report) {
   const double seconds = last_wall_s_ < 0.0 ? report.render_s + report.jacobian_s + report.linear_s
                                             : report.wall_s - last_wall_s_;
   if (std::isfinite(seconds) && seconds >= 0.0) {
-    rounds_.push_back({seconds, WorkOf(report.samples.spp, report.image_scale)});
+    rounds_.push_back({seconds, WorkOf(PlanOf(report), report.samples.spp, report.image_scale)});
   }
   last_wall_s_ = report.wall_s;
   newest_ = report;
@@ -50,10 +50,13 @@ void RemainingTime::OnStage(const optim::StageReport& report) {
   ended_ = true;
 }
 
+optim::StagePlan RemainingTime::PlanOf(const optim::RoundReport& report) const {
+  const auto index = static_cast<std::size_t>(std::max(0, report.stage_index));
+  return index < stages_.size() ? stages_[index] : optim::StagePlan();
+}
+
 double RemainingTime::WorkOfStage() const {
-  const auto index = static_cast<std::size_t>(std::max(0, newest_.stage_index));
-  optim::StagePlan plan;
-  if (index < stages_.size()) plan = stages_[index];
+  optim::StagePlan plan = PlanOf(newest_);
   plan.stage.max_rounds = newest_.max_rounds;
   const auto at_scale = [&](const optim::LevelPlan& level) {
     return std::abs(level.scale - newest_.image_scale) <= kSameScale * newest_.image_scale;
@@ -78,7 +81,7 @@ double RemainingTime::WorkOfStage() const {
     if (plan.few || grows || rounds_of_level_ + i >= optim::kRoundsBeforeGrowth) {
       samples = std::min(most, std::max(1.0, plan.stage.spp_growth) * samples);
     }
-    work += WorkOf(samples, level->scale);
+    work += WorkOf(plan, samples, level->scale);
   }
   for (++level; level != plan.levels.end(); ++level) work += WorkOfLevel(plan, *level);
   return work;
@@ -86,7 +89,9 @@ double RemainingTime::WorkOfStage() const {
 
 double RemainingTime::Seconds() const {
   double seconds = 0.0, work = 0.0;
-  const std::size_t known = std::min(rounds_.size(), kRememberedRounds);
+  // A stage's first round sets up what the others find.
+  const std::size_t known =
+      rounds_.size() > 1 ? std::min(rounds_.size() - 1, kRememberedRounds) : rounds_.size();
   for (std::size_t i = rounds_.size() - known; i < rounds_.size(); ++i) {
     seconds += rounds_[i].seconds;
     work += rounds_[i].work;

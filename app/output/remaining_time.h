@@ -22,6 +22,8 @@ class RemainingTime {
   struct Round {
     double seconds = 0.0, work = 0.0;
   };
+  /// Of a round's stage; that of the default if it was not expected.
+  [[nodiscard]] optim::StagePlan PlanOf(const optim::RoundReport& report) const;
   /// Of what the stage of the newest round still has to do.
   [[nodiscard]] double WorkOfStage() const;
 

@@ -11,50 +11,46 @@ namespace {
 
 struct StageRecord {
   std::string name;
-  int max_rounds;
-  double image_scale, end_s;  ///< when its report was there
+  bool many;     ///< unknowns, which move vertices
+  double end_s;  ///< when its report was there
   struct Round {
     double wall_s, scale;
     int spp;
   };
   std::vector<Round> rounds;
 };
+constexpr int kMaxRounds = 60;
 
-// A fit of 24 photos, three stages that ended with their last round, as its records say.
+// configs/axe_demo.yaml, as its records say.
 const std::vector<StageRecord> kFit = {
-    {"light",
-     4,
-     0.25,
-     8.9,
-     {{2.46, 0.125, 16}, {3.37, 0.125, 24}, {5.24, 0.25, 16}, {7.47, 0.25, 24}}},
-    {"shape",
-     8,
-     0.5,
-     62.5,
-     {{11.76, 0.5, 8},
-      {15.06, 0.5, 12},
-      {18.38, 0.5, 12},
-      {22.76, 0.5, 18},
-      {28.94, 0.5, 28},
-      {37.23, 0.5, 40},
-      {48.49, 0.5, 60},
-      {60.60, 0.5, 64}}},
-    {"colours",
-     4,
-     0.5,
-     78.0,
-     {{64.23, 0.5, 8}, {66.41, 0.5, 12}, {69.31, 0.5, 18}, {73.13, 0.5, 28}}}};
+    {"light", false, 22.1, {{0.54, 0.25, 8},  {0.68, 0.25, 12}, {0.85, 0.25, 18}, {1.02, 0.25, 28},
+                            {1.24, 0.25, 40}, {1.55, 0.25, 60}, {1.85, 0.25, 64}, {2.16, 0.25, 64},
+                            {2.59, 0.25, 64}, {2.91, 0.25, 64}, {3.13, 0.25, 64}, {3.58, 0.25, 64},
+                            {3.90, 0.25, 64}, {4.25, 0.25, 64}, {5.26, 1, 8},     {6.31, 1, 12},
+                            {8.48, 1, 16},    {10.52, 1, 26},   {13.14, 1, 38},   {16.78, 1, 56},
+                            {21.43, 1, 60}}},
+    {"all",
+     true,
+     158.1,
+     {{22.47, 0.25, 32},  {22.78, 0.25, 32},  {23.10, 0.25, 32},  {23.45, 0.25, 32},
+      {23.76, 0.25, 32},  {24.17, 0.25, 48},  {24.75, 0.25, 72},  {25.61, 0.25, 108},
+      {27.10, 0.25, 162}, {28.83, 0.25, 244}, {30.72, 0.25, 256}, {32.51, 0.25, 256},
+      {34.39, 0.25, 256}, {36.27, 0.25, 256}, {36.88, 0.5, 16},   {37.48, 0.5, 16},
+      {38.28, 0.5, 24},   {39.50, 0.5, 36},   {41.23, 0.5, 54},   {43.59, 0.5, 82},
+      {45.51, 1, 8},      {47.65, 1, 8},      {49.42, 1, 8},      {51.80, 1, 12},
+      {54.59, 1, 18},     {58.47, 1, 28},     {63.39, 1, 40},     {70.10, 1, 60},
+      {77.37, 1, 64},     {84.56, 1, 64},     {91.60, 1, 64},     {98.72, 1, 64},
+      {105.62, 1, 64},    {112.65, 1, 64},    {120.13, 1, 64},    {127.56, 1, 64},
+      {134.69, 1, 64},    {141.97, 1, 64},    {149.49, 1, 64}}}};
 
 std::vector<optim::StagePlan> PlansOf(const std::vector<StageRecord>& fit) {
   std::vector<optim::StagePlan> plans;
   for (const StageRecord& record : fit) {
     optim::StageSpec stage;
     stage.name = record.name;
-    stage.max_rounds = record.max_rounds;
-    stage.image_scale = record.image_scale;
-    stage.coarse_to_fine = record.rounds.front().scale < record.image_scale;
-    stage.samples.spp = record.rounds.front().spp;
-    plans.push_back(optim::PlanStage(stage, !stage.coarse_to_fine, stage.coarse_to_fine, 256, 1e4));
+    stage.max_rounds = kMaxRounds;
+    stage.coarse_to_fine = record.rounds.front().scale < 1.0;
+    plans.push_back(optim::PlanStage(stage, record.many, !record.many, 128, 1e5));
   }
   return plans;
 }
@@ -67,7 +63,7 @@ optim::RoundReport RoundOf(const std::vector<StageRecord>& fit,
   report.stage_index = static_cast<int>(stage);
   report.num_stages = static_cast<int>(fit.size());
   report.round = static_cast<int>(round) + 1;
-  report.max_rounds = fit[stage].max_rounds;
+  report.max_rounds = kMaxRounds;
   report.wall_s = fit[stage].rounds[round].wall_s;
   report.image_scale = fit[stage].rounds[round].scale;
   report.samples.spp = fit[stage].rounds[round].spp;
@@ -80,7 +76,7 @@ std::vector<double> Forecasts(const std::vector<StageRecord>& fit, std::size_t w
   time.Expect(PlansOf(fit));
   optim::StageReport start;
   start.stage = "start";
-  start.wall_s = 1.5;
+  start.wall_s = 0.4;
   time.OnStage(start);
   std::vector<double> said;
   for (std::size_t s = 0; s < fit.size(); ++s) {
@@ -100,22 +96,20 @@ TEST(RemainingTime, IsThatOfTheWholeFitAfterTheSecondRound) {
   const double end = kFit.back().end_s;
   for (std::size_t stage = 0; stage < kFit.size(); ++stage) {
     const std::vector<double> said = Forecasts(kFit, stage);
-    const double left = end - kFit[stage].rounds[1].wall_s;
-    // The first stage knows nothing of what a round with vertices takes.
-    const double allowed = stage == 0 ? 0.6 : stage == 1 ? 0.3 : 0.5;
-    EXPECT_NEAR(said[1], left, allowed * left) << kFit[stage].name;
+    for (std::size_t round = 1; round < said.size() / 2; ++round) {
+      const double left = end - kFit[stage].rounds[round].wall_s;
+      const double allowed = round == 1 ? 0.3 : 0.4;  // more rounds than usual
+      EXPECT_NEAR(said[round], left, allowed * left) << kFit[stage].name << " " << round;
+    }
   }
-  // The nearer the end, the better.
-  const std::vector<double> said = Forecasts(kFit, 1);
-  EXPECT_NEAR(said.back(), end - 60.6, 0.3 * (end - 60.6));
 }
 
 TEST(RemainingTime, OneThatEndsByItselfIsTakenForUsual) {
-  std::vector<StageRecord> fit = {{"all", 60, 1.0, 0.0, {}}};
-  for (int i = 1; i <= 30; ++i) fit[0].rounds.push_back({1.5 + i, 1.0, 64});
-  fit[0].end_s = 32.0;
+  std::vector<StageRecord> fit = {{"all", true, 0.0, {}}};
+  for (int i = 1; i <= 30; ++i) fit[0].rounds.push_back({0.4 + i, 1.0, 64});
+  fit[0].end_s = 31.0;
   const std::vector<double> said = Forecasts(fit, 0);
-  EXPECT_NEAR(said[0], 15.0 + 1.5, 0.5) << "sixteen rounds and the end";
+  EXPECT_NEAR(said[0], 15.0 + 0.4, 0.5) << "sixteen rounds and the end";
   EXPECT_GT(said[1], said[3]);
   EXPECT_GT(said.back(), 0.0) << "not yet over";
   for (const double seconds : said) EXPECT_LT(seconds, 17.0);
