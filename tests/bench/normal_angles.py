@@ -4,7 +4,8 @@
 normal_angles.py MESH.ply --config configs/tutorials/photometric_stereo/cat.yaml [--erode PIXELS] [--out ANGLES.png]
 
 Classical: per pixel of the config's photos and mask the least-squares normal of a matt surface under the config's directional
-lamps, first of all photos, then of those whose lamp is in front of it and whose value is not far too dark (a cast shadow).
+lamps, first of all photos, then of those whose lamp is in front of it and whose value is neither far too dark (a cast shadow)
+nor far too bright (a highlight).
 The mesh as the config's orthographic camera along -z sees it, normals of its triangles and smooth ones.
 """
 import argparse
@@ -15,7 +16,7 @@ import cv2
 import numpy as np
 import yaml
 
-SHADOW = 0.6  # of the expected value
+SHADOW, HIGHLIGHT = 0.6, 1.5  # of the expected value
 
 
 def read_ply(path):
@@ -53,7 +54,7 @@ def classical(config, folder):
         matrix = np.einsum("pk,ki,kj->pij", used, light, light) + 1e-9 * np.eye(3)
         normals = np.linalg.solve(matrix, np.einsum("pk,ki,pk->pi", used, light, pixels)[..., None])[..., 0]
         expected = normals @ light.T
-        used = ((expected > 0) & (pixels > SHADOW * expected)).astype(float)
+        used = ((expected > 0) & (pixels > SHADOW * expected) & (pixels < HIGHLIGHT * expected)).astype(float)
         used[used.sum(1) < 4] = 1.0
     result = np.zeros(mask.shape + (3,))
     result[mask] = unit(normals)
