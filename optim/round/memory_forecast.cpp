@@ -179,9 +179,12 @@ void ForecastTimes(const FitSpec& spec,
   const int draft = FitEvaluation::DraftSpp(side_px);
   const int pictures =
       (is_last ? FitEvaluation::SppOfPictures(side_px) : draft) + (stage_index == 0 ? draft : 0);
-  const double end =
-      times.render_sample * (kNumCandidates * FitEvaluation::kFirstSpp * counts.fitted +
-                             pictures * last_pixels * counts.all);
+  double end = times.render_sample * (kNumCandidates * FitEvaluation::kFirstSpp * counts.fitted +
+                                      pictures * last_pixels * counts.all);
+  if (memory.solver == LinearSolverKind::kSparseGram) {  // standard errors
+    const LevelPlan& finest = plan.levels.back();
+    end += counts.fitted * times.Round(LikelySamples(plan, finest, finest.likely_rounds - 1), 0);
+  }
   memory.likely_s += end;
   memory.most_s += end;
 }
