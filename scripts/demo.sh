@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 
 scripts/install_packages.sh build
 echo "build: build/demo"
-cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DPATHFIT_TESTS=OFF >/dev/null
+cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DPATHFIT_TESTS=OFF -DPATHFIT_UNITY=ON >/dev/null
 cmake --build build/demo
 
 echo "fit: configs/axe_demo.yaml"

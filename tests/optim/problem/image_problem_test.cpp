@@ -19,8 +19,6 @@ using optim::ParameterSet;
 using tests::LinearFit;
 using tests::LinearImageSource;
 
-constexpr int kNumBlocks = 42;
-
 class ImageProblemTest : public testing::Test {
  protected:
   static ImageProblemOptions Options(LinearSolverChoice choice, std::uint64_t seed) {
@@ -35,7 +33,7 @@ class ImageProblemTest : public testing::Test {
 };
 
 TEST_F(ImageProblemTest, GradientIsTheDifferenceQuotientOfTheCost) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.3);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.3);
   std::vector<double> x(fit_.truth.size(), 1.0);
   const ImageProblemOptions options = Options(LinearSolverChoice::kCholesky, 5);
   ImageProblem problem(source, fit_.views, set_, options);
@@ -56,7 +54,7 @@ TEST_F(ImageProblemTest, GradientIsTheDifferenceQuotientOfTheCost) {
 }
 
 TEST_F(ImageProblemTest, NormalEquationsAreTheSameForAnyNumberOfThreads) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.5);
   std::vector<std::vector<double>> matrices;
   for (const int threads : {1, 2}) {
     const renderer::ThreadLimit limit(threads);
@@ -68,7 +66,7 @@ TEST_F(ImageProblemTest, NormalEquationsAreTheSameForAnyNumberOfThreads) {
 }
 
 TEST_F(ImageProblemTest, RefusesBeforeTheMemoryIsTakenAndSaysWhatHelps) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.0);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.0);
   for (const auto choice : {LinearSolverChoice::kGram, LinearSolverChoice::kCgnr}) {
     ImageProblemOptions options = Options(choice, 1);
     options.max_memory_bytes = 1e4;
@@ -85,7 +83,7 @@ TEST_F(ImageProblemTest, RefusesBeforeTheMemoryIsTakenAndSaysWhatHelps) {
 }
 
 TEST_F(ImageProblemTest, NamesViewPixelAndParameterOfANumberThatIsNotFinite) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.0);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.0);
   source.broken_derivative = 35;
   ImageProblem problem(source, fit_.views, set_, Options(LinearSolverChoice::kCgnr, 1));
   try {
@@ -106,7 +104,7 @@ TEST_F(ImageProblemTest, RefusesSumsThatOverflow) {
   // An environment of 1e30 passed every check and left a negative rest in the normal equations.
   fit_.unknowns[0].parameterization = optim::Parameterization::kLog;
   set_ = ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.3);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.3);
   const std::vector<double> huge(fit_.truth.size(), 1e30);
   for (const LinearSolverChoice choice : {LinearSolverChoice::kGram, LinearSolverChoice::kCgnr}) {
     ImageProblem problem(source, fit_.views, set_, Options(choice, 1));

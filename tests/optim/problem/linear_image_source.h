@@ -102,6 +102,8 @@ struct LinearFit {
   std::vector<double> truth;
 };
 
+inline constexpr int kNumBlocks = 42;  ///< of MakeLinearFit: an icosphere's vertices
+
 inline LinearFit MakeLinearFit(int width, int height, int num_views, int reach) {
   LinearFit fit;
   renderer::SceneMesh ball{"ball", renderer::MakeIcosphere(1, 1.0), 0};

@@ -20,13 +20,12 @@ using optim::QuadraticModel;
 using tests::LinearFit;
 using tests::LinearImageSource;
 
-constexpr int kNumBlocks = 42;
 constexpr double kOpen = std::numeric_limits<double>::infinity();
 
 using QuadraticModelTest = tests::LinearRounds;
 
 TEST_F(QuadraticModelTest, PhotosOfMorePixelsChangeNeitherTheMinimumNorItsErrors) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.5);
   const std::size_t n = set_.NumScalars();
   const std::vector<double> truth = set_.ThetaFromValues(fit_.truth);
   const QuadraticModel small = Linearized(source, truth, 0).model();
@@ -51,7 +50,7 @@ TEST_F(QuadraticModelTest, PhotosOfMorePixelsChangeNeitherTheMinimumNorItsErrors
 }
 
 TEST_F(QuadraticModelTest, PriorsMakeErrorsSmaller) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.5);
   const std::size_t n = set_.NumScalars();
   const QuadraticModel model = Linearized(source, start_, 0).model();
   std::vector<double> prior(n * n), belief(n * n);
@@ -173,7 +172,7 @@ TEST_F(QuadraticModelTest, TheWholeStepIsNotDampedAndLeavesWhatIsNotFreeOrNotTol
 }
 
 TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.2);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.2);
   const QuadraticModel model = Linearized(source, start_, 0).model();
   const double by_chance = optim::LargestStepByChance(start_.size());
   EXPECT_EQ(optim::SignificanceOfStep(std::vector<double>(start_.size(), 0.0), model), 0.0);
@@ -188,7 +187,7 @@ TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
 }
 
 TEST_F(QuadraticModelTest, RoundsFromAfarAreForgotten) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.2);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.2);
   QuadraticModel model = Linearized(source, start_, 0).model();
   const double before = model.weight;
   optim::Forget(std::vector<double>(start_.size(), 0.0), model);
@@ -215,7 +214,7 @@ TEST_F(QuadraticModelTest, AThingWithoutAnyEffectHasNoModelAndNoStep) {
 TEST_F(QuadraticModelTest, LogarithmsThatStartMuchTooDarkArrive) {
   fit_.unknowns[0].parameterization = optim::Parameterization::kLog;
   set_ = optim::ParameterSet(fit_.scene, fit_.unknowns, {0}, {}, {});
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.0);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.0);
   std::vector<double> dark = fit_.truth;
   for (double& x : dark) {
     x /= 6.4;

@@ -19,13 +19,12 @@ using optim::QuadraticModel;
 using tests::LinearImageSource;
 using tests::LinearRounds;
 
-constexpr int kNumBlocks = 42;
 constexpr double kOpen = std::numeric_limits<double>::infinity();
 
 TEST_F(LinearRounds, SplitHalvesLeaveTheGradientAtTheTruthUnbiased) {
   // At the truth, the mean of all images is the photo: the expected gradient is zero. Halves that
   // share their samples would have a gradient of noise^2 times the image instead.
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.5);
   constexpr int kNumSeeds = 200;
   double mean_along_truth = 0.0, square = 0.0, shared = 0.0;
   for (int s = 0; s < kNumSeeds; ++s) {
@@ -52,7 +51,7 @@ TEST_F(LinearRounds, SplitHalvesLeaveTheGradientAtTheTruthUnbiased) {
 }
 
 TEST_F(LinearRounds, SplitHalfCostIsUnbiased) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.5);
   constexpr int kNumSeeds = 200;
   double mean = 0.0, square = 0.0, noise = 0.0;
   for (int s = 0; s < kNumSeeds; ++s) {
@@ -68,10 +67,10 @@ TEST_F(LinearRounds, SplitHalfCostIsUnbiased) {
 }
 
 TEST_F(LinearRounds, NoiseOfTheJacobianInflatesItsSquareButNotTheProductOfHalves) {
-  LinearImageSource exact(32, 16, kNumBlocks, 4, 0.0);
+  LinearImageSource exact(32, 16, tests::kNumBlocks, 4, 0.0);
   const std::size_t n = set_.NumScalars();
   const double truth = Trace(Linearized(exact, start_, 0).model().product, n);
-  LinearImageSource noisy(32, 16, kNumBlocks, 4, 1.0);
+  LinearImageSource noisy(32, 16, tests::kNumBlocks, 4, 1.0);
   constexpr int kRounds = 100;
   double product = 0.0, square_of_product = 0.0, square = 0.0;
   for (std::uint64_t r = 0; r < kRounds; ++r) {
@@ -88,7 +87,7 @@ TEST_F(LinearRounds, NoiseOfTheJacobianInflatesItsSquareButNotTheProductOfHalves
 }
 
 TEST_F(LinearRounds, RoundsAddUpAtConstantSamples) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.5);
   QuadraticModel model;
   std::vector<double> theta = start_;
   double alone = 0.0;
@@ -113,7 +112,7 @@ TEST_F(LinearRounds, RoundsAddUpAtConstantSamples) {
 }
 
 TEST_F(LinearRounds, ErrorsOfTheMinimumAreThoseOfItsScatter) {
-  LinearImageSource source(32, 16, kNumBlocks, 4, 0.5);
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.5);
   const std::size_t n = set_.NumScalars();
   std::vector<double> mean(n), square(n), predicted(n), of_photos(n);
   constexpr int kRounds = 200;
