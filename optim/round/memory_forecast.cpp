@@ -80,6 +80,13 @@ ProblemSize SizeOfAll(const std::vector<ProblemSize>& sizes,
   return size;
 }
 
+// Of samples, near the ends of stages that move something: medians of six recorded fits.
+constexpr renderer::SampleBudget kUsualSplit = [] {
+  renderer::SampleBudget split = kStartSplit;
+  split.sppe = 0.85;
+  split.spp_direct = 0.02;
+  return split;
+}();
 constexpr std::size_t kNumTimed = 2;  // views whose derivatives and images are timed
 constexpr int kMoreSamples = 4;       // of the longer of two renderings
 constexpr double kNumCandidates = 3;  // for the end of a stage
@@ -333,7 +340,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
                       stage,
                       1,
                       SampleUse::kFit,
-                      BudgetOfRound(stage_spec.samples, num, kStartSplit, spec.estimators));
+                      BudgetOfRound(stage_spec.samples, num, kUsualSplit, spec.estimators));
   };
   options.samples = samples_of(spp);
   if (!stage_spec.samples.HasAll() && set.layout().AnyKind(renderer::MovesGeometry)) {
