@@ -19,8 +19,8 @@ ROUND = re.compile(r"stage=(\S+) it=(\d+)/\d+ .*eta_s=([0-9.]+)")
 END = re.compile(r"stage=(\S+) end=true")
 
 
-def said(program, config, options):
-    out = subprocess.run([program, "check", str(config), "--json", *options], capture_output=True, text=True)
+def said(program, config, page, options):
+    out = subprocess.run([program, "check", str(config), "--json", "-o", str(page), *options], capture_output=True, text=True)
     if out.returncode != 0:
         sys.exit(f"{config}: check ended with status {out.returncode}:\n{out.stderr}")
     return json.loads(out.stdout)["stages"]
@@ -74,8 +74,9 @@ def main():
     options = [f"--set={value}" for value in args.set] + ([f"--threads={args.threads}"] if args.threads else [])
     results = {}
     for i, config in enumerate(args.configs):
-        stages = said(args.pathfit, config, options)
-        result = compare(stages, fit(args.pathfit, config, runs / f"{i:02d}_{config.stem}", options))
+        run = runs / f"{i:02d}_{config.stem}"
+        stages = said(args.pathfit, config, f"{run}_check.html", options)
+        result = compare(stages, fit(args.pathfit, config, run, options))
         results[str(config)] = result
         for name, stage in result["stages"].items():
             print(f"{config.stem:20} {name:12} said {stage['said']:7.1f} s, took {stage['taken']:7.1f} s: {stage['said'] / max(1e-9, stage['taken']):.2f}")
