@@ -111,7 +111,8 @@ class FitEvaluation {
  private:
   static int SppOfSide(double side_px, int most) {
     const double usual = 256.0 / side_px;
-    return std::clamp(static_cast<int>(most * usual * usual), std::max(2, most / 4), most);
+    return static_cast<int>(
+        std::clamp(most * usual * usual, std::max(2.0, 0.25 * most), 1.0 * most));
   }
 
   const ObservationSet& observations_;
