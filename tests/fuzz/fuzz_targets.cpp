@@ -465,7 +465,12 @@ struct CheckpointSeed {
 /// The checksum of a checkpoint's payload, as the format says.
 void MendCheckpoint(std::string& bytes) {
   using nlohmann::json;
-  json file = json::from_cbor(bytes, true, false);
+  json file;
+  try {  // some mistakes throw whatever is asked for
+    file = json::from_cbor(bytes);
+  } catch (const json::exception&) {
+    return;
+  }
   if (!file.is_object() || !file.contains("payload") || !file["payload"].is_binary()) return;
   std::uint32_t crc = ~0U;
   for (const std::uint8_t byte : file["payload"].get_binary()) {
