@@ -7,7 +7,7 @@
 
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
-#include "tests/optim/problem/linear_image_source.h"
+#include "tests/optim/problem/linear_rounds.h"
 
 namespace pathfit {
 namespace {
@@ -16,20 +16,15 @@ using optim::ImageProblem;
 using optim::ImageProblemOptions;
 using optim::LinearSolverChoice;
 using optim::ParameterSet;
-using tests::LinearFit;
 using tests::LinearImageSource;
 
-class ImageProblemTest : public testing::Test {
+class ImageProblemTest : public tests::LinearRounds {
  protected:
   static ImageProblemOptions Options(LinearSolverChoice choice, std::uint64_t seed) {
-    ImageProblemOptions options;
+    ImageProblemOptions options = OptionsOf(seed);
     options.linear_solver = choice;
-    options.samples = {{{.spp = 1}, 2 * seed + 1}, {{.spp = 1}, 2 * seed + 2}};
     return options;
   }
-
-  LinearFit fit_ = tests::MakeLinearFit(32, 16, 2, 4);
-  ParameterSet set_{fit_.scene, fit_.unknowns, {0}, {}, {}};
 };
 
 TEST_F(ImageProblemTest, GradientIsTheDifferenceQuotientOfTheCost) {

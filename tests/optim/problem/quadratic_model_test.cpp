@@ -17,7 +17,6 @@ namespace {
 
 using optim::ImageProblem;
 using optim::QuadraticModel;
-using tests::LinearFit;
 using tests::LinearImageSource;
 
 constexpr double kOpen = std::numeric_limits<double>::infinity();

@@ -56,7 +56,7 @@ class SparseErrorsTest : public testing::Test {
 
   LinearFit fit_ = tests::MakeLinearFit(48, 32, 3, 4);
   optim::ParameterSet set_{fit_.scene, fit_.unknowns, {0}, {}, {}};
-  LinearImageSource source_{48, 32, 42, 4, 0.0};
+  LinearImageSource source_{48, 32, tests::kNumBlocks, 4, 0.0};
 };
 
 TEST_F(SparseErrorsTest, AreThoseOfDenseNormalEquations) {

@@ -52,7 +52,7 @@ TEST(SolverOfRows, RefusesWhatDoesNotFit) {
 class TrustRegionSolverTest : public testing::Test {
  protected:
   SolveOutcome Step(LinearSolverChoice choice, LinearSolverKind kind, double noise) {
-    LinearImageSource source(48, 32, 42, 4, noise);
+    LinearImageSource source(48, 32, tests::kNumBlocks, 4, noise);
     optim::ImageProblemOptions options;
     options.linear_solver = choice;
     options.samples = {{{.spp = 1}, 1}, {{.spp = 1}, 2}};
@@ -87,7 +87,7 @@ class TrustRegionSolverTest : public testing::Test {
 };
 
 TEST_F(TrustRegionSolverTest, AllLinearSolversTakeTheSameStep) {
-  for (std::int32_t b = 0; b < 42; ++b) {
+  for (std::int32_t b = 0; b < tests::kNumBlocks; ++b) {
     priors_.push_back({{b}, {0.3}, {0.2, 0.3, 0.4}, false, false});
   }
   for (const double noise : {0.0, 0.3}) {
@@ -106,7 +106,7 @@ TEST_F(TrustRegionSolverTest, AllLinearSolversTakeTheSameStep) {
 }
 
 TEST_F(TrustRegionSolverTest, SparseNormalEquationsTakeTheStepOfTheRows) {
-  for (std::int32_t b = 0; b < 42; ++b) {
+  for (std::int32_t b = 0; b < tests::kNumBlocks; ++b) {
     priors_.push_back({{b, (b + 1) % 42}, {0.3, -0.3}, {0.2, 0.3, 0.4}, false, false});
     priors_.push_back({.blocks = {b}, .weights = {0.3}, .offset = {0.2, 0.3, 0.4}, .edge = 0.05});
   }
