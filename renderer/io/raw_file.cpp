@@ -7,7 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <numeric>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include <libraw/libraw.h>
@@ -35,6 +40,16 @@ bool HasRawExtension(const std::filesystem::path& path) {
 namespace {
 
 constexpr double kFull = 65535.0;  // of the library's numbers
+// Bytes behind the end of a whole file that a decoder may ask for.
+constexpr std::int64_t kReadAhead = 1024;
+// Values pile up where the sensor is full, and cameras often fill up below what their files or the
+// library's tables say. A pile is within this share of the range below the brightest value, has so
+// many pixels, and so many times those of the share below it.
+constexpr double kPileWidth = 0.02;
+constexpr std::int64_t kLeastPile = 32;
+constexpr std::int64_t kPileFactor = 4;
+// Of the range, that a pile must be above.
+constexpr double kLeastFull = 0.75;
 // Rows of a Bayer filter are told by bits; this word stands for a pattern of 6 x 6.
 constexpr unsigned kXTrans = 9;
 constexpr unsigned kLeastBayer = 1000;
@@ -46,6 +61,32 @@ void Require(int code, const std::string& name) {
   throw IoError(name + ": cannot be read as a RAW photo: " +
                 (code == LIBRAW_IO_ERROR ? "it is cut off" : LibRaw::strerror(code)));
 }
+
+/// A file in memory that counts what is read behind its end: not every decoder of the library
+/// notices.
+class CountingStream : public LibRaw_buffer_datastream {
+ public:
+  explicit CountingStream(std::string& bytes)
+      : LibRaw_buffer_datastream(bytes.data(), bytes.size()) {}
+
+  int read(void* to, std::size_t size, std::size_t count) override {
+    Count(static_cast<std::int64_t>(size * count));
+    return LibRaw_buffer_datastream::read(to, size, count);
+  }
+  int get_char() override {
+    Count(1);
+    return LibRaw_buffer_datastream::get_char();
+  }
+
+  void ForgetMissing() { missing_ = 0; }
+  [[nodiscard]] std::int64_t missing() const { return missing_; }
+
+ private:
+  void Count(std::int64_t wanted) {
+    missing_ += std::max<std::int64_t>(0, wanted - std::max<std::int64_t>(0, size() - tell()));
+  }
+  std::int64_t missing_ = 0;
+};
 
 /// Stored as the camera's flips and turns, which EXIF numbers otherwise.
 int OrientationOf(int flip) {
@@ -60,17 +101,20 @@ class Developer {
       : name_(path.string()),
         options_(options),
         bytes_(ReadWholeFile(path)),
+        stream_(bytes_),
         raw_(std::make_unique<LibRaw>()) {
     raw_->set_dataerror_handler(nullptr, nullptr);  // it would print; error_count() says it, too
     SetParameters();
   }
 
   RawPhoto Run() {
-    Require(raw_->open_buffer(bytes_.data(), bytes_.size()), name_);
+    Require(raw_->open_datastream(&stream_), name_);
     const auto& sizes = raw_->imgdata.sizes;
     CheckImageSize(sizes.raw_width, sizes.raw_height, name_);
+    stream_.ForgetMissing();
     Require(raw_->unpack(), name_);
-    if (raw_->error_count() > 0) throw IoError(name_ + ": the RAW photo is damaged or cut off");
+    if (raw_->error_count() > 0 || stream_.missing() > kReadAhead)
+      throw IoError(name_ + ": the RAW photo is damaged or cut off");
     RawPhoto photo;
     if (options_.clip_above < 1.0) {
       Require(raw_->raw2image(), name_);
@@ -108,14 +152,39 @@ class Developer {
     parameters.adjust_maximum_thr = 0.0F;  // full is the same in all photos, whatever they show
   }
 
+  /// The middle of what piles up at the bright end of a photo.
+  static std::optional<double> PileOf(std::span<const std::uint16_t[4]> values, double maximum) {
+    std::vector<std::int64_t> counts(std::size_t{1} << 16U);
+    for (const auto& value : values) ++counts[std::ranges::max(value)];
+    const auto count = [&](std::size_t first, std::size_t end) {
+      return std::accumulate(counts.begin() + static_cast<std::ptrdiff_t>(first),
+                             counts.begin() + static_cast<std::ptrdiff_t>(end),
+                             std::int64_t{0});
+    };
+    std::size_t brightest = counts.size() - 1;
+    while (brightest > 0 && counts[brightest] == 0) --brightest;
+    const auto width = static_cast<std::size_t>(kPileWidth * maximum);
+    if (brightest < 2 * width) return {};
+    const std::size_t first = brightest - width;
+    const std::int64_t piled = count(first, brightest + 1);
+    if (piled < std::max(kLeastPile, kPileFactor * count(first - width, first))) return {};
+    std::size_t middle = first;
+    while (2 * count(first, middle + 1) < piled) ++middle;
+    return static_cast<double>(middle);
+  }
+
   /// Of the mosaic: what neighbours are made of it, too.
   [[nodiscard]] Image Clipped() const {
     const auto& sizes = raw_->imgdata.sizes;
     const auto& color = raw_->imgdata.color;
+    const std::span values(raw_->imgdata.image,
+                           static_cast<std::size_t>(sizes.iwidth) * sizes.iheight);
+    const std::optional<double> pile = PileOf(values, static_cast<double>(color.maximum));
     std::array<double, 4> levels{};
     for (std::size_t c = 0; c < levels.size(); ++c) {
       const double black = static_cast<double>(color.black) + color.cblack[c];
       auto full = static_cast<double>(color.maximum);
+      if (pile && *pile > black + kLeastFull * (full - black)) full = std::min(full, *pile);
       // Where the camera says that values are not proportional beyond; rarely too low to be true.
       const auto linear = static_cast<double>(color.linear_max[c]);
       if (linear > 0.5 * full) full = std::min(full, linear);
@@ -127,9 +196,9 @@ class Developer {
     bool any = false;
     for (int y = 0; y < clipped.height; ++y) {
       for (int x = 0; x < clipped.width; ++x) {
-        const auto& values = raw_->imgdata.image[static_cast<std::ptrdiff_t>(y) * sizes.iwidth + x];
+        const auto& value = values[static_cast<std::size_t>(y) * sizes.iwidth + x];
         bool full = false;
-        for (std::size_t c = 0; c < levels.size(); ++c) full = full || values[c] >= levels[c];
+        for (std::size_t c = 0; c < levels.size(); ++c) full = full || value[c] >= levels[c];
         if (!full) continue;
         any = true;
         for (int v = std::max(0, y - reach); v <= std::min(clipped.height - 1, y + reach); ++v) {
@@ -199,6 +268,7 @@ class Developer {
   std::string name_;
   RawOptions options_;
   std::string bytes_;
+  CountingStream stream_;
   std::unique_ptr<LibRaw> raw_;  // too large for the stack
 };
 

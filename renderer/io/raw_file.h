@@ -17,7 +17,7 @@ enum class RawWhiteBalance { kCamera, kDaylight, kNone };
 struct RawOptions {
   RawWhiteBalance white_balance = RawWhiteBalance::kCamera;
   /// Share of a sensor value's range, from black to full, from which it counts as clipped; 1 =
-  /// never.
+  /// never. Full is what the file or the library's tables say, or less, where values pile up.
   double clip_above = 0.99;
   bool apply_orientation = false;  ///< turns the picture upright, as the camera was held
 };

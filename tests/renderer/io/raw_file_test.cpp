@@ -129,6 +129,24 @@ TEST_F(RawFile, FullSensorValuesAreClippedWithTheirNeighbours) {
   EXPECT_TRUE(Develop(spot(1.0), {.clip_above = 1.0}).clipped.Empty());
 }
 
+TEST_F(RawFile, ValuesPileUpWhereTheSensorIsFull) {
+  const auto ramp_to = [&](double brightest, double pile) {
+    return DngBytes(camera_, [=](int x, int y, int /*channel*/) {
+      // A sensor that is full below what its file says: what it holds differs by pixels.
+      const double full = 0.9 * (1.0 + 0.002 * ((x + y) % 5 - 2));
+      return x < pile ? full : brightest * x / 48.0;
+    });
+  };
+  const RawPhoto photo = Develop(ramp_to(0.8, 10));
+  ASSERT_FALSE(photo.clipped.Empty());
+  for (int x = 0; x < photo.clipped.width; ++x) {
+    EXPECT_EQ(photo.clipped.At(x, 7, 0), x <= 10 ? 1.0F : 0.0F) << x;
+  }
+  // Bright alone is not full, nor is a flat dark photo.
+  EXPECT_TRUE(Develop(ramp_to(0.95, 0)).clipped.Empty());
+  EXPECT_TRUE(Develop(DngBytes(camera_, [](int, int, int) { return 0.5; })).clipped.Empty());
+}
+
 TEST_F(RawFile, RowsStayAsStoredUnlessAskedOtherwise) {
   for (int orientation = 1; orientation <= 8; ++orientation) {
     camera_.orientation = orientation;
