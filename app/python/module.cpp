@@ -246,7 +246,7 @@ struct SparseRows {
     row_ends.push_back(0);
     for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
       for (std::size_t channel = 0; channel < kChannels; ++channel) {
-        for (const optim::PixelDerivative& entry : sink.Pixel(pixel)) {
+        for (const optim::PixelDerivative entry : sink.Pixel(pixel)) {
           const std::int64_t first = layout.FirstScalarOfBlock(entry.block);
           const int size = layout.GroupOfBlock(entry.block).block_size;
           for (int c = 0; c < size; ++c) {
@@ -445,7 +445,7 @@ class Scene {
       sink.Finish();
       std::size_t count = 0;
       for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
-        for (const optim::PixelDerivative& entry : sink.Pixel(pixel)) {
+        for (const optim::PixelDerivative entry : sink.Pixel(pixel)) {
           count += entry.d.size() - static_cast<std::size_t>(std::ranges::count(entry.d, 0.0F));
         }
       }

@@ -8,10 +8,10 @@
 namespace pathfit::optim {
 namespace {
 
-// Of a view while it is linearised: three films, the weights of its rows, its photo and masks
+// Of a view while it is linearised: two films, the weights of its rows, its photo and masks
 // unpacked, its pixels' costs.
 constexpr double kBytesPerPixel =
-    3.0 * sizeof(renderer::Rgba) + sizeof(RowScales::value_type) + 7.0 * sizeof(float);
+    2.0 * sizeof(renderer::Rgba) + sizeof(RowScales::value_type) + 7.0 * sizeof(float);
 // Standard errors from which on a comparison decides.
 constexpr double kSure = 3.0;
 // A step that promises a larger share of the cost may lead out of the model, however noisy it is.
@@ -217,8 +217,7 @@ void ImageProblem::LinearizeView(std::size_t index,
   const renderer::Film& b = half_b.film;
   CheckFinite(a, name);
   CheckFinite(b, name);
-  const renderer::Film average = AverageFilm(a, b);
-  trust_[index] = JudgePixels(level, options_.loss, average);
+  trust_[index] = JudgePixels(level, options_.loss, AverageFilm(a, b));
   const RowScales scales = MakeRowScales(level, views_.silhouettes, options_.loss, trust_[index]);
   ViewSums sums;
   sums.sums = GradientSums(set_.NumScalars());

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <vector>
@@ -17,11 +20,84 @@ struct PixelDerivative {
   std::array<float, 12> d{};
 };
 
+/// Entries, of which only what is not zero is kept: a colour changes its own channel alone, a place
+/// inside an outline no coverage.
+class PackedDerivatives {
+ public:
+  /// Reads entries one after another.
+  class Iterator {
+   public:
+    using iterator_category = std::input_iterator_tag;
+    using value_type = PixelDerivative;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const PixelDerivative*;
+    using reference = PixelDerivative;
+
+    Iterator() = default;
+    Iterator(const PackedDerivatives& packed, std::size_t entry, std::size_t value)
+        : packed_(&packed), entry_(entry), value_(value) {}
+
+    [[nodiscard]] std::int32_t block() const { return packed_->blocks_[entry_]; }
+    PixelDerivative operator*() const {
+      PixelDerivative entry{block(), {}};
+      AddTo(entry);
+      return entry;
+    }
+    /// Adds the derivatives to those of `entry`.
+    void AddTo(PixelDerivative& entry) const;
+    Iterator& operator++() {
+      value_ += static_cast<std::size_t>(std::popcount(packed_->masks_[entry_]));
+      ++entry_;
+      return *this;
+    }
+    Iterator operator++(int) {
+      const Iterator before = *this;
+      ++*this;
+      return before;
+    }
+    friend bool operator==(const Iterator& a, const Iterator& b) { return a.entry_ == b.entry_; }
+
+   private:
+    const PackedDerivatives* packed_ = nullptr;
+    std::size_t entry_ = 0, value_ = 0;
+  };
+
+  void Add(const PixelDerivative& entry);
+  void Append(const PackedDerivatives& other);
+  void Shrink();
+
+  [[nodiscard]] std::size_t NumEntries() const { return blocks_.size(); }
+  [[nodiscard]] std::size_t NumValues() const { return values_.size(); }
+  [[nodiscard]] std::size_t MemoryBytes() const;
+
+ private:
+  std::vector<std::int32_t> blocks_;
+  std::vector<std::uint16_t> masks_;  ///< bit k: d[k] is among the values
+  std::vector<float> values_;
+};
+
 /// Collects the derivatives of one view as sparse rows, one list per pixel, blocks ascending and
 /// merged. Pixels of different lines may be added from different threads at once. Sums are in the
 /// order of the calls for a pixel, so the result does not depend on threads.
 class JacobianSink : public renderer::DerivativeSink {
  public:
+  /// Of one pixel.
+  class Entries {
+   public:
+    using Iterator = PackedDerivatives::Iterator;
+    Entries() = default;
+    Entries(Iterator begin, Iterator end, std::size_t size)
+        : begin_(begin), end_(end), size_(size) {}
+    [[nodiscard]] Iterator begin() const { return begin_; }
+    [[nodiscard]] Iterator end() const { return end_; }
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] bool empty() const { return size_ == 0; }
+
+   private:
+    Iterator begin_, end_;
+    std::size_t size_ = 0;
+  };
+
   JacobianSink(int width, int height);
 
   void Add(std::int64_t pixel, std::span<const renderer::ParameterDerivative> derivatives) override;
@@ -33,25 +109,25 @@ class JacobianSink : public renderer::DerivativeSink {
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   /// Of what is merged.
-  [[nodiscard]] std::span<const PixelDerivative> Pixel(std::size_t pixel) const {
-    const auto width = static_cast<std::size_t>(width_);
-    const Line& line = lines_[pixel / width];
-    if (line.firsts.empty()) return {};
-    const std::size_t x = pixel % width;
-    return std::span(line.entries).subspan(line.firsts[x], line.firsts[x + 1] - line.firsts[x]);
-  }
+  [[nodiscard]] Entries Pixel(std::size_t pixel) const;
   [[nodiscard]] std::size_t MemoryBytes() const;
 
  private:
+  /// A place among entries.
+  struct Place {
+    std::uint32_t entry = 0, value = 0;
+  };
   /// Entries of one pixel, one after another.
   struct Piece {
-    std::uint32_t x, first, count;
+    std::uint32_t x, count;
+    Place first;
   };
   struct Line {
-    std::vector<PixelDerivative> entries;
-    std::vector<std::uint32_t> firsts;  ///< of the merged entries, by pixel, and their end
-    std::vector<Piece> pieces;          ///< what came since, in the order of calls
+    PackedDerivatives entries;
+    std::vector<Place> firsts;  ///< of the merged entries, by pixel, and their end
+    std::vector<Piece> pieces;  ///< what came since, in the order of calls
   };
+  static Place EndOf(const Line& line);
   void Merge(Line& line) const;
 
   int width_, height_;

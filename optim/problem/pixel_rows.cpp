@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <utility>
 
 #include "renderer/core/error.h"
@@ -11,7 +10,7 @@
 namespace pathfit::optim {
 namespace {
 
-constexpr std::size_t kMaxEntries = 1 << 20;  // of a part, and a band more
+constexpr std::size_t kMaxEntries = 1 << 19;  // of a part, and a band more
 
 std::string Place(const std::string& view_name, std::size_t pixel, int width) {
   const auto w = static_cast<std::size_t>(width);
@@ -73,15 +72,15 @@ void HalvesMerger::AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows)
     unit.noise_squared += v * v;
   }
   unit.residual = r.u;
-  const std::span<const PixelDerivative> a = halves_.sink_a.Pixel(pixel);
-  const std::span<const PixelDerivative> b = halves_.sink_b.Pixel(pixel);
-  const PixelDerivative none;
-  for (std::size_t i = 0, k = 0; i < a.size() || k < b.size();) {
-    const bool take_a = k == b.size() || (i < a.size() && a[i].block <= b[k].block);
-    const bool take_b = i == a.size() || (k < b.size() && b[k].block <= a[i].block);
-    const PixelDerivative& da = take_a ? a[i++] : none;
-    const PixelDerivative& db = take_b ? b[k++] : none;
-    const std::int32_t block = take_a ? da.block : db.block;
+  const JacobianSink::Entries entries_a = halves_.sink_a.Pixel(pixel);
+  const JacobianSink::Entries entries_b = halves_.sink_b.Pixel(pixel);
+  const auto end_a = entries_a.end(), end_b = entries_b.end();
+  for (auto a = entries_a.begin(), b = entries_b.begin(); a != end_a || b != end_b;) {
+    const bool take_a = b == end_b || (a != end_a && a.block() <= b.block());
+    const bool take_b = a == end_a || (b != end_b && b.block() <= a.block());
+    const std::int32_t block = take_a ? a.block() : b.block();
+    const PixelDerivative da = take_a ? *a++ : PixelDerivative();
+    const PixelDerivative db = take_b ? *b++ : PixelDerivative();
     if (set_.IsCone(block)) {
       const double* angles = values_.data() + set_.BlockOffset(block);
       const std::array<double, 2> slopes = ParameterSet::ConeSlopes(angles[0], angles[1]);

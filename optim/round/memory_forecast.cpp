@@ -227,15 +227,16 @@ struct Probe {
 };
 
 // Of a photo that is linearised: larger ones are halved. Rounds of a surface cost by the pixel, and
-// its mesh follows the pixels' size.
+// its mesh follows the pixels' size. Where nothing does, smaller photos see more of it by a pixel.
 constexpr double kMeasuredPixels = 5e4;
+constexpr double kMeasuredPixelsOfFixed = 1e6;
 
-double MeasuredScale(const ObservationSet& observations, double scale) {
+double MeasuredScale(const ObservationSet& observations, double scale, double most_pixels) {
   double pixels = 0.0;
   for (const View& view : observations.views) {
     pixels = std::max(pixels, scale * scale * view.photo.width() * view.photo.height());
   }
-  for (; pixels > kMeasuredPixels; pixels *= 0.25) scale *= 0.5;
+  for (; pixels > most_pixels; pixels *= 0.25) scale *= 0.5;
   return scale;
 }
 
@@ -318,11 +319,22 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   const double scene_bytes =
       renderer::ProcessMemory("VmRSS:") - before + kSceneCopies * BytesOfValues(set.layout());
 
-  const double measured_scale = MeasuredScale(observations, scale);
+  // The size of normal equations does not depend on what the pixels see.
+  const bool few = ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
+  double measured_scale = scale;
   std::unique_ptr<Probe> smaller;
-  if (measured_scale < scale) {
-    smaller = std::make_unique<Probe>(scene, observations, spec, stage_spec, measured_scale);
-    source = smaller->MakeSource(spec);
+  const auto measure_within = [&](double most_pixels) {
+    measured_scale = MeasuredScale(observations, scale, most_pixels);
+    smaller.reset();
+    if (measured_scale < scale) {
+      smaller = std::make_unique<Probe>(scene, observations, spec, stage_spec, measured_scale);
+      source = smaller->MakeSource(spec);
+    }
+  };
+  measure_within(kMeasuredPixels);
+  if (smaller && !few && smaller->set->NumScalars() == set.NumScalars()) {
+    source = whole.MakeSource(spec);
+    measure_within(kMeasuredPixelsOfFixed);
   }
   const Probe& probe = smaller ? *smaller : whole;
   const double more_pixels = std::pow(scale / measured_scale, 2);
@@ -332,8 +344,6 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   options.linear_solver = SolverOf(spec.linear_solver, set.NumScalars());
   options.max_memory_bytes = spec.max_memory_bytes;
   options.expected_views = fitted.size();
-  // The size of normal equations does not depend on what the pixels see.
-  const bool few = ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
   const int spp = few ? 2 : stage_spec.samples.Spp();
   const auto samples_of = [&](int num) {
     return MakeHalves(spec.seed,

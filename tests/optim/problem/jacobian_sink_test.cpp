@@ -26,10 +26,12 @@ TEST(JacobianSinkTest, MergesBlocksInTheOrderOfCalls) {
   sink.Finish();
   EXPECT_TRUE(sink.Pixel(0).empty());
   ASSERT_EQ(sink.Pixel(1).size(), 2U);
-  EXPECT_EQ(sink.Pixel(1)[0].block, 3);
-  EXPECT_EQ(sink.Pixel(1)[0].d[8], 50.0F);
-  EXPECT_EQ(sink.Pixel(1)[1].block, 7);
-  EXPECT_EQ(sink.Pixel(1)[1].d[3], 400.0F);
+  auto entry = sink.Pixel(1).begin();
+  EXPECT_EQ(entry.block(), 3);
+  EXPECT_EQ((*entry).d[8], 50.0F);
+  ++entry;
+  EXPECT_EQ(entry.block(), 7);
+  EXPECT_EQ((*entry).d[3], 400.0F);
 }
 
 TEST(JacobianSinkTest, PixelsOfALineAreKeptApart) {
@@ -66,8 +68,8 @@ TEST(JacobianSinkTest, PixelsOfALineAreKeptApart) {
       ASSERT_EQ(made->Pixel(pixel).size(), expected[pixel].size());
       auto entry = made->Pixel(pixel).begin();
       for (const auto& [block, sum] : expected[pixel]) {
-        EXPECT_EQ(entry->block, block);
-        EXPECT_EQ(entry->d[5], sum);
+        EXPECT_EQ(entry.block(), block);
+        EXPECT_EQ((*entry).d[5], sum);
         ++entry;
       }
     }
