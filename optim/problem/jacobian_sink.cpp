@@ -86,9 +86,8 @@ void JacobianSink::Add(std::int64_t pixel,
   if (count == 0) {
     return;
   }
-  line.pieces.push_back({static_cast<std::uint32_t>(pixel % width_),
-                         static_cast<std::uint32_t>(count),
-                         first});
+  line.pieces.push_back(
+      {static_cast<std::uint32_t>(pixel % width_), static_cast<std::uint32_t>(count), first});
   const std::size_t merged = line.firsts.empty() ? 0 : line.firsts.back().entry;
   if (line.entries.NumEntries() > 2 * merged + kMergeSlack * static_cast<std::size_t>(width_)) {
     Merge(line);
