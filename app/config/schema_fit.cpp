@@ -344,9 +344,10 @@ SchemaNode StagesSchema() {
                       Doc("Size of the photos in this stage, at its end if `coarse_to_fine`.") |
                       From(0.01, 1.0),
                   Key("coarse_to_fine", &StageSpec::coarse_to_fine) |
-                      Doc("Whether a stage in which something moves begins with photos of some 8 "
-                          "to 32 pixels and doubles them up to `image_scale`, each size until its "
-                          "steps move nothing any more: what starts far off is then found, too."),
+                      Doc("Whether a stage in which something moves, or that makes a texture, "
+                          "begins with photos of some 8 to 32 pixels and doubles them up to "
+                          "`image_scale`, each size until its steps move nothing any more: what "
+                          "starts far off is then found, too."),
                   Key("max_rounds", &StageSpec::max_rounds) |
                       Doc("Solves at most, each with new samples; a stage ends by itself.") |
                       From(1, 10000),

@@ -49,7 +49,7 @@ struct FitState {
   int level = 0;            ///< of the stage's image scales (ScalesOfStage), coarsest first
   int level_start = 0;      ///< rounds of the stage before this level
   int accepted = 0;         ///< rounds of the stage with a step
-  int growths = 0;          ///< of the samples, in the level
+  int growths = 0;          ///< of the samples, in the level or, if nothing moves, before it, too
   double wall_s = 0.0;
   [[nodiscard]] int RoundsOfLevel() const { return round - level_start; }
 

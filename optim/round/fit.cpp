@@ -21,6 +21,7 @@
 #include "optim/round/recorded_errors.h"
 #include "optim/round/round_policy.h"
 #include "optim/round/round_runner.h"
+#include "optim/round/stage_plan.h"
 #include "optim/round/surface_levels.h"
 #include "optim/round/texel_fill.h"
 #include "renderer/core/clock.h"
@@ -196,7 +197,7 @@ class FitDriver {
       return;
     }
     state_.level_start = state_.round;
-    state_.growths = 0;
+    const int growths = std::exchange(state_.growths, 0);
     if (state_.level == 0) {
       state_.damping = kStartDamping;
     }
@@ -220,7 +221,10 @@ class FitDriver {
     state_.level_scene = state_.scene;
     const ParameterSet set = FreeSet(state_.scene, stage);
     // Where nothing moves, steps hold at any size of the photos, and so does what they have shown.
-    const bool goes_on = state_.level > 0 && !MovesSomething(set) && IsFew(set);
+    const bool stands = state_.level > 0 && !MovesSomething(set);
+    const bool goes_on = stands && IsFew(set);
+    // A level's few samples would spoil texels that many have told.
+    if (stands && !goes_on) state_.growths = growths;
     if (!goes_on) {
       state_.radius_factor = IsFew(set) ? kStartRadiusFactor : 1.0;
     } else if (coarse.NumScalars() == set.NumScalars()) {
@@ -244,14 +248,6 @@ class FitDriver {
     return {scene, spec_.unknowns, stage.free, Range(scene.sensors.size()), exposure_};
   }
 
-  /// Of texels that are still to be made there are many.
-  [[nodiscard]] bool PromotesToTexels(const StageSpec& stage) const {
-    return std::ranges::any_of(stage.free, [&](int index) {
-      const UnknownSpec& unknown = spec_.unknowns[static_cast<std::size_t>(index)];
-      return unknown.promotion && !unknown.hold;
-    });
-  }
-
   [[nodiscard]] bool IsFew(const ParameterSet& set) const {
     return ImageProblem::FormsNormalEquations(spec_.linear_solver, set.NumScalars());
   }
@@ -264,12 +260,15 @@ class FitDriver {
   [[nodiscard]] std::vector<double> Scales() const {
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
     const ParameterSet set = FreeSet(state_.stage_start, stage);
-    const bool promotes = PromotesToTexels(stage);
+    const bool promotes = Promotes(spec_, stage);
     if (set.NumScalars() == 0 && !promotes) {
       return {stage.image_scale};  // and is skipped
     }
     return ScalesOfStage(
-        stage, MovesSomething(set), !promotes && IsFew(set), SmallestSide(observations_));
+        stage,
+        MovesSomething(set) || MakesTexture(state_.stage_start, spec_, state_.stage),
+        !promotes && IsFew(set),
+        SmallestSide(observations_));
   }
 
   /// False when the time limit ended it.

@@ -25,7 +25,8 @@ struct StageSpec {
   std::string name;
   std::vector<int> free;     ///< indices into FitSpec::unknowns
   double image_scale = 1.0;  ///< of the photos in the end
-  /// Whether a stage in which something moves begins with smaller photos (ScalesOfStage).
+  /// Whether a stage in which something moves, or that makes a texture, begins with smaller photos
+  /// (ScalesOfStage).
   bool coarse_to_fine = true;
   int max_rounds = 60;
   StageBudget samples;

@@ -75,17 +75,17 @@ WeightedScene Mean(const WeightedScene& a, const WeightedScene& b, const Paramet
 }  // namespace
 
 std::vector<double> ScalesOfStage(const StageSpec& stage,
-                                  bool moves_something,
+                                  bool begins_small,
                                   bool few_unknowns,
                                   int smallest_side) {
-  const int least = few_unknowns && moves_something ? kSmallestSide : kSmallestSideOfShapes;
+  const int least = few_unknowns && begins_small ? kSmallestSide : kSmallestSideOfShapes;
   std::vector<double> scales{stage.image_scale};
-  while (stage.coarse_to_fine && (moves_something || few_unknowns) &&
+  while (stage.coarse_to_fine && (begins_small || few_unknowns) &&
          static_cast<int>(scales.size()) < stage.max_rounds / kRoundsWithinError &&
          0.5 * scales.back() * smallest_side >= least) {
     scales.push_back(0.5 * scales.back());
   }
-  if (!moves_something && scales.size() > 1) {
+  if (!begins_small && scales.size() > 1) {
     return {scales.back(), scales.front()};
   }
   std::reverse(scales.begin(), scales.end());

@@ -18,13 +18,14 @@ namespace pathfit::optim {
 enum class SampleUse { kFit, kValidation, kEvaluation };
 
 /// Scales of the photos that a stage goes through, the last one image_scale. One that moves
-/// something begins where the photos still show where things are, and doubles: a step then reaches
-/// as far as a thing may be off, and large errors do not end in wrong valleys. `smallest_side`: of
-/// the photos, in pixels. Few unknowns can begin where there are few pixels; if they move nothing,
-/// one small size brings them near at little cost. Fewer levels if there are hardly rounds for
-/// them.
+/// something (`begins_small`) begins where the photos still show where things are, and doubles: a
+/// step then reaches as far as a thing may be off, and large errors do not end in wrong valleys.
+/// So does one that makes a texture: what its large places are is told by many samples of few
+/// texels. `smallest_side`: of the photos, in pixels. Few unknowns can begin where there are few
+/// pixels; if they move nothing, one small size brings them near at little cost. Fewer levels if
+/// there are hardly rounds for them.
 std::vector<double> ScalesOfStage(const StageSpec& stage,
-                                  bool moves_something,
+                                  bool begins_small,
                                   bool few_unknowns,
                                   int smallest_side);
 

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "optim/parameter/parameter_set.h"
+#include "optim/parameter/promotion.h"
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_problem.h"
 #include "optim/round/exposure_gauge.h"
@@ -29,12 +30,38 @@ int Usual(const UsualRounds& usual, int level, int num_levels) {
 
 }  // namespace
 
+bool Promotes(const FitSpec& spec, const StageSpec& stage) {
+  return std::ranges::any_of(stage.free, [&](int index) {
+    const UnknownSpec& unknown = spec.unknowns[static_cast<std::size_t>(index)];
+    return unknown.promotion && !unknown.hold;
+  });
+}
+
+bool MakesTexture(const renderer::Scene& scene, const FitSpec& spec, int stage) {
+  const auto frees = [&](int other, int index) {
+    const std::vector<int>& free = spec.stages[static_cast<std::size_t>(other)].free;
+    return std::ranges::find(free, index) != free.end();
+  };
+  for (int index = 0; index < static_cast<int>(spec.unknowns.size()); ++index) {
+    const UnknownSpec& unknown = spec.unknowns[static_cast<std::size_t>(index)];
+    if (!unknown.promotion || unknown.hold ||
+        unknown.kind != renderer::ParameterKind::kTextureTexels || !frees(stage, index) ||
+        !IsReplaced(scene, unknown, spec.unknowns)) {
+      continue;
+    }
+    int first = 0;  // stage that frees it
+    while (!frees(first, index)) ++first;
+    if (first == stage) return true;
+  }
+  return false;
+}
+
 StagePlan PlanStage(
-    const StageSpec& stage, bool moves, bool few, int smallest_side, double pixels) {
+    const StageSpec& stage, bool begins_small, bool few, int smallest_side, double pixels) {
   StagePlan plan{stage, few, {}};
-  const std::vector<double> scales = ScalesOfStage(stage, moves, few, smallest_side);
+  const std::vector<double> scales = ScalesOfStage(stage, begins_small, few, smallest_side);
   const int num_levels = static_cast<int>(scales.size());
-  const UsualRounds& usual = !few ? kOfShapes : moves ? kOfPoses : kOfLights;
+  const UsualRounds& usual = !few ? kOfShapes : begins_small ? kOfPoses : kOfLights;
   int most_left = stage.max_rounds;
   int left = stage.max_rounds;
   for (int level = 0; level < num_levels; ++level) {
@@ -42,7 +69,7 @@ StagePlan PlanStage(
     LevelPlan& one = plan.levels.emplace_back();
     one.scale = scales[static_cast<std::size_t>(level)];
     const double share = one.scale / stage.image_scale;
-    one.factor = SampleFactor(stage, one.scale, pixels * share * share, moves, few);
+    one.factor = SampleFactor(stage, one.scale, pixels * share * share, begins_small, few);
     one.most_rounds = is_last ? most_left : std::min(most_left, LevelShare(stage, num_levels));
     const int likely =
         stage.max_rounds <= kFewRounds ? one.most_rounds : Usual(usual, level, num_levels);
@@ -63,16 +90,14 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
   const double small = std::min(1.0, static_cast<double>(kSmallestSideOfShapes) / side);
   const double pixels = MakeFitViews(observations, small).num_channels / (3.0 * small * small);
   std::vector<StagePlan> plans;
-  for (const StageSpec& stage : spec.stages) {
+  for (std::size_t i = 0; i < spec.stages.size(); ++i) {
+    const StageSpec& stage = spec.stages[i];
     const ParameterSet set(scene, spec.unknowns, stage.free, all, exposure);
-    const bool promotes = std::ranges::any_of(stage.free, [&](int index) {
-      const UnknownSpec& unknown = spec.unknowns[static_cast<std::size_t>(index)];
-      return unknown.promotion && !unknown.hold;
-    });
-    const bool few =
-        !promotes && ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
+    const bool few = !Promotes(spec, stage) &&
+                     ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
     plans.push_back(PlanStage(stage,
-                              set.layout().AnyKind(renderer::MovesGeometry),
+                              set.layout().AnyKind(renderer::MovesGeometry) ||
+                                  MakesTexture(scene, spec, static_cast<int>(i)),
                               few,
                               side,
                               pixels * stage.image_scale * stage.image_scale));

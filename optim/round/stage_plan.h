@@ -24,9 +24,16 @@ struct StagePlan {
   std::vector<LevelPlan> levels;
 };
 
-/// `pixels`: of all fitted photos that are evidence, at the stage's last scale. `smallest_side`: of
-/// the photos.
-StagePlan PlanStage(const StageSpec& stage, bool moves, bool few, int smallest_side, double pixels);
+/// Whether a stage frees values of vertices or texels that may still have to be made: many.
+bool Promotes(const FitSpec& spec, const StageSpec& stage);
+/// Whether stage number `stage` makes a texture as fine as its photos where `scene`, with which it
+/// or the fit begins, has none.
+bool MakesTexture(const renderer::Scene& scene, const FitSpec& spec, int stage);
+
+/// `begins_small`: whether something moves or a texture is made. `pixels`: of all fitted photos
+/// that are evidence, at the stage's last scale. `smallest_side`: of the photos.
+StagePlan PlanStage(
+    const StageSpec& stage, bool begins_small, bool few, int smallest_side, double pixels);
 
 /// Of all stages, concluded from the scene they begin with.
 std::vector<StagePlan> PlanStages(const renderer::Scene& scene,

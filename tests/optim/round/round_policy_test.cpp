@@ -186,7 +186,7 @@ TEST(StoppingRule, CoarseLevelsEndWhereTheNextGainsMore) {
   EXPECT_EQ(optim::StopReason(stage, state, 3), "") << "was not wanted";
 }
 
-TEST(ScalesOfStage, WhatMovesBeginsWithSmallPhotos) {
+TEST(ScalesOfStage, WhatMovesOrMakesATextureBeginsWithSmallPhotos) {
   optim::StageSpec stage;
   stage.image_scale = 0.5;
   const std::vector<double> last{0.5};

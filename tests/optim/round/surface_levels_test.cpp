@@ -11,6 +11,7 @@
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/checkpoint/fit_state.h"
 #include "optim/round/mesh_levels.h"
+#include "optim/round/stage_plan.h"
 #include "optim/round/texel_fill.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/scene/texture_surface.h"
@@ -75,6 +76,13 @@ class SurfaceLevelsTest : public testing::Test {
                                           const std::vector<int>& free = {0}) const {
     return optim::PromoteSurfaces(
         scene, scene, unknowns_, free, optim::MakeFitViews(observations_, scale), 1.0 / scale);
+  }
+  [[nodiscard]] Scene WithOneColour() const {
+    Scene scene = scene_;
+    scene.materials[0].vertex_colors = false;
+    scene.meshes[0].mesh.colors.clear();
+    scene.meshes[0].mesh.color_triangles.clear();
+    return scene;
   }
   static const renderer::Texture& TextureOf(const Scene& scene) { return scene.textures[0]; }
 
@@ -266,11 +274,48 @@ TEST_F(SurfaceLevelsTest, UnseenTexelsAreFilledAndMarked) {
       << messages[0];
 }
 
+TEST_F(SurfaceLevelsTest, OnlyTheStageThatMakesATextureBeginsSmallForIt) {
+  optim::FitSpec spec;
+  spec.unknowns = unknowns_;
+  spec.stages.resize(3);
+  spec.stages[0].free = {1};
+  spec.stages[1].free = {1, 0};
+  spec.stages[2].free = {0};
+  EXPECT_FALSE(MakesTexture(scene_, spec, 0)) << "vertices stay as many as they are";
+  EXPECT_TRUE(MakesTexture(scene_, spec, 1));
+  EXPECT_FALSE(MakesTexture(scene_, spec, 2)) << "it is there by then";
+  EXPECT_FALSE(MakesTexture(Promote(scene_, 1.0).scene, spec, 1)) << "it was given";
+  spec.unknowns[0].hold = true;
+  EXPECT_FALSE(MakesTexture(scene_, spec, 1));
+}
+
+TEST_F(SurfaceLevelsTest, AStandingTextureGrowsWithThePhotosAndKeepsItsSamples) {
+  observations_ = tests::Photograph(scene_, 32);
+  optim::FitSpec spec;
+  spec.unknowns = unknowns_;
+  spec.unknowns[0].total_variation_weight = 1e-3;
+  spec.stages.resize(1);
+  spec.stages[0].name = "texture";
+  spec.stages[0].free = {0};
+  spec.stages[0].image_scale = 0.5;
+  spec.stages[0].max_rounds = 12;
+  const Scene start = WithOneColour();
+  tests::RecordingObserver observer;
+  const optim::FitResult result = optim::RunFit(start, observations_, spec, observer, {});
+  ASSERT_FALSE(observer.rounds.empty());
+  EXPECT_EQ(observer.rounds.front().image_scale, 0.25);
+  EXPECT_EQ(observer.rounds.back().image_scale, 0.5);
+  for (std::size_t i = 1; i < observer.rounds.size(); ++i) {
+    const optim::RoundReport& last = observer.rounds[i - 1];
+    const optim::RoundReport& next = observer.rounds[i];
+    // Four times the pixels have half the samples each.
+    EXPECT_GE(next.samples.spp * next.image_scale, 0.9 * last.samples.spp * last.image_scale) << i;
+  }
+  EXPECT_GT(Psnr(scene_, result.scene), 30.0);
+}
+
 TEST_F(SurfaceLevelsTest, AFitGoesFromConstantToVerticesToTextureAndContinuesToTheSameBits) {
-  Scene start = scene_;
-  start.materials[0].vertex_colors = false;
-  start.meshes[0].mesh.colors.clear();
-  start.meshes[0].mesh.color_triangles.clear();
+  const Scene start = WithOneColour();
   UnknownSpec& constant = unknowns_.emplace_back();
   constant.name = "paint.base_color";
   constant.kind = ParameterKind::kBaseColor;
