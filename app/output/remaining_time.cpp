@@ -15,7 +15,7 @@ constexpr std::size_t kRememberedRounds = 3;
 constexpr double kSameScale = 1e-3;
 
 double WorkOf(const optim::StagePlan& plan, double samples, double scale) {
-  return (plan.few ? 1.0 : kManyFactor) * (samples + kSampleFloor) *
+  return (plan.kind.few ? 1.0 : kManyFactor) * (samples + kSampleFloor) *
          std::pow(scale, kScaleExponent);
 }
 
@@ -66,7 +66,7 @@ double RemainingTime::WorkOfStage() const {
     optim::StageSpec stage = plan.stage;
     stage.image_scale = newest_.image_scale;
     stage.coarse_to_fine = false;
-    plan = optim::PlanStage(stage, true, false, 1, 1.0);
+    plan = optim::PlanStage(stage, {.moves = true}, 1, 1.0);
     level = plan.levels.begin();
   }
   const bool is_last = level + 1 == plan.levels.end();
@@ -78,7 +78,8 @@ double RemainingTime::WorkOfStage() const {
   const bool grows = samples > optim::LikelySamples(plan, *level, 0);
   double work = 0.0;
   for (int i = 0; i < left; ++i) {
-    if (plan.few || grows || rounds_of_level_ + i >= optim::kRoundsBeforeGrowth) {
+    if (plan.kind.few || !plan.kind.moves || grows ||
+        rounds_of_level_ + i >= optim::kRoundsBeforeGrowth) {
       samples = std::min(most, std::max(1.0, plan.stage.spp_growth) * samples);
     }
     work += WorkOf(plan, samples, level->scale);

@@ -387,12 +387,12 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   memory.items = ForecastMemory(size, memory.solver);
   memory.items.insert(memory.items.begin(), {loaded, {"scenes", scene_bytes}});
   if (num_scalars > 0.0 && parts == ForecastParts::kMemoryAndTimes) {
-    const StagePlan plan =
-        PlanStage(stage_spec,
-                  set.layout().AnyKind(renderer::MovesGeometry) || MakesTexture(scene, spec, stage),
-                  few,
-                  SmallestSide(observations),
-                  pixels);
+    const StagePlan plan = PlanStage(stage_spec,
+                                     {.moves = set.layout().AnyKind(renderer::MovesGeometry),
+                                      .makes_texture = MakesTexture(scene, spec, stage),
+                                      .few = few},
+                                     SmallestSide(observations),
+                                     pixels);
     ViewSeconds times =
         TimeViews(*source, probe.views, *probe.set, options, values, spp, samples_of);
     for (double ViewSeconds::*part :

@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include "optim/parameter/parameter_set.h"
-#include "optim/parameter/promotion.h"
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_problem.h"
 #include "optim/round/exposure_gauge.h"
@@ -38,30 +37,33 @@ bool Promotes(const FitSpec& spec, const StageSpec& stage) {
 }
 
 bool MakesTexture(const renderer::Scene& scene, const FitSpec& spec, int stage) {
-  const auto frees = [&](int other, int index) {
-    const std::vector<int>& free = spec.stages[static_cast<std::size_t>(other)].free;
-    return std::ranges::find(free, index) != free.end();
+  // The first stage that frees a form of the property other than the constant.
+  const auto first_of = [&](const Promotion& property) {
+    return std::ranges::find_if(spec.stages, [&](const StageSpec& other) {
+      return std::ranges::any_of(other.free, [&](int index) {
+        return spec.unknowns[static_cast<std::size_t>(index)].promotion == property;
+      });
+    });
   };
-  for (int index = 0; index < static_cast<int>(spec.unknowns.size()); ++index) {
+  const auto this_one = spec.stages.begin() + stage;
+  return std::ranges::any_of(this_one->free, [&](int index) {
     const UnknownSpec& unknown = spec.unknowns[static_cast<std::size_t>(index)];
     if (!unknown.promotion || unknown.hold ||
-        unknown.kind != renderer::ParameterKind::kTextureTexels || !frees(stage, index) ||
-        !IsReplaced(scene, unknown, spec.unknowns)) {
-      continue;
+        unknown.kind != renderer::ParameterKind::kTextureTexels) {
+      return false;
     }
-    int first = 0;  // stage that frees it
-    while (!frees(first, index)) ++first;
-    if (first == stage) return true;
-  }
-  return false;
+    const auto material = static_cast<std::size_t>(unknown.promotion->material);
+    return renderer::TraitsOf(unknown.promotion->property).IsConstant(scene.materials[material]) &&
+           first_of(*unknown.promotion) == this_one;
+  });
 }
 
-StagePlan PlanStage(
-    const StageSpec& stage, bool begins_small, bool few, int smallest_side, double pixels) {
-  StagePlan plan{stage, few, {}};
-  const std::vector<double> scales = ScalesOfStage(stage, begins_small, few, smallest_side);
+StagePlan PlanStage(const StageSpec& stage, StageKind kind, int smallest_side, double pixels) {
+  StagePlan plan{stage, kind, {}};
+  const std::vector<double> scales =
+      ScalesOfStage(stage, kind.BeginsSmall(), kind.few, smallest_side);
   const int num_levels = static_cast<int>(scales.size());
-  const UsualRounds& usual = !few ? kOfShapes : begins_small ? kOfPoses : kOfLights;
+  const UsualRounds& usual = !kind.few ? kOfShapes : kind.moves ? kOfPoses : kOfLights;
   int most_left = stage.max_rounds;
   int left = stage.max_rounds;
   for (int level = 0; level < num_levels; ++level) {
@@ -69,7 +71,7 @@ StagePlan PlanStage(
     LevelPlan& one = plan.levels.emplace_back();
     one.scale = scales[static_cast<std::size_t>(level)];
     const double share = one.scale / stage.image_scale;
-    one.factor = SampleFactor(stage, one.scale, pixels * share * share, begins_small, few);
+    one.factor = SampleFactor(stage, one.scale, pixels * share * share, kind.moves, kind.few);
     one.most_rounds = is_last ? most_left : std::min(most_left, LevelShare(stage, num_levels));
     const int likely =
         stage.max_rounds <= kFewRounds ? one.most_rounds : Usual(usual, level, num_levels);
@@ -96,9 +98,9 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
     const bool few = !Promotes(spec, stage) &&
                      ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
     plans.push_back(PlanStage(stage,
-                              set.layout().AnyKind(renderer::MovesGeometry) ||
-                                  MakesTexture(scene, spec, static_cast<int>(i)),
-                              few,
+                              {.moves = set.layout().AnyKind(renderer::MovesGeometry),
+                               .makes_texture = MakesTexture(scene, spec, static_cast<int>(i)),
+                               .few = few},
                               side,
                               pixels * stage.image_scale * stage.image_scale));
   }
@@ -106,8 +108,14 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
 }
 
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round) {
-  const int growths = plan.few ? round : std::max(0, round + 1 - kRoundsBeforeGrowth);
-  return SamplesOfRound(plan.stage, growths, level.factor);
+  if (plan.kind.few) return SamplesOfRound(plan.stage, round, level.factor);
+  int rounds = round;
+  if (!plan.kind.moves) {  // they go on growing
+    for (auto before = plan.levels.begin(); &*before != &level; ++before) {
+      rounds += before->likely_rounds;
+    }
+  }
+  return SamplesOfRound(plan.stage, std::max(0, rounds + 1 - kRoundsBeforeGrowth), level.factor);
 }
 
 }  // namespace pathfit::optim

@@ -16,31 +16,38 @@ struct LevelPlan {
   int most_rounds = 0;
 };
 
+/// What decides how a stage goes.
+struct StageKind {
+  bool moves = false;          ///< something changes place
+  bool makes_texture = false;  ///< MakesTexture
+  bool few = false;            ///< normal equations are formed (round_policy.h)
+  [[nodiscard]] bool BeginsSmall() const { return moves || makes_texture; }
+};
+
 /// How a stage goes: when it ends by itself cannot be known before, but how many rounds that
 /// usually takes. One with a small max_rounds is taken to need all of them.
 struct StagePlan {
   StageSpec stage;
-  bool few = false;  ///< normal equations are formed (round_policy.h)
+  StageKind kind;
   std::vector<LevelPlan> levels;
 };
 
 /// Whether a stage frees values of vertices or texels that may still have to be made: many.
 bool Promotes(const FitSpec& spec, const StageSpec& stage);
-/// Whether stage number `stage` makes a texture as fine as its photos where `scene`, with which it
-/// or the fit begins, has none.
+/// Whether stage number `stage` makes a texture as fine as its photos of what is one constant in
+/// `scene`, with which it or the fit begins.
 bool MakesTexture(const renderer::Scene& scene, const FitSpec& spec, int stage);
 
-/// `begins_small`: whether something moves or a texture is made. `pixels`: of all fitted photos
-/// that are evidence, at the stage's last scale. `smallest_side`: of the photos.
-StagePlan PlanStage(
-    const StageSpec& stage, bool begins_small, bool few, int smallest_side, double pixels);
+/// `pixels`: of all fitted photos that are evidence, at the stage's last scale. `smallest_side`: of
+/// the photos.
+StagePlan PlanStage(const StageSpec& stage, StageKind kind, int smallest_side, double pixels);
 
 /// Of all stages, concluded from the scene they begin with.
 std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
                                   const ObservationSet& observations,
                                   const FitSpec& spec);
 
-/// Of a level's round (from 0), as samples usually grow.
+/// Of a round (from 0) of one of the plan's levels, as samples usually grow.
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round);
 inline constexpr int kRoundsBeforeGrowth = 3;  ///< of many unknowns; those of few grow at once
 

@@ -50,7 +50,7 @@ std::vector<optim::StagePlan> PlansOf(const std::vector<StageRecord>& fit) {
     stage.name = record.name;
     stage.max_rounds = kMaxRounds;
     stage.coarse_to_fine = record.rounds.front().scale < 1.0;
-    plans.push_back(optim::PlanStage(stage, record.many, !record.many, 128, 1e5));
+    plans.push_back(optim::PlanStage(stage, {.moves = record.many, .few = !record.many}, 128, 1e5));
   }
   return plans;
 }

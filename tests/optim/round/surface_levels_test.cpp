@@ -274,19 +274,24 @@ TEST_F(SurfaceLevelsTest, UnseenTexelsAreFilledAndMarked) {
       << messages[0];
 }
 
-TEST_F(SurfaceLevelsTest, OnlyTheStageThatMakesATextureBeginsSmallForIt) {
+TEST_F(SurfaceLevelsTest, OnlyAStageThatMakesATextureOfAConstantBeginsSmallForIt) {
   optim::FitSpec spec;
   spec.unknowns = unknowns_;
   spec.stages.resize(3);
-  spec.stages[0].free = {1};
-  spec.stages[1].free = {1, 0};
+  spec.stages[1].free = {0};
   spec.stages[2].free = {0};
-  EXPECT_FALSE(MakesTexture(scene_, spec, 0)) << "vertices stay as many as they are";
-  EXPECT_TRUE(MakesTexture(scene_, spec, 1));
-  EXPECT_FALSE(MakesTexture(scene_, spec, 2)) << "it is there by then";
+  const Scene start = WithOneColour();
+  EXPECT_FALSE(MakesTexture(start, spec, 0));
+  EXPECT_TRUE(MakesTexture(start, spec, 1));
+  EXPECT_FALSE(MakesTexture(start, spec, 2)) << "it is there by then";
   EXPECT_FALSE(MakesTexture(Promote(scene_, 1.0).scene, spec, 1)) << "it was given";
+  EXPECT_FALSE(MakesTexture(scene_, spec, 1)) << "vertices know more than small photos";
+  spec.stages[0].free = {1};
+  EXPECT_FALSE(MakesTexture(start, spec, 1)) << "so do those of an earlier stage";
+  EXPECT_FALSE(MakesTexture(start, spec, 0)) << "vertices stay as many as they are";
+  spec.stages[0].free = {};
   spec.unknowns[0].hold = true;
-  EXPECT_FALSE(MakesTexture(scene_, spec, 1));
+  EXPECT_FALSE(MakesTexture(start, spec, 1));
 }
 
 TEST_F(SurfaceLevelsTest, AStandingTextureGrowsWithThePhotosAndKeepsItsSamples) {
