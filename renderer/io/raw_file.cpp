@@ -41,7 +41,7 @@ namespace {
 
 constexpr double kFull = 65535.0;  // of the library's numbers
 // Bytes behind the end of a whole file that a decoder may ask for.
-constexpr std::int64_t kReadAhead = 1024;
+constexpr std::uint64_t kReadAhead = 1024;
 // Values pile up where the sensor is full, and cameras often fill up below what their files or the
 // library's tables say. A pile is within this share of the range below the brightest value, has so
 // many pixels, and so many times those of the share below it.
@@ -70,7 +70,7 @@ class CountingStream : public LibRaw_buffer_datastream {
       : LibRaw_buffer_datastream(bytes.data(), bytes.size()) {}
 
   int read(void* to, std::size_t size, std::size_t count) override {
-    Count(static_cast<std::int64_t>(size * count));
+    Count(static_cast<std::uint64_t>(size) * count);
     return LibRaw_buffer_datastream::read(to, size, count);
   }
   int get_char() override {
@@ -79,13 +79,17 @@ class CountingStream : public LibRaw_buffer_datastream {
   }
 
   void ForgetMissing() { missing_ = 0; }
-  [[nodiscard]] std::int64_t missing() const { return missing_; }
+  /// Bytes; beyond kReadAhead only that there are more.
+  [[nodiscard]] std::uint64_t missing() const { return missing_; }
 
  private:
-  void Count(std::int64_t wanted) {
-    missing_ += std::max<std::int64_t>(0, wanted - std::max<std::int64_t>(0, size() - tell()));
+  /// No more than matters, so that no sum overflows.
+  void Count(std::uint64_t wanted) {
+    const auto left = static_cast<std::uint64_t>(std::max<std::int64_t>(0, size() - tell()));
+    if (wanted <= left || missing_ > kReadAhead) return;
+    missing_ += std::min(wanted - left, kReadAhead + 1);
   }
-  std::int64_t missing_ = 0;
+  std::uint64_t missing_ = 0;
 };
 
 /// Stored as the camera's flips and turns, which EXIF numbers otherwise.
@@ -113,8 +117,9 @@ class Developer {
     CheckImageSize(sizes.raw_width, sizes.raw_height, name_);
     stream_.ForgetMissing();
     Require(raw_->unpack(), name_);
-    if (raw_->error_count() > 0 || stream_.missing() > kReadAhead)
+    if (raw_->error_count() > 0 || stream_.missing() > kReadAhead) {
       throw IoError(name_ + ": the RAW photo is damaged or cut off");
+    }
     RawPhoto photo;
     if (options_.clip_above < 1.0) {
       Require(raw_->raw2image(), name_);
