@@ -107,8 +107,9 @@ JacobianSink::Entries JacobianSink::Pixel(std::size_t pixel) const {
   }
   const Place first = line.firsts[pixel % width];
   const Place end = line.firsts[pixel % width + 1];
-  return {{line.entries, first.entry, first.value},
-          {line.entries, end.entry, end.value},
+  using Iterator = PackedDerivatives::Iterator;
+  return {Iterator(line.entries, first.entry, first.value),
+          Iterator(line.entries, end.entry, end.value),
           end.entry - first.entry};
 }
 

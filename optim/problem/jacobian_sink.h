@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <iterator>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <vector>
 
@@ -82,21 +83,9 @@ class PackedDerivatives {
 class JacobianSink : public renderer::DerivativeSink {
  public:
   /// Of one pixel.
-  class Entries {
-   public:
-    using Iterator = PackedDerivatives::Iterator;
-    Entries() = default;
-    Entries(Iterator begin, Iterator end, std::size_t size)
-        : begin_(begin), end_(end), size_(size) {}
-    [[nodiscard]] Iterator begin() const { return begin_; }
-    [[nodiscard]] Iterator end() const { return end_; }
-    [[nodiscard]] std::size_t size() const { return size_; }
-    [[nodiscard]] bool empty() const { return size_ == 0; }
-
-   private:
-    Iterator begin_, end_;
-    std::size_t size_ = 0;
-  };
+  using Entries = std::ranges::subrange<PackedDerivatives::Iterator,
+                                        PackedDerivatives::Iterator,
+                                        std::ranges::subrange_kind::sized>;
 
   JacobianSink(int width, int height);
 

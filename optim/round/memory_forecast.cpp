@@ -333,8 +333,8 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   };
   measure_within(kMeasuredPixels);
   if (smaller && !few && smaller->set->NumScalars() == set.NumScalars()) {
-    source = whole.MakeSource(spec);
     measure_within(kMeasuredPixelsOfFixed);
+    if (!smaller) source = whole.MakeSource(spec);
   }
   const Probe& probe = smaller ? *smaller : whole;
   const double more_pixels = std::pow(scale / measured_scale, 2);

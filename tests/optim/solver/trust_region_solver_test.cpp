@@ -107,7 +107,8 @@ TEST_F(TrustRegionSolverTest, AllLinearSolversTakeTheSameStep) {
 
 TEST_F(TrustRegionSolverTest, SparseNormalEquationsTakeTheStepOfTheRows) {
   for (std::int32_t b = 0; b < tests::kNumBlocks; ++b) {
-    priors_.push_back({{b, (b + 1) % 42}, {0.3, -0.3}, {0.2, 0.3, 0.4}, false, false});
+    priors_.push_back(
+        {{b, (b + 1) % tests::kNumBlocks}, {0.3, -0.3}, {0.2, 0.3, 0.4}, false, false});
     priors_.push_back({.blocks = {b}, .weights = {0.3}, .offset = {0.2, 0.3, 0.4}, .edge = 0.05});
   }
   fit_.unknowns[0].upper = 1.2;
