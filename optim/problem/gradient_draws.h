@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "optim/parameter/parameter_set.h"
@@ -27,8 +28,8 @@ class GradientDraws {
   void Add(const PixelRows& rows, const ParameterSet& set, std::size_t view);
 
   [[nodiscard]] bool Empty() const { return draws_.empty(); }
-  /// Each of num_scalars.
-  [[nodiscard]] const std::vector<std::vector<double>>& draws() const { return draws_; }
+  /// Each of num_scalars; none are left.
+  [[nodiscard]] std::vector<std::vector<double>> Take() { return std::exchange(draws_, {}); }
 
  private:
   std::uint64_t seed_ = 0;

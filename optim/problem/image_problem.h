@@ -77,7 +77,9 @@ class ImageProblem {
   /// J^T r of this round's photos, to be used up with the former.
   [[nodiscard]] std::vector<double> TakeGradient() { return std::move(sums_.gradient); }
   /// Empty unless asked for.
-  [[nodiscard]] const GradientDraws& gradient_draws() const { return gradient_draws_; }
+  [[nodiscard]] std::vector<std::vector<double>> TakeGradientDraws() {
+    return gradient_draws_.Take();
+  }
   /// Unless normal equations, dense or sparse, are used.
   [[nodiscard]] const SupportRoots& roots() const { return *roots_; }
   [[nodiscard]] const GramRoot& gram() const { return gram_root_; }

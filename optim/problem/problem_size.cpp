@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "optim/problem/gradient_draws.h"
+
 namespace pathfit::optim {
 namespace {
 
@@ -59,12 +61,13 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
     return {images, view, {"dense normal equations", 8.0 * n * n * kGramCopies}};
   }
   if (kind == LinearSolverKind::kSparseGram) {
+    const int draws = size.num_spread_scalars > 0.0 ? 0 : GradientDraws::kCount;
     return {
         images,
         view,
         {"sparse normal equations", size.sparse_gram_empty + size.sparse_gram_bytes},
         priors,
-        {"vectors of unknowns", 8.0 * n * kFullVectors},
+        {"vectors of unknowns", 8.0 * n * (kFullVectors + draws)},
         {"vectors of conjugate gradients", 8.0 * (n - size.num_spread_scalars) * kSparseVectors}};
   }
   const RootSize& roots = size.roots;

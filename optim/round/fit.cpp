@@ -260,15 +260,12 @@ class FitDriver {
   [[nodiscard]] std::vector<double> Scales() const {
     const StageSpec& stage = spec_.stages[static_cast<std::size_t>(state_.stage)];
     const ParameterSet set = FreeSet(state_.stage_start, stage);
-    const bool promotes = Promotes(spec_, stage);
-    if (set.NumScalars() == 0 && !promotes) {
+    if (set.NumScalars() == 0 && !Promotes(spec_, stage)) {
       return {stage.image_scale};  // and is skipped
     }
-    return ScalesOfStage(
-        stage,
-        MovesSomething(set) || MakesTexture(state_.stage_start, spec_, state_.stage),
-        !promotes && IsFew(set),
-        SmallestSide(observations_));
+    return ScalesOfStage(stage,
+                         KindOfStage(state_.stage_start, spec_, state_.stage, set),
+                         SmallestSide(observations_));
   }
 
   /// False when the time limit ended it.
@@ -305,19 +302,20 @@ class FitDriver {
                                        double scale,
                                        const FitViews& views,
                                        const Model& model) {
-    return {
-        spec_,
-        state_.stage,
-        views,
-        model.set,
-        exposure_,
-        start_,
-        model.priors,
-        free_gains_,
-        scale,
-        SampleFactor(
-            stage, scale, views.num_channels / 3.0, MovesSomething(model.set), IsFew(model.set)),
-        division_};
+    return {spec_,
+            state_.stage,
+            views,
+            model.set,
+            exposure_,
+            start_,
+            model.priors,
+            free_gains_,
+            scale,
+            SampleFactor(stage,
+                         scale,
+                         views.num_channels / 3.0,
+                         {.moves = MovesSomething(model.set), .few = IsFew(model.set)}),
+            division_};
   }
 
   /// False when the time limit ended it.

@@ -88,7 +88,8 @@ constexpr renderer::SampleBudget kUsualSplit = [] {
   return split;
 }();
 constexpr std::size_t kNumTimed = 2;  // views whose derivatives and images are timed
-constexpr int kMoreSamples = 4;       // of the longer of two renderings
+constexpr int kMoreSamples = 4;       // times, of the longer of two renderings, or a stage's last
+constexpr int kMostSamples = 64;      // if they are no more than these
 constexpr double kNumCandidates = 3;  // for the end of a stage
 
 /// Of one view at a stage's last scale: a + b * samples per pixel.
@@ -116,35 +117,65 @@ double BytesOfValues(const renderer::ParameterLayout& layout) {
   return bytes;
 }
 
-/// From two numbers of samples. `samples_of` makes those of a round.
+/// What views take with few samples and with more.
+struct MeasuredViews {
+  int few = 1, more = 1;  ///< samples per pixel
+  ProblemSize of_few, of_more;
+  ViewSeconds seconds;  ///< from both
+};
+
+/// `samples_of` makes those of a round.
 template <class Samples>
-ViewSeconds TimeViews(SceneImageSource& source,
-                      FitViews views,
-                      const ParameterSet& set,
-                      ImageProblemOptions options,
-                      const std::vector<double>& values,
-                      int spp,
-                      Samples samples_of) {
+MeasuredViews MeasureViews(SceneImageSource& source,
+                           FitViews views,
+                           const ParameterSet& set,
+                           ImageProblemOptions options,
+                           const std::vector<double>& values,
+                           int few,
+                           int more,
+                           Samples samples_of) {
   views.fitted.resize(std::min(kNumTimed, views.fitted.size()));
   const auto count = static_cast<double>(views.fitted.size());
   options.expected_views = views.fitted.size();
   options.num_measured = std::min(options.num_measured, views.fitted.size());
-  const auto seconds = [&](int samples) {
+  const auto measure = [&](int samples, ProblemSize& size) {
     options.samples = samples_of(samples);
-    return SecondsOf([&] { ImageProblem(source, views, set, options).Linearize(values); }) / count;
+    return SecondsOf([&] {
+             ImageProblem problem(source, views, set, options);
+             problem.Linearize(values);
+             size = problem.size();
+           }) /
+           count;
   };
-  const int more = kMoreSamples * spp;
-  const double of_few = seconds(spp);
-  const double of_more = seconds(more);
-  ViewSeconds times;
-  times.linearize_sample = std::max(0.0, (of_more - of_few) / (more - spp));
-  times.linearize = std::max(0.0, of_few - spp * times.linearize_sample);
+  MeasuredViews measured{few, more, {}, {}, {}};
+  const double of_few = measure(few, measured.of_few);
+  const double of_more = measure(more, measured.of_more);
+  ViewSeconds& times = measured.seconds;
+  times.linearize_sample = std::max(0.0, (of_more - of_few) / (more - few));
+  times.linearize = std::max(0.0, of_few - few * times.linearize_sample);
   const SampleHalves halves = samples_of(more);
   times.render_sample = SecondsOf([&] {
                           for (const int view : views.fitted) source.RenderPrimal(view, halves.a);
                         }) /
                         (count * halves.a.spp);
-  return times;
+  return measured;
+}
+
+/// From the first to the last number of samples: light comes to a pixel from ever more places.
+void GrowWithSamples(const MeasuredViews& measured, int first, int last, ProblemSize& size) {
+  const double more = static_cast<double>(last) / first;
+  const double between = std::log(static_cast<double>(measured.more) / measured.few);
+  const auto grow = [&](double of_few, double of_more, double& figure) {
+    if (!(of_few > 0.0) || !(of_more > of_few)) return;
+    figure *= std::pow(more, std::min(1.0, std::log(of_more / of_few) / between));
+  };
+  for (double ProblemSize::*figure :
+       {&ProblemSize::largest_view_bytes, &ProblemSize::sparse_gram_bytes}) {
+    grow(measured.of_few.*figure, measured.of_more.*figure, size.*figure);
+  }
+  for (const auto figure : kRootFigures) {
+    grow(measured.of_few.roots.*figure, measured.of_more.roots.*figure, size.roots.*figure);
+  }
 }
 
 struct ViewCounts {
@@ -157,7 +188,7 @@ double RoundSeconds(const ViewSeconds& times, const ViewCounts& counts, int spp)
   return counts.fitted * times.Round(spp, 1) + validation;
 }
 
-/// Fills the times of a stage, whose samples grow with each round if it has all of them.
+/// Fills the times of a stage.
 void ForecastTimes(const FitSpec& spec,
                    int stage_index,
                    const StagePlan& plan,
@@ -169,8 +200,7 @@ void ForecastTimes(const FitSpec& spec,
   for (const LevelPlan& level : plan.levels) {
     const double pixels = std::pow(level.scale / stage.image_scale, 2);
     for (int round = 0; round < level.most_rounds; ++round) {
-      memory.most_s +=
-          pixels * RoundSeconds(times, counts, SamplesOfRound(stage, round, level.factor));
+      memory.most_s += pixels * RoundSeconds(times, counts, MostSamples(plan, level, round));
     }
     for (int round = 0; round < level.likely_rounds; ++round) {
       const double seconds =
@@ -366,11 +396,22 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     uses_sparse_gram = problem.UsesSparseGram();
     size = SizeOfAll(problem.sizes(), fitted.size(), probe.set->NumBlocks());
   }
+  double pixels = 0.0;
+  size.images_bytes = BytesOfImages(observations, whole.views, spec.loss, uses_gram, pixels);
+  const StagePlan plan = PlanStage(
+      stage_spec, KindOfStage(scene, spec, stage, set), SmallestSide(observations), pixels);
+  const int last_spp =
+      LikelySamples(plan, plan.levels.back(), plan.levels.back().likely_rounds - 1);
+  MeasuredViews measured;
+  if (num_scalars > 0.0 && (!few || parts == ForecastParts::kMemoryAndTimes)) {
+    const int more = std::max(kMoreSamples * spp, few ? 0 : std::min(last_spp, kMostSamples));
+    measured =
+        MeasureViews(*source, probe.views, *probe.set, options, values, spp, more, samples_of);
+    if (!few) GrowWithSamples(measured, spp, last_spp, size);
+  }
   Enlarge(
       more_pixels, num_scalars / std::max(1.0, static_cast<double>(probe.set->NumScalars())), size);
   CountPriors(scene, spec, whole, size);
-  double pixels = 0.0;
-  size.images_bytes = BytesOfImages(observations, whole.views, spec.loss, uses_gram, pixels);
 
   StageMemory memory;
   memory.num_scalars = num_scalars;
@@ -387,14 +428,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   memory.items = ForecastMemory(size, memory.solver);
   memory.items.insert(memory.items.begin(), {loaded, {"scenes", scene_bytes}});
   if (num_scalars > 0.0 && parts == ForecastParts::kMemoryAndTimes) {
-    const StagePlan plan = PlanStage(stage_spec,
-                                     {.moves = set.layout().AnyKind(renderer::MovesGeometry),
-                                      .makes_texture = MakesTexture(scene, spec, stage),
-                                      .few = few},
-                                     SmallestSide(observations),
-                                     pixels);
-    ViewSeconds times =
-        TimeViews(*source, probe.views, *probe.set, options, values, spp, samples_of);
+    ViewSeconds times = measured.seconds;
     for (double ViewSeconds::*part :
          {&ViewSeconds::linearize, &ViewSeconds::linearize_sample, &ViewSeconds::render_sample}) {
       times.*part *= more_pixels;

@@ -74,13 +74,11 @@ WeightedScene Mean(const WeightedScene& a, const WeightedScene& b, const Paramet
 
 }  // namespace
 
-std::vector<double> ScalesOfStage(const StageSpec& stage,
-                                  bool begins_small,
-                                  bool few_unknowns,
-                                  int smallest_side) {
-  const int least = few_unknowns && begins_small ? kSmallestSide : kSmallestSideOfShapes;
+std::vector<double> ScalesOfStage(const StageSpec& stage, StageKind kind, int smallest_side) {
+  const bool begins_small = kind.moves || kind.makes_texture;
+  const int least = kind.few && begins_small ? kSmallestSide : kSmallestSideOfShapes;
   std::vector<double> scales{stage.image_scale};
-  while (stage.coarse_to_fine && (begins_small || few_unknowns) &&
+  while (stage.coarse_to_fine && (begins_small || kind.few) &&
          static_cast<int>(scales.size()) < stage.max_rounds / kRoundsWithinError &&
          0.5 * scales.back() * smallest_side >= least) {
     scales.push_back(0.5 * scales.back());
@@ -104,13 +102,12 @@ int LevelShare(const StageSpec& stage, int num_levels) {
   return stage.max_rounds / (num_levels + 1) + 1;
 }
 
-double SampleFactor(
-    const StageSpec& stage, double scale, double pixels, bool moves_something, bool few_unknowns) {
+double SampleFactor(const StageSpec& stage, double scale, double pixels, StageKind kind) {
   const double ratio = stage.image_scale / scale;
-  if (!few_unknowns) {
+  if (!kind.few) {
     return ratio;
   }
-  const double factor = moves_something ? ratio * ratio : 1.0;
+  const double factor = kind.moves ? ratio * ratio : 1.0;
   return stage.samples.spp ? factor : std::min(factor, kEnoughPixels / std::max(1.0, pixels));
 }
 

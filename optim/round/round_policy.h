@@ -17,17 +17,21 @@ namespace pathfit::optim {
 /// Why samples are drawn; each use of a round has its own stream.
 enum class SampleUse { kFit, kValidation, kEvaluation };
 
+/// What decides how a stage goes.
+struct StageKind {
+  bool moves = false;          ///< something changes place
+  bool makes_texture = false;  ///< MakesTexture (stage_plan.h)
+  bool few = false;            ///< its unknowns: normal equations are formed
+};
+
 /// Scales of the photos that a stage goes through, the last one image_scale. One that moves
-/// something (`begins_small`) begins where the photos still show where things are, and doubles: a
-/// step then reaches as far as a thing may be off, and large errors do not end in wrong valleys.
-/// So does one that makes a texture: what its large places are is told by many samples of few
-/// texels. `smallest_side`: of the photos, in pixels. Few unknowns can begin where there are few
-/// pixels; if they move nothing, one small size brings them near at little cost. Fewer levels if
-/// there are hardly rounds for them.
-std::vector<double> ScalesOfStage(const StageSpec& stage,
-                                  bool begins_small,
-                                  bool few_unknowns,
-                                  int smallest_side);
+/// something begins where the photos still show where things are, and doubles: a step then reaches
+/// as far as a thing may be off, and large errors do not end in wrong valleys. So does one that
+/// makes a texture: what its large places are is told by many samples of few texels.
+/// `smallest_side`: of the photos, in pixels. Few unknowns can begin where there are few pixels; if
+/// they move nothing, one small size brings them near at little cost. Fewer levels if there are
+/// hardly rounds for them.
+std::vector<double> ScalesOfStage(const StageSpec& stage, StageKind kind, int smallest_side);
 
 /// Of all photos, in pixels.
 int SmallestSide(const ObservationSet& observations);
@@ -40,8 +44,7 @@ int LevelShare(const StageSpec& stage, int num_levels);
 /// stay the same where something moves: its small photos must find the way. Elsewhere they only
 /// bring it near. Many pixels need few samples each, unless the stage says how many. With many
 /// unknowns, the error of each pixel counts, too.
-double SampleFactor(
-    const StageSpec& stage, double scale, double pixels, bool moves_something, bool few_unknowns);
+double SampleFactor(const StageSpec& stage, double scale, double pixels, StageKind kind);
 
 /// Samples per pixel of both halves together in a round, after its level's samples have grown so
 /// many times: factor * spp * growth^growths, even, at most factor * max_spp.

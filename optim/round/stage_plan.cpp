@@ -27,6 +27,16 @@ int Usual(const UsualRounds& usual, int level, int num_levels) {
   return level == 0 ? usual.first : usual.middle;
 }
 
+/// Rounds of earlier levels, if samples go on growing from there.
+int RoundsBefore(const StagePlan& plan, const LevelPlan& level, int LevelPlan::*rounds) {
+  int before = 0;
+  if (plan.kind.few || plan.kind.moves) return before;
+  for (auto earlier = plan.levels.begin(); &*earlier != &level; ++earlier) {
+    before += (*earlier).*rounds;
+  }
+  return before;
+}
+
 }  // namespace
 
 bool Promotes(const FitSpec& spec, const StageSpec& stage) {
@@ -58,10 +68,19 @@ bool MakesTexture(const renderer::Scene& scene, const FitSpec& spec, int stage) 
   });
 }
 
+StageKind KindOfStage(const renderer::Scene& scene,
+                      const FitSpec& spec,
+                      int stage,
+                      const ParameterSet& set) {
+  return {.moves = set.layout().AnyKind(renderer::MovesGeometry),
+          .makes_texture = MakesTexture(scene, spec, stage),
+          .few = !Promotes(spec, spec.stages[static_cast<std::size_t>(stage)]) &&
+                 ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars())};
+}
+
 StagePlan PlanStage(const StageSpec& stage, StageKind kind, int smallest_side, double pixels) {
   StagePlan plan{stage, kind, {}};
-  const std::vector<double> scales =
-      ScalesOfStage(stage, kind.BeginsSmall(), kind.few, smallest_side);
+  const std::vector<double> scales = ScalesOfStage(stage, kind, smallest_side);
   const int num_levels = static_cast<int>(scales.size());
   const UsualRounds& usual = !kind.few ? kOfShapes : kind.moves ? kOfPoses : kOfLights;
   int most_left = stage.max_rounds;
@@ -71,7 +90,7 @@ StagePlan PlanStage(const StageSpec& stage, StageKind kind, int smallest_side, d
     LevelPlan& one = plan.levels.emplace_back();
     one.scale = scales[static_cast<std::size_t>(level)];
     const double share = one.scale / stage.image_scale;
-    one.factor = SampleFactor(stage, one.scale, pixels * share * share, kind.moves, kind.few);
+    one.factor = SampleFactor(stage, one.scale, pixels * share * share, kind);
     one.most_rounds = is_last ? most_left : std::min(most_left, LevelShare(stage, num_levels));
     const int likely =
         stage.max_rounds <= kFewRounds ? one.most_rounds : Usual(usual, level, num_levels);
@@ -95,12 +114,8 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
   for (std::size_t i = 0; i < spec.stages.size(); ++i) {
     const StageSpec& stage = spec.stages[i];
     const ParameterSet set(scene, spec.unknowns, stage.free, all, exposure);
-    const bool few = !Promotes(spec, stage) &&
-                     ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
     plans.push_back(PlanStage(stage,
-                              {.moves = set.layout().AnyKind(renderer::MovesGeometry),
-                               .makes_texture = MakesTexture(scene, spec, static_cast<int>(i)),
-                               .few = few},
+                              KindOfStage(scene, spec, static_cast<int>(i), set),
                               side,
                               pixels * stage.image_scale * stage.image_scale));
   }
@@ -109,13 +124,13 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
 
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round) {
   if (plan.kind.few) return SamplesOfRound(plan.stage, round, level.factor);
-  int rounds = round;
-  if (!plan.kind.moves) {  // they go on growing
-    for (auto before = plan.levels.begin(); &*before != &level; ++before) {
-      rounds += before->likely_rounds;
-    }
-  }
+  const int rounds = round + RoundsBefore(plan, level, &LevelPlan::likely_rounds);
   return SamplesOfRound(plan.stage, std::max(0, rounds + 1 - kRoundsBeforeGrowth), level.factor);
+}
+
+int MostSamples(const StagePlan& plan, const LevelPlan& level, int round) {
+  return SamplesOfRound(
+      plan.stage, round + RoundsBefore(plan, level, &LevelPlan::most_rounds), level.factor);
 }
 
 }  // namespace pathfit::optim

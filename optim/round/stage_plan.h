@@ -3,7 +3,9 @@
 #include <vector>
 
 #include "optim/observation/observation.h"
+#include "optim/parameter/parameter_set.h"
 #include "optim/round/fit_spec.h"
+#include "optim/round/round_policy.h"
 #include "renderer/scene/scene.h"
 
 namespace pathfit::optim {
@@ -14,14 +16,6 @@ struct LevelPlan {
   double factor = 1.0;  ///< of its samples (SampleFactor)
   int likely_rounds = 0;
   int most_rounds = 0;
-};
-
-/// What decides how a stage goes.
-struct StageKind {
-  bool moves = false;          ///< something changes place
-  bool makes_texture = false;  ///< MakesTexture
-  bool few = false;            ///< normal equations are formed (round_policy.h)
-  [[nodiscard]] bool BeginsSmall() const { return moves || makes_texture; }
 };
 
 /// How a stage goes: when it ends by itself cannot be known before, but how many rounds that
@@ -38,6 +32,12 @@ bool Promotes(const FitSpec& spec, const StageSpec& stage);
 /// `scene`, with which it or the fit begins.
 bool MakesTexture(const renderer::Scene& scene, const FitSpec& spec, int stage);
 
+/// Of a stage that begins with `scene` (or whose fit does), where it frees `set`.
+StageKind KindOfStage(const renderer::Scene& scene,
+                      const FitSpec& spec,
+                      int stage,
+                      const ParameterSet& set);
+
 /// `pixels`: of all fitted photos that are evidence, at the stage's last scale. `smallest_side`: of
 /// the photos.
 StagePlan PlanStage(const StageSpec& stage, StageKind kind, int smallest_side, double pixels);
@@ -49,6 +49,8 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
 
 /// Of a round (from 0) of one of the plan's levels, as samples usually grow.
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round);
+/// As above if they grow with each of the most rounds.
+int MostSamples(const StagePlan& plan, const LevelPlan& level, int round);
 inline constexpr int kRoundsBeforeGrowth = 3;  ///< of many unknowns; those of few grow at once
 
 }  // namespace pathfit::optim

@@ -15,7 +15,6 @@
 #include "optim/solver/step_bounds.h"
 #include "renderer/core/clock.h"
 #include "renderer/core/error.h"
-#include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
 namespace {
@@ -93,12 +92,12 @@ class BlockJacobi {
 /// where the matrix is not positive.
 bool SolveByConjugateGradients(const SparseGram& matrix,
                                const Vector& damping,
+                               const BlockJacobi& preconditioner,
                                const Vector& gradient,
                                double eta,
                                int most,
                                Vector& step) {
   const std::size_t n = gradient.size();
-  const BlockJacobi preconditioner(matrix, damping);
   Vector residual(n), direction(n), product(n), preconditioned(n);
   std::ranges::transform(gradient, residual.begin(), std::negate<>());
   step.assign(n, 0.0);
@@ -234,9 +233,13 @@ class SparseRound {
         damping.push_back(Damping(cells[p * SparseGram::kStride + p], radius * factor));
       }
     }
-    if (paired.NumScalars() > 0 &&
-        !SolveByConjugateGradients(
-            matrix_, damping, gradient, options_.eta, kMaxConjugateSteps, step)) {
+    if (paired.NumScalars() > 0 && !SolveByConjugateGradients(matrix_,
+                                                              damping,
+                                                              BlockJacobi(matrix_, damping),
+                                                              gradient,
+                                                              options_.eta,
+                                                              kMaxConjugateSteps,
+                                                              step)) {
       return 0.0;
     }
     Vector product;
@@ -332,7 +335,7 @@ StandardErrors EstimateErrorsOfMany(ImageProblem& problem,
                   [&](std::int32_t row, std::int32_t column, std::span<const double> product) {
                     if (row <= column) matrix.Add(row, column, product);
                   });
-  std::vector<Vector> draws = problem.gradient_draws().draws();
+  std::vector<Vector> draws = problem.TakeGradientDraws();
   DrawPriorGradients(priors, set, theta, residual, kPriorDrawSeed, draws);
   Vector damping;
   for (std::size_t b = 0; b < matrix.paired().NumBlocks(); ++b) {
@@ -342,20 +345,18 @@ StandardErrors EstimateErrorsOfMany(ImageProblem& problem,
       damping.push_back(square > 0.0 ? kSmallestShare * square : 1.0);
     }
   }
-  renderer::ParallelFor(static_cast<std::int64_t>(draws.size()), [&](std::int64_t k) {
-    Vector& draw = draws[static_cast<std::size_t>(k)];
+  const BlockJacobi preconditioner(matrix, damping);
+  const auto solve = [&](const Vector& of, double otherwise) {
     Vector step;
     if (!SolveByConjugateGradients(
-            matrix, damping, draw, kEtaOfErrors, kMaxIterationsOfErrors, step)) {
-      step.assign(n, std::numeric_limits<double>::quiet_NaN());
+            matrix, damping, preconditioner, of, kEtaOfErrors, kMaxIterationsOfErrors, step)) {
+      step.assign(n, otherwise);
     }
-    draw = std::move(step);
-  });
-  Vector rest;  // of the way to the minimum
-  if (!SolveByConjugateGradients(
-          matrix, damping, gradient, kEtaOfErrors, kMaxIterationsOfErrors, rest)) {
-    rest.assign(n, 0.0);
-  }
+    return step;
+  };
+  // One after the other: each takes as much memory as a round's step.
+  for (Vector& draw : draws) draw = solve(draw, std::numeric_limits<double>::quiet_NaN());
+  const Vector rest = solve(gradient, 0.0);  // of the way to the minimum
   StandardErrors errors{Vector(n), Vector(n), Vector(n), Vector(n)};
   for (std::size_t i = 0; i < n; ++i) {
     for (const Vector& draw : draws) {

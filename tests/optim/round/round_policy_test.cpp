@@ -190,27 +190,28 @@ TEST(ScalesOfStage, WhatMovesOrMakesATextureBeginsWithSmallPhotos) {
   optim::StageSpec stage;
   stage.image_scale = 0.5;
   const std::vector<double> last{0.5};
-  EXPECT_EQ(optim::ScalesOfStage(stage, false, false, 512), last);
-  EXPECT_EQ(optim::ScalesOfStage(stage, false, true, 512), (std::vector<double>{0.0625, 0.5}))
+  EXPECT_EQ(optim::ScalesOfStage(stage, {}, 512), last);
+  EXPECT_EQ(optim::ScalesOfStage(stage, {.few = true}, 512), (std::vector<double>{0.0625, 0.5}))
       << "what stands still need not be followed through all sizes";
-  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128),
+  EXPECT_EQ(optim::ScalesOfStage(stage, {.moves = true, .few = true}, 128),
             (std::vector<double>{0.0625, 0.125, 0.25, 0.5}));
-  EXPECT_EQ(optim::ScalesOfStage(stage, true, false, 128), (std::vector<double>{0.25, 0.5}));
-  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 10), last);
+  EXPECT_EQ(optim::ScalesOfStage(stage, {.moves = true}, 128), (std::vector<double>{0.25, 0.5}));
+  EXPECT_EQ(optim::ScalesOfStage(stage, {.moves = true, .few = true}, 10), last);
   stage.max_rounds = 4;
-  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), (std::vector<double>{0.25, 0.5}));
+  EXPECT_EQ(optim::ScalesOfStage(stage, {.moves = true, .few = true}, 128),
+            (std::vector<double>{0.25, 0.5}));
   stage.coarse_to_fine = false;
-  EXPECT_EQ(optim::ScalesOfStage(stage, true, true, 128), last);
+  EXPECT_EQ(optim::ScalesOfStage(stage, {.moves = true, .few = true}, 128), last);
   // As many samples in all, as few unknowns need; more per pixel for many.
-  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, true, true), 16.0);
-  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, true, false), 4.0);
-  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, false, true), 1.0);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, {.moves = true, .few = true}), 16.0);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, {.moves = true}), 4.0);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e3, {.few = true}), 1.0);
   // Where there are very many pixels few of each are enough, unless their number was given.
-  EXPECT_EQ(optim::SampleFactor(stage, 0.5, 1e5, false, true), 0.5);
-  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 2e4, true, true), 2.5);
-  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e9, true, false), 4.0);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.5, 1e5, {.few = true}), 0.5);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 2e4, {.moves = true, .few = true}), 2.5);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e9, {.moves = true}), 4.0);
   stage.samples.spp = 8;
-  EXPECT_EQ(optim::SampleFactor(stage, 0.5, 1e5, false, true), 1.0);
+  EXPECT_EQ(optim::SampleFactor(stage, 0.5, 1e5, {.few = true}), 1.0);
 }
 
 TEST(StoppingRule, ComparesMeansOfRounds) {
