@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/experiment/build_parts.h"
+#include "app/experiment/direction.h"
 #include "optim/observation/visual_hull.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
@@ -119,8 +120,9 @@ std::vector<MeshPart> ReadParts(const GeometryConfig& geometry,
 }
 
 bool IsUnknown(const ExperimentConfig& config, const std::string& mesh, const char* property) {
+  const std::string name = mesh + "." + property;
   return std::ranges::any_of(config.fit.unknowns, [&](const auto& unknown) {
-    return unknown.name == mesh + "." + property && !unknown.hold;
+    return (unknown.name == name || MatchesGlob(unknown.name, name)) && !unknown.hold;
   });
 }
 

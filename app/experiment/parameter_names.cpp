@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/config/nearest_name.h"
+#include "app/experiment/direction.h"
 
 namespace pathfit::app {
 namespace {
@@ -97,6 +98,25 @@ std::string NothingCalled(const std::string& name, const std::string& object, co
 }
 
 }  // namespace
+
+std::vector<std::string> NamesLike(const Scene& scene, const std::string& name) {
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string::npos || name.find_first_of("*?[") >= dot) return {name};
+  if (FindParameter(scene, name).problem.empty()) return {name};  // is called so
+  const std::string pattern = name.substr(0, dot);
+  const std::string property = name.substr(dot + 1);
+  std::vector<std::string> names;
+  for (const ParameterTraits* kind : Kinds()) {
+    if (kind->property != property) continue;
+    for (const auto& [object, index] : ObjectsOf(*kind, scene)) {
+      const bool fits = index >= 0 && MatchesGlob(pattern, object);
+      if (!fits || !LackOf(*kind, scene, index).empty()) continue;
+      const std::string found = object + "." + property;
+      if (!Contains(names, found)) names.push_back(found);
+    }
+  }
+  return names.empty() ? std::vector<std::string>{name} : names;
+}
 
 ParameterName FindParameter(const Scene& scene, const std::string& name) {
   for (const ParameterKind kind : {ParameterKind::kExposure, ParameterKind::kWhiteBalance}) {

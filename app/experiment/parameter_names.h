@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "renderer/scene/parameter_kinds.h"
 
@@ -14,5 +15,9 @@ struct ParameterName {
   std::string problem;
 };
 ParameterName FindParameter(const renderer::Scene& scene, const std::string& name);
+
+/// Names of all objects that have the property and fit the pattern, where one is given:
+/// `lamp_*.rotation`; the name itself elsewhere, and where none fits.
+std::vector<std::string> NamesLike(const renderer::Scene& scene, const std::string& name);
 
 }  // namespace pathfit::app

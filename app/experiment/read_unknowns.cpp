@@ -316,6 +316,56 @@ void CheckStartPrior(const YamlEntry& entry,
                       "or a texture; give a mean"});
 }
 
+/// An unknown of one object, whose name is known, from its entry, which may be that of more.
+void ReadOne(const YamlEntry& entry,
+             const ExperimentConfig& config,
+             const renderer::Scene& scene,
+             optim::UnknownSpec& unknown,
+             std::vector<Problem>& problems) {
+  ParameterName found = FindParameter(scene, unknown.name);
+  if (found.problem.empty()) found.problem = ProblemOfExposure(unknown, found.parameter, config);
+  if (!found.problem.empty()) {
+    problems.push_back({entry.key_place, "unknowns", found.problem});
+    return;
+  }
+  unknown.kind = found.parameter.kind;
+  unknown.object = found.parameter.object;
+  const ParameterTraits& traits = TraitsOf(found.parameter, scene);
+  std::vector<Problem> own;
+  UnknownReader(entry, traits, PriorsOf(traits), own).Read(unknown);
+  // Of many objects with one entry each would have the same.
+  for (Problem& problem : own) {
+    const bool is_known = std::ranges::any_of(problems, [&](const Problem& known) {
+      return known.path == problem.path && known.text == problem.text;
+    });
+    if (!is_known) problems.push_back(std::move(problem));
+  }
+  if (unknown.kind == ParameterKind::kVertexPositions) {
+    SetDefaults(entry.value, config, scene, unknown);
+  }
+}
+
+/// Patterns may name what stands by itself, too, or what another one does.
+void CheckTwice(const Unknowns& unknowns,
+                const ExperimentConfig& config,
+                std::vector<Problem>& problems) {
+  std::map<std::string, std::size_t> first;
+  for (std::size_t i = 0; i < unknowns.of_config.size(); ++i) {
+    for (const int index : unknowns.of_config[i].front()) {
+      const std::string& name = unknowns.specs[static_cast<std::size_t>(index)].name;
+      const auto [before, is_new] = first.emplace(name, i);
+      if (is_new) continue;
+      const auto& entries = config.resolved.Find("unknowns")->entries;
+      problems.push_back({entries[i].key_place,
+                          "unknowns",
+                          fmt::format("'{}' is that of '{}' and of '{}'",
+                                      name,
+                                      entries[before->second].key,
+                                      entries[i].key)});
+    }
+  }
+}
+
 }  // namespace
 
 Unknowns ReadUnknowns(const ExperimentConfig& config, const renderer::Scene& scene) {
@@ -323,6 +373,8 @@ Unknowns ReadUnknowns(const ExperimentConfig& config, const renderer::Scene& sce
   std::vector<optim::UnknownSpec>& unknowns = result.specs;
   std::vector<Problem> problems;
   const std::vector<PromotedUnknown> promotions = ReadPromotions(config, scene, problems);
+  std::vector<std::pair<std::size_t, optim::UnknownSpec>>
+      others;  // that a pattern names, by its index
   for (std::size_t i = 0; i < config.fit.unknowns.size(); ++i) {
     const optim::UnknownSpec& item = config.fit.unknowns[i];
     const YamlEntry& entry = config.resolved.Find("unknowns")->entries[i];
@@ -337,19 +389,23 @@ Unknowns ReadUnknowns(const ExperimentConfig& config, const renderer::Scene& sce
       CheckStartPrior(entry, *promoted, unknown, problems);
       continue;
     }
-    ParameterName found = FindParameter(scene, item.name);
-    if (found.problem.empty()) found.problem = ProblemOfExposure(item, found.parameter, config);
-    if (!found.problem.empty()) {
-      problems.push_back({entry.key_place, "unknowns", found.problem});
-      continue;
+    const std::vector<std::string> names = NamesLike(scene, item.name);
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      optim::UnknownSpec one = item;
+      one.name = names[k];
+      ReadOne(entry, config, scene, one, problems);
+      if (k == 0) {
+        unknown = std::move(one);
+      } else {
+        others.emplace_back(i, std::move(one));
+      }
     }
-    unknown.kind = found.parameter.kind;
-    unknown.object = found.parameter.object;
-    const ParameterTraits& traits = TraitsOf(found.parameter, scene);
-    UnknownReader(entry, traits, PriorsOf(traits), problems).Read(unknown);
-    if (unknown.kind == ParameterKind::kVertexPositions)
-      SetDefaults(entry.value, config, scene, unknown);
   }
+  for (auto& [index, other] : others) {
+    result.of_config[index].front().push_back(static_cast<int>(unknowns.size()));
+    unknowns.push_back(std::move(other));
+  }
+  CheckTwice(result, config, problems);
   if (!problems.empty()) throw ConfigError(config.source, problems);
   for (const PromotedUnknown& promoted : promotions) {
     const YamlEntry& entry = config.resolved.Find("unknowns")->entries[promoted.index];

@@ -19,7 +19,7 @@ struct UsualRounds {
 };
 constexpr UsualRounds kOfLights = {8, 8, 4, 10};  // few unknowns that move nothing
 constexpr UsualRounds kOfPoses = {5, 5, 10, 10};  // few that move something
-constexpr UsualRounds kOfShapes = {15, 8, 16, 16};
+constexpr UsualRounds kOfShapes = {14, 8, 19, 16};
 
 int Usual(const UsualRounds& usual, int level, int num_levels) {
   if (num_levels == 1) return usual.only;

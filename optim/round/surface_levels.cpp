@@ -164,14 +164,17 @@ class Promoter {
       has_shapes = has_shapes && old.triangles == now.triangles && old.uvs == now.uvs &&
                    old.uv_triangles == now.uv_triangles;
     }
-    const bool has_uvs = renderer::HaveSeparateUvs(meshes);
+    const bool has_others = HasOtherTextures(material, indices);
+    // Others bind the mesh to its UVs: places that share texels there have these in common, too.
+    const bool has_uvs =
+        renderer::HaveSeparateUvs(meshes) || (has_others && renderer::HaveUvsInPicture(meshes));
     const bool all_resized =
         has_uvs && has_shapes &&
         std::ranges::none_of(wanted, [&](const UnknownSpec* unknown) { return is_free_[unknown]; });
     if (all_resized) return;
-    if (!has_uvs && HasOtherTextures(material, indices)) {
+    if (!has_uvs && has_others) {
       return Say(*wanted.front()->promotion,
-                 "stays as it is: other textures lie on the mesh's UVs, which overlap");
+                 "stays as it is: other textures lie on the mesh's UVs, which leave the picture");
     }
     auto densities = Densities(indices);
     const bool in_use = std::ranges::any_of(wanted, [&](const UnknownSpec* unknown) {

@@ -9,7 +9,8 @@
 namespace pathfit::renderer {
 namespace {
 
-constexpr double kTolerance = 1e-9;  // of the plane's size
+constexpr double kTolerance = 1e-9;   // of the plane's size
+constexpr double kMostShared = 0.01;  // of what separate UVs cover
 constexpr double kMostCells = 4e6;
 
 /// Whether a side of `a` (counter-clockwise) has all of `b` beyond it, but for `tolerance`.
@@ -26,6 +27,29 @@ bool HasSeparatingSide(const FlatTriangle& a, const FlatTriangle& b, double tole
     if (deepest <= tolerance) return true;
   }
   return false;
+}
+
+/// Of the part of `a` inside `b`, both counter-clockwise: cut by one side of `b` after the other
+/// [Sutherland and Hodgman 1974].
+double CommonArea(const FlatTriangle& a, const FlatTriangle& b) {
+  std::vector<Vec2> part(a.begin(), a.end());
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec2& from = b[i];
+    const Vec2& to = b[(i + 1) % 3];
+    std::vector<Vec2> inside;
+    for (std::size_t k = 0; k < part.size(); ++k) {
+      const Vec2& p = part[k];
+      const Vec2& q = part[(k + 1) % part.size()];
+      const double of_p = TwiceArea({from, to, p});
+      const double of_q = TwiceArea({from, to, q});
+      if (of_p >= 0.0) inside.push_back(p);
+      if (of_p * of_q < 0.0) inside.push_back(p + (q - p) * (of_p / (of_p - of_q)));
+    }
+    part = std::move(inside);
+  }
+  double twice = 0.0;
+  for (std::size_t k = 2; k < part.size(); ++k) twice += TwiceArea({part[0], part[k - 1], part[k]});
+  return 0.5 * twice;
 }
 
 }  // namespace
@@ -61,20 +85,38 @@ FlatTriangles::Cells FlatTriangles::CellsOf(const FlatTriangle& t) const {
           index((y1 - low_.y) * per_y_, height_)};
 }
 
-bool FlatTriangles::Meets(const FlatTriangle& triangle) const {
+template <class Visit>
+bool FlatTriangles::VisitMet(const FlatTriangle& triangle, Visit visit) const {
   const Cells cells = CellsOf(triangle);
   for (std::size_t y = cells.y0; y <= cells.y1; ++y) {
     for (std::size_t x = cells.x0; x <= cells.x1; ++x) {
       for (const std::int32_t i : cells_[y * width_ + x]) {
         const FlatTriangle& other = triangles_[Index(i)];
         if (!HasSeparatingSide(triangle, other, tolerance_) &&
-            !HasSeparatingSide(other, triangle, tolerance_)) {
+            !HasSeparatingSide(other, triangle, tolerance_) && visit(i)) {
           return true;
         }
       }
     }
   }
   return false;
+}
+
+bool FlatTriangles::Meets(const FlatTriangle& triangle) const {
+  return VisitMet(triangle, [](std::int32_t) { return true; });
+}
+
+double FlatTriangles::SharedArea(const FlatTriangle& triangle) const {
+  std::vector<std::int32_t> met;
+  VisitMet(triangle, [&](std::int32_t i) {
+    met.push_back(i);
+    return false;
+  });
+  std::ranges::sort(met);
+  met.erase(std::unique(met.begin(), met.end()), met.end());
+  double area = 0.0;
+  for (const std::int32_t i : met) area += CommonArea(triangle, triangles_[Index(i)]);
+  return area;
 }
 
 void FlatTriangles::Add(const FlatTriangle& triangle) {
@@ -86,30 +128,39 @@ void FlatTriangles::Add(const FlatTriangle& triangle) {
   }
 }
 
+bool HaveUvsInPicture(std::span<const Mesh* const> meshes) {
+  return std::ranges::all_of(meshes, [](const Mesh* mesh) {
+    const auto is_inside = [&](std::int32_t corner) {
+      const Vec2& uv = mesh->uvs[Index(corner)];
+      return uv.x >= 0.0 && uv.x <= 1.0 && uv.y >= 0.0 && uv.y <= 1.0;
+    };
+    return !mesh->uv_triangles.empty() &&
+           std::ranges::all_of(mesh->uv_triangles, [&](const Triangle& t) {
+             return std::ranges::all_of(t, is_inside);
+           });
+  });
+}
+
 bool HaveSeparateUvs(std::span<const Mesh* const> meshes) {
-  std::size_t count = 0;
-  for (const Mesh* mesh : meshes) {
-    if (mesh->uv_triangles.empty()) return false;
-    count += mesh->uv_triangles.size();
-  }
-  FlatTriangles placed({0.0, 0.0}, {1.0, 1.0}, count);
+  if (!HaveUvsInPicture(meshes)) return false;
+  std::vector<FlatTriangle> triangles;
+  double covered = 0.0;
   for (const Mesh* mesh : meshes) {
     for (const Triangle& t : mesh->uv_triangles) {
-      FlatTriangle flat;
-      for (std::size_t k = 0; k < 3; ++k) {
-        flat[k] = mesh->uvs[Index(t[k])];
-        const bool inside =
-            flat[k].x >= 0.0 && flat[k].x <= 1.0 && flat[k].y >= 0.0 && flat[k].y <= 1.0;
-        if (!inside) return false;
-      }
-      const double area = TwiceArea(flat);
-      if (area == 0.0) return false;
-      if (area < 0.0) std::swap(flat[1], flat[2]);  // mirrored halves are fine
-      if (placed.Meets(flat)) return false;
-      placed.Add(flat);
+      FlatTriangle& flat = triangles.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) flat[k] = mesh->uvs[Index(t[k])];
+      if (TwiceArea(flat) < 0.0) std::swap(flat[1], flat[2]);  // mirrored halves are fine
+      covered += 0.5 * TwiceArea(flat);
     }
   }
-  return true;
+  FlatTriangles placed({0.0, 0.0}, {1.0, 1.0}, triangles.size());
+  double shared = 0.0;
+  for (const FlatTriangle& flat : triangles) {
+    shared += placed.SharedArea(flat);
+    if (shared > kMostShared * covered) return false;
+    placed.Add(flat);
+  }
+  return covered > 0.0;
 }
 
 }  // namespace pathfit::renderer

@@ -22,16 +22,23 @@ class FlatTriangles {
   /// `low`, `high`: around all that will be added; `count`: about how many.
   FlatTriangles(const Vec2& low, const Vec2& high, std::size_t count);
 
+  /// All triangles are counter-clockwise.
+  void Add(const FlatTriangle& triangle);
   /// Whether the interiors of the triangle and of one that was added have points in common: by more
   /// than rounding, so that triangles that touch along sides or in corners do not.
   [[nodiscard]] bool Meets(const FlatTriangle& triangle) const;
-  void Add(const FlatTriangle& triangle);
+  /// Area that the triangle has in common with those that were added, each by itself.
+  [[nodiscard]] double SharedArea(const FlatTriangle& triangle) const;
 
  private:
   struct Cells {
     std::size_t x0, y0, x1, y1;
   };
   [[nodiscard]] Cells CellsOf(const FlatTriangle& triangle) const;
+  /// Calls visit(index) for those added whose interiors have points in common with the triangle's,
+  /// some more than once, until it returns true; whether it did.
+  template <class Visit>
+  bool VisitMet(const FlatTriangle& triangle, Visit visit) const;
 
   Vec2 low_;
   std::size_t width_ = 1, height_ = 1;
@@ -41,8 +48,11 @@ class FlatTriangles {
   std::vector<std::vector<std::int32_t>> cells_;
 };
 
-/// Whether each point of a picture belongs to one point of the surfaces at most: all meshes have
-/// UVs, all in the unit square, of triangles with an area that do not lie over each other.
+/// Whether all meshes have UVs, all in the unit square.
+bool HaveUvsInPicture(std::span<const Mesh* const> meshes);
+/// Whether each point of a picture belongs to one point of the surfaces at most: UVs are
+/// in the picture, of triangles that do not lie over each other by more than slips of
+/// whoever laid them out (a hundredth of what they cover).
 bool HaveSeparateUvs(std::span<const Mesh* const> meshes);
 
 }  // namespace pathfit::renderer

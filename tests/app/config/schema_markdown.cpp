@@ -103,7 +103,8 @@ constexpr const char* kUnknownsNotes = R"(
   middle of its bounding box, a light about its place, a camera about its centre.
 * `exposure` needs `input.exposure.model: gain` where there are photos. `camera.PROPERTY` is that of
   all sensors; `SENSOR.PROPERTY` that of one of `scene.sensors`, or of one photo:
-  `IMG_1.JPG.position`.
+  `IMG_1.JPG.position`. `lamp_*.intensity` is that of all whose names fit the pattern; in `free` it is
+  written alike.
 * In a fit, cameras without a `gaussian` prior have one around their start, of sigma: `position` 2 %
   of the distance to the middle of the objects, `rotation` 0.02, `focal` 2 %, `principal_point` 1 %
   of the picture's width, `distortion` 0.05, `tangential` 0.01. It keeps what the photos leave open,

@@ -110,6 +110,33 @@ TEST(ReadUnknowns, DefaultsFollowTheUse) {
   expect("front.focal", 1.0, infinity, false);
 }
 
+TEST(ReadUnknowns, PatternsNameAllThatFit) {
+  const Unknowns unknowns = ReadUnknowns(
+      LoadText(kFitConfig,
+               {"unknowns={'*.position': {bounds: [-1, 1]}, mug.vertices: {}, 'b*.intensity': {}}",
+                "stages=[]"}),
+      Build(kScene).scene);
+  std::vector<std::string> names;
+  for (const optim::UnknownSpec& unknown : unknowns.specs) names.push_back(unknown.name);
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"lamp.position",
+                                      "mug.vertices",
+                                      "beamer.intensity",
+                                      "beamer.position",
+                                      "front.position",
+                                      "plan.position"}));
+  EXPECT_EQ(unknowns.of_config,
+            (std::vector<std::vector<std::vector<int>>>{{{0, 3, 4, 5}}, {{1}}, {{2}}}));
+  EXPECT_EQ(unknowns.specs[5].lower, -1.0) << "what is written is that of each";
+  EXPECT_EQ(ProblemOf(kScene, {"unknowns={'l*.intensity': {}, lamp.intensity: {}}"}),
+            "--set #1: unknowns: 'lamp.intensity' is that of 'l*.intensity' and of "
+            "'lamp.intensity'");
+  EXPECT_EQ(ProblemOf(kScene, {"unknowns={'x*.intensity': {}}"}),
+            "--set #1: unknowns: no light is called 'x*' (known: room, lamp, beamer, glow)");
+  EXPECT_EQ(ProblemOf(kScene, {"unknowns={'*.position': {bounds: [1, -1]}}"}),
+            "--set #1: unknowns.*.position.bounds: lower bound 1 is above upper bound -1");
+}
+
 TEST(ReadUnknowns, ReadsWhatIsWritten) {
   EXPECT_EQ(Only("camera.position").object, -1);
   EXPECT_EQ(Only("plan.position").object, 1);

@@ -228,6 +228,11 @@ TEST_F(SurfaceLevelsTest, GivenTexturesKeepUvsThatOverlap) {
   scene_.materials[0].bsdf = renderer::MetallicRoughnessBsdf{};
   scene_.textures.push_back({"worn"});
   scene_.materials[0].roughness_texture = 1;
+  const optim::SceneLevel shared = Promote(scene_, 1.0);
+  EXPECT_EQ(shared.scene.meshes[0].mesh.uvs, scene_.meshes[0].mesh.uvs);
+  EXPECT_EQ(shared.scene.materials[0].base_color_texture, 0);
+  EXPECT_FALSE(renderer::IsAtlas(shared.scene, 0));
+  for (renderer::Vec2& uv : scene_.meshes[0].mesh.uvs.Edit()) uv = uv * 2.0;  // tiles
   const optim::SceneLevel level = Promote(scene_, 1.0);
   EXPECT_EQ(level.scene.meshes[0].mesh.uvs, scene_.meshes[0].mesh.uvs);
   EXPECT_EQ(level.scene.materials[0].base_color_texture, -1);

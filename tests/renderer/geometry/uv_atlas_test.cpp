@@ -167,6 +167,9 @@ TEST(UvOverlap, IsSeenWhereTrianglesShareOnlyACorner) {
   EXPECT_FALSE(placed.Meets({{{1.0, 0.0}, {2.0, 0.0}, {2.0, 1.0}}})) << "a corner";
   EXPECT_TRUE(placed.Meets({{{0.0, 0.0}, {0.5, 0.1}, {0.1, 0.5}}})) << "inside";
   EXPECT_TRUE(placed.Meets({{{-1.0, -1.0}, {2.0, 0.5}, {0.5, 2.0}}})) << "across";
+  EXPECT_EQ(placed.SharedArea({{{1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}}}), 0.0);
+  EXPECT_NEAR(placed.SharedArea({{{-1.0, -1.0}, {3.0, -1.0}, {-1.0, 3.0}}}), 0.5, 1e-12);
+  EXPECT_NEAR(placed.SharedArea({{{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}}}), 0.25, 1e-12);
 }
 
 TEST(UvOverlap, UvsOfPrimitivesAreNotAlwaysSeparate) {
@@ -182,6 +185,19 @@ TEST(UvOverlap, UvsOfPrimitivesAreNotAlwaysSeparate) {
   Mesh globe = MakeIcosphere(3, 1.0);
   SetSphereUvs(globe);
   EXPECT_FALSE(separate(globe)) << "beyond the date line";
+  // Slips of whoever laid the triangles out, on 1 280 of them.
+  Mesh ball = MakeIcosphere(3, 1.0);
+  Mesh* const edited[] = {&ball};
+  const std::vector<double> densities[] = {Even(ball, 100.0)};
+  MakeUvAtlas(edited, densities);
+  ASSERT_TRUE(separate(ball));
+  auto& triangles = ball.uv_triangles.Edit();
+  triangles[0][1] = triangles[0][0];
+  EXPECT_TRUE(separate(ball)) << "one without an area";
+  triangles[0] = triangles[100];
+  EXPECT_TRUE(separate(ball)) << "one over another";
+  for (std::size_t f = 0; f < 40; ++f) triangles[f] = triangles[100 + f];
+  EXPECT_FALSE(separate(ball)) << "one in 32";
 }
 
 }  // namespace
