@@ -420,16 +420,26 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
   const Unknowns unknowns = ReadUnknowns(config, scene);
   for (std::size_t i = 0; i < unknowns.of_config.size(); ++i) {
     YamlNode& node = root.Find("unknowns")->entries[i].value;
+    const auto& forms = unknowns.of_config[i];
+    const auto spec = [&](int index) -> const optim::UnknownSpec& {
+      return unknowns.specs[static_cast<std::size_t>(index)];
+    };
+    const optim::UnknownSpec& first = spec(forms.front().front());
     const auto fill = [&node](const char* key, const std::string& yaml) {
       if (node.Find(key) == nullptr) SetDefault(node, key, yaml);
     };
-    const auto& forms = unknowns.of_config[i];
-    const optim::UnknownSpec& first =
-        unknowns.specs[static_cast<std::size_t>(forms.front().front())];
+    // Objects that a pattern names may have defaults of their own, which one entry cannot say.
+    const auto alike = [&](auto value) {
+      return std::ranges::all_of(forms.front(),
+                                 [&](int index) { return spec(index).*value == first.*value; });
+    };
+    using optim::UnknownSpec;
     if (renderer::TraitsOf(first.kind).bounded) {
-      fill("bounds", binding::Write(std::array{first.lower, first.upper}));
+      if (alike(&UnknownSpec::lower) && alike(&UnknownSpec::upper)) {
+        fill("bounds", binding::Write(std::array{first.lower, first.upper}));
+      }
       const bool log = first.parameterization == optim::Parameterization::kLog;
-      fill("transform", log ? "log" : "identity");
+      if (alike(&UnknownSpec::parameterization)) fill("transform", log ? "log" : "identity");
     }
     const bool is_vertices = first.kind == ParameterKind::kVertexPositions;
     if (is_vertices) {
@@ -439,11 +449,11 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
     const auto prior = [](const char* name, double weight) {
       return weight > 0.0 ? fmt::format("{{{}: {{weight: {}}}}}", name, weight) : std::string();
     };
-    const optim::UnknownSpec& last = unknowns.specs[static_cast<std::size_t>(forms.back().front())];
+    const optim::UnknownSpec& last = spec(forms.back().front());
     fill("priors",
          "[" + prior("laplacian", last.laplacian_weight) +
              prior("total_variation", last.total_variation_weight) + "]");
-    if (is_vertices) {
+    if (is_vertices && alike(&UnknownSpec::mesh_detail)) {
       fill("mesh", first.mesh_detail == optim::MeshDetail::kKeep ? "keep" : "levels");
     }
   }

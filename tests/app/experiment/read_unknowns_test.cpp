@@ -128,6 +128,14 @@ TEST(ReadUnknowns, PatternsNameAllThatFit) {
   EXPECT_EQ(unknowns.of_config,
             (std::vector<std::vector<std::vector<int>>>{{{0, 3, 4, 5}}, {{1}}, {{2}}}));
   EXPECT_EQ(unknowns.specs[5].lower, -1.0) << "what is written is that of each";
+  const auto resolved = [](const char* pattern) {
+    return ResolvedYaml(
+        LoadText(kFitConfig, {std::string("unknowns={'") + pattern + "': {}}", "stages=[]"}),
+        Build(kScene).scene);
+  };
+  EXPECT_NE(resolved("l*.intensity").find("bounds: [0.0001, .inf]"), std::string::npos);
+  EXPECT_EQ(resolved("*.texels").find("bounds:"), std::string::npos)
+      << "each has its own, which it must have again when the fit continues";
   EXPECT_EQ(ProblemOf(kScene, {"unknowns={'l*.intensity': {}, lamp.intensity: {}}"}),
             "--set #1: unknowns: 'lamp.intensity' is that of 'l*.intensity' and of "
             "'lamp.intensity'");
