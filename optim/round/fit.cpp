@@ -383,6 +383,7 @@ class FitDriver {
   /// Runs the rounds that are left.
   RoundsEnd RunRounds(const StageContext& context, const StageSpec& stage, int num_levels) {
     const auto source = evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
+    renderer::ReturnFreedMemory();  // pieces as large as those of another level
     while (StopReason(stage, state_, num_levels).empty()) {
       if (controls_.cancel != nullptr && controls_.cancel->load() && division_.IsFirst()) {
         throw renderer::Cancelled();
