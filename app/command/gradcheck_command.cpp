@@ -10,6 +10,7 @@
 #include "app/command/result.h"
 #include "app/command/stop_signals.h"
 #include "app/config/experiment_config.h"
+#include "app/config/nearest_name.h"
 #include "app/experiment/direction.h"
 #include "app/experiment/experiment.h"
 #include "app/output/fields.h"

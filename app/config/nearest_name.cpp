@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fnmatch.h>
+
 namespace pathfit::app {
 namespace {
 
@@ -53,6 +55,10 @@ std::string NameHint(const std::string& name, const std::vector<std::string>& ca
   const std::string nearest = NearestName(name, candidates);
   return nearest.empty() ? " (known: " + JoinNames(candidates, kMostNames) + ")"
                          : " (did you mean '" + nearest + "'?)";
+}
+
+bool MatchesGlob(const std::string& pattern, const std::string& name) {
+  return fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
 }
 
 bool Contains(const std::vector<std::string>& list, const std::string& text) {

@@ -13,6 +13,9 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 /// " (did you mean 'x'?)", or " (known: a, b, c)" with at most 12 names, or "" if there are none.
 std::string NameHint(const std::string& name, const std::vector<std::string>& candidates);
 
+/// Whether a name fits a glob pattern.
+bool MatchesGlob(const std::string& pattern, const std::string& name);
+
 bool Contains(const std::vector<std::string>& list, const std::string& text);
 
 /// "a, b, c", cut after `limit` names.

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "app/config/nearest_name.h"
 #include "app/experiment/build_parts.h"
-#include "app/experiment/direction.h"
 #include "optim/observation/visual_hull.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"

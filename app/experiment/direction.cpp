@@ -5,8 +5,6 @@
 #include <optional>
 #include <string_view>
 
-#include <fnmatch.h>
-
 #include "app/experiment/parameter_names.h"
 #include "renderer/core/error.h"
 #include "renderer/sampler/counter_rng.h"
@@ -186,10 +184,6 @@ std::vector<std::string> DirectionNames(const renderer::Scene& scene, const std:
     names.push_back(unknown + "." + letter);
   }
   return names;
-}
-
-bool MatchesGlob(const std::string& pattern, const std::string& name) {
-  return fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
 }
 
 }  // namespace pathfit::app

@@ -35,7 +35,4 @@ Direction ParseDirection(const renderer::Scene& scene, const std::string& name);
 /// where it needs one. Throws SceneError as ParseDirection.
 std::vector<std::string> DirectionNames(const renderer::Scene& scene, const std::string& unknown);
 
-/// Whether the object and property of a direction's name match a glob pattern.
-bool MatchesGlob(const std::string& pattern, const std::string& name);
-
 }  // namespace pathfit::app

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "app/config/nearest_name.h"
-#include "app/experiment/direction.h"
 
 namespace pathfit::app {
 namespace {

@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include "app/config/nearest_name.h"
-#include "app/experiment/direction.h"
 
 namespace pathfit::app {
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -373,8 +374,8 @@ Unknowns ReadUnknowns(const ExperimentConfig& config, const renderer::Scene& sce
   std::vector<optim::UnknownSpec>& unknowns = result.specs;
   std::vector<Problem> problems;
   const std::vector<PromotedUnknown> promotions = ReadPromotions(config, scene, problems);
-  std::vector<std::pair<std::size_t, optim::UnknownSpec>>
-      others;  // that a pattern names, by its index
+  // Those beside the first that a pattern names, with the index of its entry.
+  std::vector<std::pair<std::size_t, optim::UnknownSpec>> others;
   for (std::size_t i = 0; i < config.fit.unknowns.size(); ++i) {
     const optim::UnknownSpec& item = config.fit.unknowns[i];
     const YamlEntry& entry = config.resolved.Find("unknowns")->entries[i];

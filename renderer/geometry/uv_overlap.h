@@ -50,9 +50,9 @@ class FlatTriangles {
 
 /// Whether all meshes have UVs, all in the unit square.
 bool HaveUvsInPicture(std::span<const Mesh* const> meshes);
-/// Whether each point of a picture belongs to one point of the surfaces at most: UVs are
-/// in the picture, of triangles that do not lie over each other by more than slips of
-/// whoever laid them out (a hundredth of what they cover).
+/// Whether each point of a picture belongs to one point of the surfaces at most: UVs are in the
+/// picture, of triangles that do not lie over each other by more than slips of whoever laid them
+/// out (a hundredth of what they cover).
 bool HaveSeparateUvs(std::span<const Mesh* const> meshes);
 
 }  // namespace pathfit::renderer
