@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "optim/parameter/promotion.h"
@@ -58,14 +59,15 @@ ParameterSet::ParameterSet(const renderer::Scene& scene,
   for (const int index : order) {
     const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
     if (IsOfSensors(unknown.kind) && unknown.object < 0) {
-      for (const int sensor : sensors) AddGroup(unknown, index, sensor, exposure);
+      for (const int sensor : sensors) AddGroup(scene, unknown, index, sensor, exposure);
     } else {
-      AddGroup(unknown, index, unknown.object, exposure);
+      AddGroup(scene, unknown, index, unknown.object, exposure);
     }
   }
 }
 
-void ParameterSet::AddGroup(const UnknownSpec& unknown,
+void ParameterSet::AddGroup(const renderer::Scene& scene,
+                            const UnknownSpec& unknown,
                             int index,
                             int object,
                             const ExposureModel& exposure) {
@@ -97,6 +99,12 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
     block_offset_.push_back(static_cast<std::uint32_t>(mapping_.size() + i * block_size));
   }
   block_size_.resize(block_size_.size() + num_blocks, static_cast<std::uint8_t>(block_size));
+  if (unknown.kind == renderer::ParameterKind::kLightRotation) {
+    const renderer::Emitter& light = scene.emitters[static_cast<std::size_t>(object)];
+    if (const std::optional<renderer::Vec3> axis = renderer::AxisOfSymmetry(light)) {
+      turns_.push_back({group.first_block, *axis});
+    }
+  }
   mapping_.resize(count, is_log ? Mapping::kLog : Mapping::kIdentity);
   if (unknown.kind == renderer::ParameterKind::kSpotAngles) {
     mapping_[count - 2] = Mapping::kCone;
@@ -104,6 +112,19 @@ void ParameterSet::AddGroup(const UnknownSpec& unknown,
     runs_.push_back({count, kSmallestOuterAngle, kLargestOuterAngle});
   } else {
     runs_.push_back({count, lower, upper});
+  }
+}
+
+void ParameterSet::DropTurnsAboutAxes(const std::vector<double>& from,
+                                      std::vector<double>& to) const {
+  for (const Turn& turn : turns_) {
+    const std::size_t first = BlockOffset(turn.block);
+    const renderer::Vec3 step{
+        to[first] - from[first], to[first + 1] - from[first + 1], to[first + 2] - from[first + 2]};
+    const renderer::Vec3 about = turn.axis * Dot(step, turn.axis);
+    to[first] -= about.x;
+    to[first + 1] -= about.y;
+    to[first + 2] -= about.z;
   }
 }
 

@@ -54,6 +54,26 @@ class ParameterSet {
   [[nodiscard]] bool IsCone(std::int32_t block) const {
     return mapping_[BlockOffset(block)] == Mapping::kCone;
   }
+  /// How a light turns that is the same all around: rotations about `axis` (unit, as it points
+  /// unturned, in its frame) are left out, for they change nothing. Without them, rotation vectors
+  /// are at right angles to the axis, and each direction has one.
+  struct Turn {
+    std::int32_t block;
+    renderer::Vec3 axis;
+  };
+  /// By block.
+  [[nodiscard]] const std::vector<Turn>& turns() const { return turns_; }
+  /// Null: the block is none.
+  [[nodiscard]] const Turn* TurnOf(std::int32_t block) const {
+    if (turns_.empty()) {
+      return nullptr;
+    }
+    const auto turn = std::ranges::lower_bound(turns_, block, {}, &Turn::block);
+    return turn != turns_.end() && turn->block == block ? &*turn : nullptr;
+  }
+  /// Takes back what the step from one point to another (values) turns about these axes: solvers
+  /// that scale unknowns one by one leave the plane.
+  void DropTurnsAboutAxes(const std::vector<double>& from, std::vector<double>& to) const;
   /// d inner / d ratio and d inner / d outer of a cone at these angles.
   static std::array<double, 2> ConeSlopes(double inner, double outer);
   /// Bounds of theta, infinite where there is none.
@@ -84,7 +104,11 @@ class ParameterSet {
     return *std::ranges::upper_bound(runs_, scalar, {}, &Run::end);
   }
 
-  void AddGroup(const UnknownSpec& unknown, int index, int object, const ExposureModel& exposure);
+  void AddGroup(const renderer::Scene& scene,
+                const UnknownSpec& unknown,
+                int index,
+                int object,
+                const ExposureModel& exposure);
 
   renderer::ParameterLayout layout_;
   std::vector<int> unknown_of_group_;
@@ -93,6 +117,7 @@ class ParameterSet {
   std::vector<std::uint32_t> block_offset_;
   std::vector<Mapping> mapping_;
   std::vector<Run> runs_;
+  std::vector<Turn> turns_;
 };
 
 }  // namespace pathfit::optim

@@ -189,6 +189,7 @@ void ImageProblem::TakeLinearized(std::size_t index, const LinearizedPart& part)
 void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
   start_theta_ = set_.ThetaFromValues(values);
   start_costs_ = costs_;
+  round_model_.HoldAxes(set_);
   round_model_.FinishRound(start_theta_, sums_.gradient);
   model_ = options_.earlier != nullptr ? *options_.earlier : QuadraticModel();
   Accumulate(round_model_, start_theta_, options_.weight, model_);

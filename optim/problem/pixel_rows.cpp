@@ -10,6 +10,7 @@
 namespace pathfit::optim {
 namespace {
 
+constexpr double kStandsOut = 2.0;  // of a residual, in units of half its halves' difference
 constexpr std::size_t kMaxEntries = 1 << 19;  // of a part, and a band more
 
 std::string Place(const std::string& view_name, std::size_t pixel, int width) {
@@ -28,6 +29,33 @@ PixelDerivative ByCone(const PixelDerivative& by_angles, const std::array<double
     out.d[4 + channel] = static_cast<float>(slopes[1] * d_inner + d_outer);
   }
   return out;
+}
+
+/// Derivatives by a rotation without those about its axis.
+PixelDerivative WithoutAxis(const PixelDerivative& by_rotation, const renderer::Vec3& axis) {
+  PixelDerivative out = by_rotation;
+  const std::array<double, 3> a = {axis.x, axis.y, axis.z};
+  for (std::size_t channel = 0; channel < 4; ++channel) {
+    double along = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      along += a[c] * static_cast<double>(by_rotation.d[4 * c + channel]);
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      out.d[4 * c + channel] =
+          static_cast<float>(static_cast<double>(by_rotation.d[4 * c + channel]) - a[c] * along);
+    }
+  }
+  return out;
+}
+
+/// Whether a pixel's residual stands out of the renderings' noise.
+bool IsUnexplained(const RowUnit& unit) {
+  double square = 0.0;
+  for (int row = 0; row < unit.NumRows(); ++row) {
+    square +=
+        unit.residual[static_cast<std::size_t>(row)] * unit.residual[static_cast<std::size_t>(row)];
+  }
+  return square > kStandsOut * kStandsOut * unit.noise_squared;
 }
 
 }  // namespace
@@ -85,6 +113,8 @@ void HalvesMerger::AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows)
       const double* angles = values_.data() + set_.BlockOffset(block);
       const std::array<double, 2> slopes = ParameterSet::ConeSlopes(angles[0], angles[1]);
       AddEntry(unit, r, block, ByCone(da, slopes), ByCone(db, slopes), rows);
+    } else if (const ParameterSet::Turn* turn = set_.TurnOf(block)) {
+      AddEntry(unit, r, block, WithoutAxis(da, turn->axis), WithoutAxis(db, turn->axis), rows);
     } else {
       AddEntry(unit, r, block, da, db, rows);
     }
@@ -106,6 +136,10 @@ void HalvesMerger::AddEntry(const RowUnit& unit,
   entry.block = block;
   const int size = set_.BlockSize(block);
   const std::size_t offset = set_.BlockOffset(block);
+  // What each half's Jacobian and residuals give differs as the mean of both does, the covariance
+  // of a half's Jacobian and residuals included. That holds single bright samples to the fourth
+  // power, too, where the residual is little else: there the halves' are exchanged.
+  const double sign = IsUnexplained(unit) ? 1.0 : -1.0;
   bool is_zero = true;
   for (int component = 0; component < size; ++component) {
     const auto c = static_cast<std::size_t>(component);
@@ -126,8 +160,8 @@ void HalvesMerger::AddEntry(const RowUnit& unit,
       spread.jacobian[cell] = static_cast<float>(difference);
       noise += r.v[static_cast<std::size_t>(row)] * difference;
       gradient += mean * r.u[static_cast<std::size_t>(row)];
-      gradient_spread += difference * r.u[static_cast<std::size_t>(row)] -
-                         mean * r.v[static_cast<std::size_t>(row)];
+      gradient_spread += difference * r.u[static_cast<std::size_t>(row)] +
+                         sign * mean * r.v[static_cast<std::size_t>(row)];
       is_zero = is_zero && mean == 0.0 && difference == 0.0;
       // Rows are kept in single precision, where huge colours overflow first.
       if (!std::isfinite(static_cast<float>(mean)) || !std::isfinite(static_cast<float>(noise))) {

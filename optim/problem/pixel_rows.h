@@ -22,9 +22,11 @@ struct RowEntry {
 };
 
 /// What the halves disagree on, of one entry: half the difference of their Jacobians (rows x
-/// components, row-major), and of what each half's Jacobian and the other's residuals give as
-/// gradient, whose mean is `mean_gradient`. Products of differences have the expectation of the
-/// mean's noise.
+/// components, row-major), and of what they give as gradient: each half's Jacobian and residuals
+/// where the mean residual stands out of the noise, else each half's Jacobian and the other's
+/// residuals. The mean of the latter is `mean_gradient`, unbiased. Products of differences have the
+/// expectation of the mean's noise; that of exchanged halves lacks what Jacobian and residuals of a
+/// half have in common, which counts where residuals are large.
 struct EntrySpread {
   std::array<float, 9> jacobian{};
   std::array<float, 3> gradient{};

@@ -29,7 +29,7 @@ constexpr double kPartOfDirection = 1e-3;
 // A quadratic model is wrong by this share of a step that is taken from its point.
 constexpr double kErrorOfStep = 0.25;
 constexpr double kSigmas = 2.0;        // that chance is given
-constexpr double kUnknownNoise = 4.0;  // variance over what the covariance knows
+constexpr double kUnknownNoise = 2.0;  // variance over what the covariance knows
 
 struct Sums {
   std::vector<double> product, square, covariance, scatter, variance;
@@ -278,6 +278,25 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
 void QuadraticModel::AddViews(const QuadraticModel& other) {
   for (const auto values : kSums) {
     AddScaled(other.*values, 1.0, this->*values);
+  }
+}
+
+void QuadraticModel::HoldAxes(const ParameterSet& set) {
+  const std::size_t n = NumScalars();
+  for (const ParameterSet::Turn& turn : set.turns()) {
+    const std::array<double, 3> axis = {turn.axis.x, turn.axis.y, turn.axis.z};
+    const std::size_t first = set.BlockOffset(turn.block);
+    double told = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      told += square[(first + c) * (n + 1)];
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t b = 0; b < 3; ++b) {
+        const std::size_t cell = (first + a) * n + first + b;
+        product[cell] += told * axis[a] * axis[b];
+        square[cell] += told * axis[a] * axis[b];
+      }
+    }
   }
 }
 

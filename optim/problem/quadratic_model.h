@@ -45,6 +45,8 @@ struct QuadraticModel {
   void AddRows(const PixelRows& rows, const ParameterSet& set);
   /// Adds the rows that another model has got.
   void AddViews(const QuadraticModel& other);
+  /// Makes the axes of turns, which no row tells, hold as firmly as what rows tell of the others.
+  void HoldAxes(const ParameterSet& set);
   /// Completes a round of rows about `theta`.
   void FinishRound(const std::vector<double>& theta, const std::vector<double>& gradient);
 };

@@ -28,7 +28,7 @@ namespace {
 
 // Errors below this share of what a parameter has moved by or is (a factor, of logarithms), or of
 // the error by photos and beliefs, are not worth more samples.
-constexpr double kPrecision = 2e-3;
+constexpr double kPrecision = 1e-3;
 constexpr double kShareOfOthers = 0.5;
 // A step pays that lowers the cost by this share, if the cost is not noise itself.
 constexpr double kPayingStep = 0.03;
@@ -148,6 +148,7 @@ SolveOutcome Solve(const StageContext& context,
       TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
   options.shared_radius_factor = TrustRadius(0.0, state.radius_factor) / options.radius;
   options.restrain = [&](std::vector<double>& trial) {
+    context.set.DropTurnsAboutAxes(values, trial);
     return guard.Restrain(trial) && cameras.Admits(trial) && motion.Admits(trial);
   };
   report.linear_solver = LinearSolverName(options.linear_solver);

@@ -49,6 +49,16 @@ TexelSquare SquareAround(const EnvironmentEmitter& environment, const Vec2& uv) 
 
 }  // namespace
 
+std::optional<Vec3> AxisOfSymmetry(const Emitter& emitter) {
+  if (const auto* directional = std::get_if<DirectionalEmitter>(&emitter.light)) {
+    return directional->direction;
+  }
+  if (const auto* spot = std::get_if<SpotEmitter>(&emitter.light)) {
+    return spot->frame_from_light * Vec3{0.0, 0.0, -1.0};
+  }
+  return std::nullopt;
+}
+
 Rgb& LightIntensity(Emitter& emitter) { return Intensity(emitter); }
 const Rgb& LightIntensity(const Emitter& emitter) { return Intensity(emitter); }
 

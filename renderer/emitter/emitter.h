@@ -81,6 +81,10 @@ struct Emitter {
       light;
 };
 
+/// Where a light points that is the same all around that direction: unit, in its frame, before
+/// Emitter::rotation.
+std::optional<Vec3> AxisOfSymmetry(const Emitter& emitter);
+
 /// The rgb factor that is the `intensity` parameter of any light (irradiance for directional).
 Rgb& LightIntensity(Emitter& emitter);
 const Rgb& LightIntensity(const Emitter& emitter);

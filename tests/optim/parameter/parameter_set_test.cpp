@@ -91,6 +91,34 @@ TEST(ParameterSet, KeepsTheInnerAngleOfASpotBelowTheOuter) {
   EXPECT_LT(set.Upper(1), 1.5708);
 }
 
+TEST(ParameterSet, LightsThatAreTheSameAllAroundDoNotTurnAboutTheirAxis) {
+  renderer::Scene scene = tests::BallAndWall();
+  scene.emitters.resize(3);
+  scene.emitters[0].light = renderer::DirectionalEmitter{{0.6, 0.0, -0.8}};
+  renderer::SpotEmitter spot;
+  spot.frame_from_light = renderer::RotationFromVector({0.0, 0.5, 0.0});
+  scene.emitters[1].light = spot;
+  scene.emitters[2].light = renderer::ProjectorEmitter{};
+  std::vector<UnknownSpec> unknowns(3);
+  for (int i = 0; i < 3; ++i) {
+    unknowns[static_cast<std::size_t>(i)].kind = ParameterKind::kLightRotation;
+    unknowns[static_cast<std::size_t>(i)].object = i;
+  }
+  const ParameterSet set(scene, unknowns, {0, 1, 2}, {0}, {});
+  ASSERT_NE(set.TurnOf(0), nullptr);
+  EXPECT_EQ(set.TurnOf(0)->axis, (renderer::Vec3{0.6, 0.0, -0.8}));
+  ASSERT_NE(set.TurnOf(1), nullptr);
+  EXPECT_NEAR(set.TurnOf(1)->axis.x, -std::sin(0.5), 1e-15);
+  EXPECT_EQ(set.TurnOf(2), nullptr) << "a picture shows how it turns";
+  const std::vector<double> from = set.layout().Gather(scene);
+  std::vector<double> to = from;
+  for (double& x : to) x += 0.5;
+  set.DropTurnsAboutAxes(from, to);
+  EXPECT_NEAR(0.6 * to[0] - 0.8 * to[2], 0.0, 1e-15);
+  EXPECT_EQ(to[1], 0.5);
+  EXPECT_EQ(to[8], 0.5);
+}
+
 TEST(ParameterSet, FreesCamerasOfAllSensorsThatAreFitted) {
   renderer::Scene scene = tests::BallAndWall();
   scene.sensors.resize(3, scene.sensors.front());

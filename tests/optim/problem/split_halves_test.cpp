@@ -144,5 +144,35 @@ TEST_F(LinearRounds, ErrorsOfTheMinimumAreThoseOfItsScatter) {
   EXPECT_LT(ratio, 1.25);  // the matrix has noise, too
 }
 
+TEST_F(LinearRounds, TheGradientsCovarianceIsItsScatterFarFromTheTruth) {
+  // Value and derivative of a pixel share their noise: exchanged halves would show a quarter of the
+  // variance where all is a half too bright, and three times as much where it is a fifth too dark.
+  const std::size_t n = set_.NumScalars();
+  LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.05);
+  for (const double brightness : {0.8, 1.5, 2.0}) {
+    std::vector<double> theta = set_.ThetaFromValues(fit_.truth);
+    for (double& x : theta) {
+      x *= brightness;
+    }
+    std::vector<double> mean(n), square(n);
+    double predicted = 0.0;
+    constexpr int kRounds = 200;
+    for (std::uint64_t r = 0; r < kRounds; ++r) {
+      const ImageProblem problem = Linearized(source, theta, r);
+      for (std::size_t i = 0; i < n; ++i) {
+        const double gradient = problem.sums().gradient[i];
+        mean[i] += gradient / kRounds;
+        square[i] += gradient * gradient / kRounds;
+      }
+      predicted += Trace(problem.model().covariance, n) / kRounds;
+    }
+    double seen = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      seen += (square[i] - mean[i] * mean[i]) * kRounds / (kRounds - 1);
+    }
+    EXPECT_NEAR(predicted / seen, 1.0, 0.1) << brightness;  // 126 scalars of 200 rounds
+  }
+}
+
 }  // namespace
 }  // namespace pathfit

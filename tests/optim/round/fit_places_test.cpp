@@ -28,12 +28,14 @@ class FitPlacesTest : public tests::FreeFit {
     stage.samples.sppe = sppe_;
     spec_.stages = CoarseAndFine(stage);
     spec_.seed = 3;
-    return optim::RunFit(start, tests::Photograph(truth, 256), spec_, observer_, {}).scene;
+    result_ = optim::RunFit(start, tests::Photograph(truth, 256), spec_, observer_, {});
+    return result_.scene;
   }
 
   int spp_ = 8;
   double sppe_ = 4.0;
   tests::RecordingObserver observer_;
+  FitResult result_;
 };
 
 // A slab with coloured corners over a floor that is bright in one corner, under two lamps.
@@ -235,8 +237,7 @@ TEST_F(FitPlacesTest, SpotDirectionAndAngles) {
   auto& moved = std::get<renderer::SpotEmitter>(start.emitters[0].light);
   moved.inner_angle = 0.05;
   moved.outer_angle = 0.33;
-  Free(ParameterKind::kLightRotation, 0).gaussian =
-      optim::GaussianPriorSpec{{}, 0.1};  // nothing shows how it turns about its axis
+  Free(ParameterKind::kLightRotation, 0);
   Free(ParameterKind::kSpotAngles, 0);
   const Scene result = Fit(start, truth, 8);
   const Vec3 axis = renderer::RotationFromVector(result.emitters[0].rotation) * Vec3{0, 0, -1};
@@ -244,6 +245,36 @@ TEST_F(FitPlacesTest, SpotDirectionAndAngles) {
   EXPECT_LT(Norm(axis - Vec3{0, 0, -1}), 0.0005) << "of 0.078";
   EXPECT_NEAR(found.inner_angle, 0.12, 0.002) << "from 0.05";
   EXPECT_NEAR(found.outer_angle, 0.25, 0.002) << "from 0.33";
+  EXPECT_NEAR(result.emitters[0].rotation.z, 0.0, 1e-9) << "nothing shows a turn about the axis";
+}
+
+// Nothing shows how a lamp turns about its axis, which must neither wander nor hide what is known.
+TEST_F(FitPlacesTest, DirectionsOfLampsWithoutTurnsAboutTheirAxes) {
+  Scene truth = SlabScene(3);
+  const auto lamp = [](const Vec3& direction, const Rgb& irradiance) {
+    return renderer::DirectionalEmitter{Normalized(direction), irradiance};
+  };
+  truth.emitters[0].light = lamp({-0.3, 0.5, -0.8}, {3, 2, 1});
+  truth.emitters[1].light = lamp({0.6, 0.1, -0.5}, {0.5, 1, 2});
+  Scene start = truth;
+  start.emitters[0].light = lamp({-0.1, 0.2, -0.8}, {3, 2, 1});
+  start.emitters[1].light = lamp({0.4, -0.3, -0.5}, {0.5, 1, 2});
+  for (const int i : {0, 1}) {
+    Free(ParameterKind::kLightRotation, i).name = i == 0 ? "warm.rotation" : "cold.rotation";
+  }
+  const Scene result = Fit(start, truth, 16);
+  for (const std::size_t i : {0U, 1U}) {
+    const auto& from = std::get<renderer::DirectionalEmitter>(start.emitters[i].light).direction;
+    const auto& to = std::get<renderer::DirectionalEmitter>(truth.emitters[i].light).direction;
+    const Vec3& rotation = result.emitters[i].rotation;
+    EXPECT_LT(Norm(renderer::RotationFromVector(rotation) * from - to), 0.004) << "of 0.4";
+    EXPECT_NEAR(Dot(rotation, from), 0.0, 1e-6);
+    for (const double error :
+         result_.standard_errors.at(i == 0 ? "warm.rotation" : "cold.rotation")) {
+      EXPECT_GT(error, 1e-6);
+      EXPECT_LT(error, 0.01);
+    }
+  }
 }
 
 }  // namespace
