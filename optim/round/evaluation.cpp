@@ -191,10 +191,10 @@ SampleHalves FitEvaluation::Samples(int stage, int spp) const {
   return MakeHalves(spec_.seed, stage, 0, SampleUse::kEvaluation, {.spp = spp});
 }
 
-void FitEvaluation::Report(const SampleHalves& samples,
-                           FitObserver& observer,
-                           renderer::Scene& scene,
-                           StageReport& report) const {
+ImageCosts FitEvaluation::Report(const SampleHalves& samples,
+                                 FitObserver& observer,
+                                 renderer::Scene& scene,
+                                 StageReport& report) const {
   const double scale = spec_.stages.back().image_scale;
   std::optional<FitViews> other;
   if (!views_ || views_scale_ != scale) {
@@ -204,6 +204,7 @@ void FitEvaluation::Report(const SampleHalves& samples,
   const auto source = MakeSource(scene, {}, views);
   std::vector<int> all(views.levels.size());
   std::iota(all.begin(), all.end(), 0);
+  ImageCosts fitted;
   division_.ForEachThing<ReportedView>(
       Division::Kind::kReport,
       all,
@@ -218,6 +219,9 @@ void FitEvaluation::Report(const SampleHalves& samples,
       },
       [&](std::size_t v, const ReportedView& reported) {
         const View& view = observations_.views[v];
+        if (!view.validation) {
+          fitted.Add(reported.costs);
+        }
         renderer::Camera& sensor = scene.sensors[v];
         const double limit = std::exp2(exposure_.prior.max_ev);
         const renderer::Rgb& factors = reported.gain_factors;
@@ -235,6 +239,7 @@ void FitEvaluation::Report(const SampleHalves& samples,
         observer.OnView(report.stage, v, reported.film, views.levels[v].Unpack());
       });
   Average(report);
+  return fitted;
 }
 
 }  // namespace pathfit::optim

@@ -102,11 +102,12 @@ class FitEvaluation {
 
   /// Fills the report's views and means, and shows the pictures to `observer`. They are rendered at
   /// the last stage's resolution, since reports of stages compare only at one. Sets the estimated
-  /// gains in `scene`. On ranks other than the first it only renders.
-  void Report(const SampleHalves& samples,
-              FitObserver& observer,
-              renderer::Scene& scene,
-              StageReport& report) const;
+  /// gains in `scene`. Returns what the fitted photos cost there. On ranks other than the first it
+  /// only renders.
+  ImageCosts Report(const SampleHalves& samples,
+                    FitObserver& observer,
+                    renderer::Scene& scene,
+                    StageReport& report) const;
 
  private:
   static int SppOfSide(double side_px, int most) {

@@ -127,7 +127,7 @@ class FitDriver {
         StageReport report;
         report.stage = report.kept = "start";
         evaluation_.SharedViewsAt(spec_.stages.back().image_scale);
-        Report(std::move(report), DraftSpp());
+        Report(std::move(report), DraftSpp(), nullptr);
         BeginStage();
       }
       ShareState();
@@ -353,7 +353,7 @@ class FitDriver {
     ReportDivision(stage);
     MoveToMinimum(stage, views);
     ShareState();
-    KeepBest(stage, views, report);
+    const bool told_by_few = KeepBest(stage, views, report);
     if (division_.IsFirst()) {  // which has all photos
       for (const std::string& message : FillUnseenTexels(spec_.unknowns, views, state_.scene)) {
         observer_.OnMessage("stage '" + stage.name + "': " + message);
@@ -373,7 +373,11 @@ class FitDriver {
       ShareState();
     }
     const bool last = state_.stage + 1 == static_cast<int>(spec_.stages.size());
-    Report(std::move(report), last ? FitEvaluation::SppOfPictures(SmallerSide()) : DraftSpp());
+    const int spp = last ? FitEvaluation::SppOfPictures(SmallerSide()) : DraftSpp();
+    // Few samples tell the candidates apart, but not what the one that is kept costs.
+    const bool is_rough = told_by_few && spp > FitEvaluation::kFirstSpp &&
+                          stage.image_scale == spec_.stages.back().image_scale;
+    Report(std::move(report), spp, is_rough ? &stage : nullptr);
   }
 
   /// Why rounds end: the level is done, the time limit leaves no room for another one, or the
@@ -497,8 +501,8 @@ class FitDriver {
 
   /// Moves the state to the candidate that costs least. All are compared on a few samples, and on
   /// many those that the stage may have started better with: which of several good ends is kept
-  /// matters little.
-  void KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
+  /// matters little. Returns whether few told all that the stage may have started better with.
+  bool KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
     std::vector<Candidate> open = StageCandidates(stage, MakeModel(state_.scene, stage, views).set);
     for (const int spp : {FitEvaluation::kFirstSpp, FitEvaluation::kMostSpp}) {
       std::vector<ComparedScene> scenes;
@@ -532,18 +536,24 @@ class FitDriver {
       }
       open = std::move(still_open);
       if (open.size() == 1 || std::ranges::none_of(open, &Candidate::is_start)) {
-        return;
+        return spp == FitEvaluation::kFirstSpp;
       }
     }
+    return false;
   }
 
   [[nodiscard]] ComparedScene ToCompare(const renderer::Scene& scene,
                                         const StageSpec& stage,
                                         const FitViews& views) const {
+    return {evaluation_.MakeSource(scene, {}, views), PriorCostOf(scene, stage, views)};
+  }
+
+  [[nodiscard]] double PriorCostOf(const renderer::Scene& scene,
+                                   const StageSpec& stage,
+                                   const FitViews& views) const {
     const Model model = MakeModel(scene, stage, views);
-    const double priors = PriorCost(
+    return PriorCost(
         model.priors, model.set, model.set.ThetaFromValues(model.set.layout().Gather(scene)));
-    return {evaluation_.MakeSource(scene, {}, views), priors};
   }
 
   /// Of the reported pictures, in pixels.
@@ -552,11 +562,18 @@ class FitDriver {
   }
   [[nodiscard]] int DraftSpp() const { return FitEvaluation::DraftSpp(SmallerSide()); }
 
-  void Report(StageReport report, int spp) {
+  /// `remeasured`: stage whose end costs what the pictures say; null: what the report says.
+  void Report(StageReport report, int spp, const StageSpec* remeasured) {
     observer_.OnScene(report.stage, state_.scene, state_.standard_errors);
-    evaluation_.Report(evaluation_.Samples(state_.stage, spp), observer_, state_.scene, report);
+    const ImageCosts fitted =
+        evaluation_.Report(evaluation_.Samples(state_.stage, spp), observer_, state_.scene, report);
     if (!division_.IsFirst()) {
       return;
+    }
+    if (remeasured != nullptr) {
+      const FitViews& views = evaluation_.ViewsAt(remeasured->image_scale);
+      report.cost_after =
+          (fitted.Total() + PriorCostOf(state_.scene, *remeasured, views)) / views.num_channels;
     }
     report.wall_s = WallSeconds();
     observer_.OnStage(report);

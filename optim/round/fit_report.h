@@ -61,7 +61,8 @@ struct StageReport {
   std::string stage;  ///< "start" or the stage's name
   double wall_s = 0.0;
   int rounds = 0;
-  double cost_before = 0.0, cost_after = 0.0;  ///< same samples for both
+  /// Same samples for both, or, where few told them apart, the end's of the reported pictures.
+  double cost_before = 0.0, cost_after = 0.0;
   std::string kept;  ///< which candidate was kept: "averaged", "last" or "start"
   std::vector<ViewReport> views;
   // Means over fitted and held-out views of what is known, NaN if nothing is.
