@@ -61,7 +61,8 @@ struct StageReport {
   std::string stage;  ///< "start" or the stage's name
   double wall_s = 0.0;
   int rounds = 0;
-  /// Same samples for both, or, where few told them apart, the end's of the reported pictures.
+  /// Same samples for both; where few told them apart, the end's is of the reported pictures, and
+  /// the start's differs from it as they said.
   double cost_before = 0.0, cost_after = 0.0;
   std::string kept;  ///< which candidate was kept: "averaged", "last" or "start"
   std::vector<ViewReport> views;
