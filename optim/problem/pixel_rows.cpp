@@ -48,16 +48,6 @@ PixelDerivative WithoutAxis(const PixelDerivative& by_rotation, const renderer::
   return out;
 }
 
-/// Whether a pixel's residual stands out of the renderings' noise.
-bool IsUnexplained(const RowUnit& unit) {
-  double square = 0.0;
-  for (int row = 0; row < unit.NumRows(); ++row) {
-    square +=
-        unit.residual[static_cast<std::size_t>(row)] * unit.residual[static_cast<std::size_t>(row)];
-  }
-  return square > kStandsOut * kStandsOut * unit.noise_squared;
-}
-
 }  // namespace
 
 HalvesMerger::HalvesMerger(const ViewHalves& halves,
@@ -92,13 +82,19 @@ void HalvesMerger::AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows)
   const auto r_a = PixelResidual(level_, scales_[pixel], halves_.film_a.pixels[pixel], pixel);
   const auto r_b = PixelResidual(level_, scales_[pixel], halves_.film_b.pixels[pixel], pixel);
   Residuals r;
+  double square = 0.0;
   for (int row = 0; row < unit.NumRows(); ++row) {
     const auto channel = static_cast<std::size_t>(unit.Channel(row));
     r.u[static_cast<std::size_t>(row)] = 0.5 * (r_a[channel] + r_b[channel]);
     const double v = 0.5 * (r_a[channel] - r_b[channel]);
     r.v[static_cast<std::size_t>(row)] = v;
     unit.noise_squared += v * v;
+    square += r.u[static_cast<std::size_t>(row)] * r.u[static_cast<std::size_t>(row)];
   }
+  // What each half's Jacobian and residuals give differs as the mean of both does, the covariance
+  // of a half's Jacobian and residuals included. That holds single bright samples to the fourth
+  // power, too, where the residual is little else: there the halves' are exchanged.
+  r.sign_of_v = square > kStandsOut * kStandsOut * unit.noise_squared ? 1.0 : -1.0;
   unit.residual = r.u;
   const JacobianSink::Entries entries_a = halves_.sink_a.Pixel(pixel);
   const JacobianSink::Entries entries_b = halves_.sink_b.Pixel(pixel);
@@ -136,10 +132,6 @@ void HalvesMerger::AddEntry(const RowUnit& unit,
   entry.block = block;
   const int size = set_.BlockSize(block);
   const std::size_t offset = set_.BlockOffset(block);
-  // What each half's Jacobian and residuals give differs as the mean of both does, the covariance
-  // of a half's Jacobian and residuals included. That holds single bright samples to the fourth
-  // power, too, where the residual is little else: there the halves' are exchanged.
-  const double sign = IsUnexplained(unit) ? 1.0 : -1.0;
   bool is_zero = true;
   for (int component = 0; component < size; ++component) {
     const auto c = static_cast<std::size_t>(component);
@@ -161,7 +153,7 @@ void HalvesMerger::AddEntry(const RowUnit& unit,
       noise += r.v[static_cast<std::size_t>(row)] * difference;
       gradient += mean * r.u[static_cast<std::size_t>(row)];
       gradient_spread += difference * r.u[static_cast<std::size_t>(row)] +
-                         sign * mean * r.v[static_cast<std::size_t>(row)];
+                         r.sign_of_v * mean * r.v[static_cast<std::size_t>(row)];
       is_zero = is_zero && mean == 0.0 && difference == 0.0;
       // Rows are kept in single precision, where huge colours overflow first.
       if (!std::isfinite(static_cast<float>(mean)) || !std::isfinite(static_cast<float>(noise))) {

@@ -101,9 +101,11 @@ class HalvesMerger {
   void Next(PixelRows& rows);
 
  private:
-  /// Mean and half difference of the halves' residuals by row.
+  /// Mean and half difference of the halves' residuals by row, and how the latter enters
+  /// EntrySpread::gradient.
   struct Residuals {
     std::array<double, 3> u{}, v{};
+    double sign_of_v = -1.0;
   };
   void AddPixel(std::size_t pixel, PixelRows& rows) const;
   void AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const;
