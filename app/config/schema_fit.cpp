@@ -359,9 +359,10 @@ SchemaNode StagesSchema() {
                   Key("max_spp", &StageSpec::max_spp) |
                       Doc("Samples per pixel that no round passes.") | From(2, kMost),
                   Key("spp_growth", &StageSpec::spp_growth) |
-                      Doc("Factor of spp from round to round. Stages of many unknowns have more "
-                          "samples only "
-                          "after a step that lowers the cost by less than the noise.") |
+                      Doc("Factor of spp from one round to the next that needs more: in stages of "
+                          "few unknowns until errors are small, where something moves after a "
+                          "step within its error; in those of many after a step that lowers the "
+                          "cost by less than the noise.") |
                       From(1.0, 10.0),
                   Key("sppe", kSamples, &StageBudget::sppe) |
                       Doc("Samples of silhouettes, borders and creases, per pixel of their length, "

@@ -44,7 +44,7 @@ using renderer::Scene;
 static_assert(std::endian::native == std::endian::little,
               "arrays are written as they are in memory");
 
-constexpr const char* kFormat = "pathfit state 7";
+constexpr const char* kFormat = "pathfit state 8";
 constexpr std::size_t kKeptStates = 2;
 constexpr std::string_view kPrefix = "state_";
 
@@ -255,7 +255,7 @@ void VisitFields(State& state, const Visitor& visit) {
   visit("costs", state.costs);
   visit("held_out_costs", state.held_out_costs);
   visit("promised_cost", state.promised_cost);
-  visit("model", state.model);
+  visit("rounds", state.rounds);
   visit("within_error", state.within_error);
   visit("still", state.still);
   visit("flat", state.flat);
@@ -280,8 +280,33 @@ void VisitFields(Model& model, const Visitor& visit) {
   visit("variance", model.variance);
 }
 
+template <class Sums, class Visitor>
+requires std::same_as<std::remove_const_t<Sums>, RoundSums>
+void VisitFields(Sums& sums, const Visitor& visit) {
+  visit("model", sums.model);
+  visit("apart", sums.apart);
+  visit("rows", sums.rows);
+}
+template <class History, class Visitor>
+requires std::same_as<std::remove_const_t<History>, RowHistory>
+void VisitFields(History& history, const Visitor& visit) {
+  visit("weight", history.weight);
+  visit("theta", history.theta);
+  visit("views", history.views);
+}
+template <class Rows, class Visitor>
+requires std::same_as<std::remove_const_t<Rows>, SummedRows>
+void VisitFields(Rows& rows, const Visitor& visit) {
+  visit("units", rows.units);
+  visit("residuals", rows.residuals);
+  visit("jacobians", rows.jacobians);
+}
+
 template <class T>
 concept PlainField = std::is_arithmetic_v<T> || std::same_as<T, std::string>;
+template <class T>
+concept FieldsOfState =
+    std::same_as<T, RoundSums> || std::same_as<T, QuadraticModel> || std::same_as<T, RowHistory>;
 
 /// States as CBOR relative to one origin.
 class Codec {
@@ -348,11 +373,25 @@ class Codec {
     json.get_to(value);
   }
 
-  [[nodiscard]] Json ToJson(const std::vector<double>& values, ArrayWriter& arrays) const {
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  [[nodiscard]] Json ToJson(const std::vector<T>& values, ArrayWriter& arrays) const {
     return arrays.Add(values);
   }
-  void FromJson(const Json& json, const Json& arrays, std::vector<double>& values) const {
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void FromJson(const Json& json, const Json& arrays, std::vector<T>& values) const {
     ReadArray(arrays, json, values);
+  }
+
+  [[nodiscard]] Json ToJson(const std::vector<SummedRows>& views, ArrayWriter& arrays) const {
+    Json json = Json::array();
+    for (const SummedRows& view : views) json.push_back(FieldsToJson(view, arrays));
+    return json;
+  }
+  void FromJson(const Json& json, const Json& arrays, std::vector<SummedRows>& views) const {
+    views.resize(json.size());
+    for (std::size_t i = 0; i < views.size(); ++i) FieldsFromJson(json.at(i), arrays, views[i]);
   }
 
   [[nodiscard]] Json ToJson(const std::map<std::string, std::vector<double>>& map,
@@ -378,11 +417,13 @@ class Codec {
     }
   }
 
-  [[nodiscard]] Json ToJson(const QuadraticModel& model, ArrayWriter& arrays) const {
-    return FieldsToJson(model, arrays);
+  template <FieldsOfState T>
+  [[nodiscard]] Json ToJson(const T& value, ArrayWriter& arrays) const {
+    return FieldsToJson(value, arrays);
   }
-  void FromJson(const Json& json, const Json& arrays, QuadraticModel& model) const {
-    FieldsFromJson(json, arrays, model);
+  template <FieldsOfState T>
+  void FromJson(const Json& json, const Json& arrays, T& value) const {
+    FieldsFromJson(json, arrays, value);
   }
 
   [[nodiscard]] Json ToJson(const Scene& scene, ArrayWriter& arrays) const {

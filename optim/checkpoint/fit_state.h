@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "optim/problem/quadratic_model.h"
+#include "optim/problem/round_sums.h"
 #include "renderer/render_options.h"
 #include "renderer/scene/scene.h"
 
@@ -64,7 +64,7 @@ struct FitState {
   /// After the level's last step, by the samples that it was made from: lower than it is, by what
   /// the step fitted of their noise.
   double promised_cost = 0.0;
-  QuadraticModel model;  ///< of the level's rounds, where normal equations are formed; else empty
+  RoundSums rounds;      ///< of the level, where normal equations are formed; else empty
   int within_error = 0;  ///< rounds in a row whose step its own error explains, by the model
   int still = 0;         ///< rounds in a row whose step moved nothing by more than kStillPixels
   int flat = 0;  ///< rounds in a row whose step lowered a cost that is not noise hardly at all

@@ -64,6 +64,10 @@ ImageProblem::ImageProblem(ImageSource& source,
       uses_sparse_gram_(FormsSparseNormalEquations(options.linear_solver, set.NumScalars())),
       split_meter_(options.num_measured > 0 ? SplitMeter(set) : SplitMeter()) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
+  if (uses_gram_) {
+    size_.row_history_bytes = RoundSums::BytesOfRows(views, 1.0, set.NumScalars());
+    keeps_rows_ = size_.row_history_bytes > 0.0;
+  }
   if (uses_sparse_gram_) {
     size_.num_spread_scalars = static_cast<double>(PairedBlocks(set).NumSpreadScalars());
     size_.sparse_gram_empty = static_cast<double>(SparseGram::BytesOfEmpty(set));
@@ -119,6 +123,7 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
     CheckFits(size_, LinearSolverKind::kGram, options_.max_memory_bytes);
     round_model_ = QuadraticModel(set_.NumScalars());
     start_pixel_costs_.resize(views_.fitted.size());
+    if (keeps_rows_) round_rows_.resize(views_.fitted.size());
   }
   if (uses_sparse_gram_) {
     CheckFits(size_, LinearSolverKind::kSparseGram, options_.max_memory_bytes);
@@ -158,7 +163,9 @@ void ImageProblem::TakeLinearized(std::size_t index, const LinearizedPart& part)
     roots_->BeginView();
   }
   if (!part.sums) {
-    if (uses_sparse_gram_) {
+    if (keeps_rows_) {
+      round_rows_[index].Append(part.rows);
+    } else if (uses_sparse_gram_) {
       sparse_gram_.Add(part.rows);
       if (!gradient_draws_.Empty()) gradient_draws_.Add(part.rows, set_, index);
     } else {
@@ -191,9 +198,14 @@ void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
   start_costs_ = costs_;
   round_model_.HoldAxes(set_);
   round_model_.FinishRound(start_theta_, sums_.gradient);
-  model_ = options_.earlier != nullptr ? *options_.earlier : QuadraticModel();
-  Accumulate(round_model_, start_theta_, options_.weight, model_);
-  at_start_ = MakeModelAtPoint(model_, start_theta_);
+  rounds_ = options_.earlier != nullptr ? *options_.earlier : RoundSums();
+  rounds_.Add(round_model_, round_rows_, start_theta_, options_.weight, set_);
+  round_rows_ = {};
+  std::vector<bool> is_log(set_.NumScalars());
+  for (std::size_t i = 0; i < is_log.size(); ++i) {
+    is_log[i] = set_.IsLog(i);
+  }
+  at_start_ = MakeModelAtPoint(rounds_.model, start_theta_, is_log);
   gram_root_ = MakeGramRoot(
       at_start_.hessian, at_start_.gradient, costs_.signal_squared, costs_.noise_squared);
 }
@@ -233,7 +245,8 @@ void ImageProblem::LinearizeView(std::size_t index,
     sums.model.emplace(set_.NumScalars());
   }
   double rows_bytes = 0.0;
-  HalvesMerger merger({a, b, half_a.sink, half_b.sink}, level, scales, set_, values, name);
+  HalvesMerger merger(
+      {a, b, half_a.sink, half_b.sink}, level, scales, set_, values, name, keeps_rows_);
   LinearizedPart part;
   while (merger.HasNext()) {
     PixelRows& rows = part.rows;
@@ -245,7 +258,8 @@ void ImageProblem::LinearizeView(std::size_t index,
     }
     if (sums.model) {
       sums.model->AddRows(rows, set_);
-    } else {
+    }
+    if (!sums.model || keeps_rows_) {
       give(part);
     }
   }

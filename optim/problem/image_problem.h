@@ -12,7 +12,7 @@
 #include "optim/problem/gram_system.h"
 #include "optim/problem/image_source.h"
 #include "optim/problem/problem_size.h"
-#include "optim/problem/quadratic_model.h"
+#include "optim/problem/round_sums.h"
 #include "optim/problem/sample_split.h"
 #include "optim/problem/sparse_gram.h"
 #include "optim/problem/split_half_cost.h"
@@ -27,8 +27,8 @@ struct ImageProblemOptions {
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;
   SampleHalves samples;
-  /// Of the stage's earlier rounds, for normal equations; null: none. Must outlive the problem.
-  const QuadraticModel* earlier = nullptr;
+  /// The stage's earlier rounds, for normal equations; null: none. Must outlive the problem.
+  const RoundSums* earlier = nullptr;
   double weight = 1.0;  ///< of this round beside the earlier ones
   /// Of how many views, spread evenly from `first_measured` on, terms are measured (split_meter()).
   std::size_t num_measured = 0, first_measured = 0;
@@ -84,7 +84,9 @@ class ImageProblem {
   [[nodiscard]] const SupportRoots& roots() const { return *roots_; }
   [[nodiscard]] const GramRoot& gram() const { return gram_root_; }
   /// Of this and the earlier rounds; empty without normal equations.
-  [[nodiscard]] const QuadraticModel& model() const { return model_; }
+  [[nodiscard]] const QuadraticModel& model() const { return rounds_.model; }
+  /// The same with what it is made of, to be used up.
+  [[nodiscard]] RoundSums TakeRounds() { return std::move(rounds_); }
   [[nodiscard]] const GradientSums& sums() const { return sums_; }
   [[nodiscard]] const ProblemSize& size() const { return size_; }
   /// The same as it was after each view.
@@ -135,6 +137,7 @@ class ImageProblem {
   const ParameterSet& set_;
   ImageProblemOptions options_;
   bool uses_gram_, uses_sparse_gram_;
+  bool keeps_rows_ = false;  // of all rounds
 
   Division alone_;
   std::vector<int> rank_of_;   // by fitted view: who renders it, trials too
@@ -148,7 +151,9 @@ class ImageProblem {
   GradientDraws gradient_draws_;
   GradientSums sums_;
   std::vector<double> start_theta_;
-  QuadraticModel round_model_, model_;
+  QuadraticModel round_model_;
+  std::vector<PixelRows> round_rows_;  // by fitted view, where rows are summed over rounds
+  RoundSums rounds_;
   ModelAtPoint at_start_;
   GramRoot gram_root_;
   ImageCosts costs_, start_costs_;

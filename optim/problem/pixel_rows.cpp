@@ -50,18 +50,69 @@ PixelDerivative WithoutAxis(const PixelDerivative& by_rotation, const renderer::
 
 }  // namespace
 
+void RowUnit::SetResiduals(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  noise_squared = 0.0;
+  for (std::size_t row = 0; row < 3; ++row) {
+    residual[row] = 0.5 * (a[row] + b[row]);
+    difference[row] = 0.5 * (a[row] - b[row]);
+    noise_squared += difference[row] * difference[row];
+  }
+}
+
+void PixelRows::AddEntry(const RowUnit& unit, const HalvesEntry& halves, int size) {
+  double square = 0.0;
+  for (const double u : unit.residual) {
+    square += u * u;
+  }
+  // What each half's Jacobian and residuals give differs as the mean of both does, the covariance
+  // of a half's Jacobian and residuals included. That holds single bright samples to the fourth
+  // power, too, where the residual is little else: there the halves' are exchanged.
+  const double sign_of_v = square > kStandsOut * kStandsOut * unit.noise_squared ? 1.0 : -1.0;
+  RowEntry entry;
+  EntrySpread spread;
+  entry.block = halves.block;
+  bool is_zero = true;
+  for (int component = 0; component < size; ++component) {
+    double noise = 0.0;
+    double gradient_spread = 0.0;
+    double gradient = 0.0;
+    for (int r = 0; r < unit.NumRows(); ++r) {
+      const auto row = static_cast<std::size_t>(r);
+      const auto cell = static_cast<std::size_t>(r * size + component);
+      const double mean = 0.5 * (halves.a[cell] + halves.b[cell]);
+      const double difference = 0.5 * (halves.a[cell] - halves.b[cell]);
+      entry.jacobian[cell] = static_cast<float>(mean);
+      spread.jacobian[cell] = static_cast<float>(difference);
+      noise += unit.difference[row] * difference;
+      gradient += mean * unit.residual[row];
+      gradient_spread += difference * unit.residual[row] + sign_of_v * mean * unit.difference[row];
+      is_zero = is_zero && mean == 0.0 && difference == 0.0;
+    }
+    const auto c = static_cast<std::size_t>(component);
+    entry.noise[c] = static_cast<float>(noise);
+    spread.gradient[c] = static_cast<float>(gradient_spread);
+    spread.mean_gradient[c] = static_cast<float>(gradient - noise);
+  }
+  if (!is_zero) {
+    entries.push_back(entry);
+    spreads.push_back(spread);
+  }
+}
+
 HalvesMerger::HalvesMerger(const ViewHalves& halves,
                            const ViewLevel& level,
                            const RowScales& scales,
                            const ParameterSet& set,
                            const std::vector<double>& values,
-                           const std::string& view_name)
+                           const std::string& view_name,
+                           bool keeps_all)
     : halves_(halves),
       level_(level),
       scales_(scales),
       set_(set),
       values_(values),
-      view_name_(view_name) {}
+      view_name_(view_name),
+      keeps_all_(keeps_all) {}
 
 /// Appends the units of one pixel.
 void HalvesMerger::AddPixel(std::size_t pixel, PixelRows& rows) const {
@@ -81,21 +132,13 @@ void HalvesMerger::AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows)
   unit.first_entry = rows.entries.size();
   const auto r_a = PixelResidual(level_, scales_[pixel], halves_.film_a.pixels[pixel], pixel);
   const auto r_b = PixelResidual(level_, scales_[pixel], halves_.film_b.pixels[pixel], pixel);
-  Residuals r;
-  double square = 0.0;
+  std::array<double, 3> rows_a{}, rows_b{};
   for (int row = 0; row < unit.NumRows(); ++row) {
     const auto channel = static_cast<std::size_t>(unit.Channel(row));
-    r.u[static_cast<std::size_t>(row)] = 0.5 * (r_a[channel] + r_b[channel]);
-    const double v = 0.5 * (r_a[channel] - r_b[channel]);
-    r.v[static_cast<std::size_t>(row)] = v;
-    unit.noise_squared += v * v;
-    square += r.u[static_cast<std::size_t>(row)] * r.u[static_cast<std::size_t>(row)];
+    rows_a[static_cast<std::size_t>(row)] = r_a[channel];
+    rows_b[static_cast<std::size_t>(row)] = r_b[channel];
   }
-  // What each half's Jacobian and residuals give differs as the mean of both does, the covariance
-  // of a half's Jacobian and residuals included. That holds single bright samples to the fourth
-  // power, too, where the residual is little else: there the halves' are exchanged.
-  r.sign_of_v = square > kStandsOut * kStandsOut * unit.noise_squared ? 1.0 : -1.0;
-  unit.residual = r.u;
+  unit.SetResiduals(rows_a, rows_b);
   const JacobianSink::Entries entries_a = halves_.sink_a.Pixel(pixel);
   const JacobianSink::Entries entries_b = halves_.sink_b.Pixel(pixel);
   const auto end_a = entries_a.end(), end_b = entries_b.end();
@@ -108,67 +151,56 @@ void HalvesMerger::AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows)
     if (set_.IsCone(block)) {
       const double* angles = values_.data() + set_.BlockOffset(block);
       const std::array<double, 2> slopes = ParameterSet::ConeSlopes(angles[0], angles[1]);
-      AddEntry(unit, r, block, ByCone(da, slopes), ByCone(db, slopes), rows);
+      AddEntry(unit, block, ByCone(da, slopes), ByCone(db, slopes), rows);
     } else if (const ParameterSet::Turn* turn = set_.TurnOf(block)) {
-      AddEntry(unit, r, block, WithoutAxis(da, turn->axis), WithoutAxis(db, turn->axis), rows);
+      AddEntry(unit, block, WithoutAxis(da, turn->axis), WithoutAxis(db, turn->axis), rows);
     } else {
-      AddEntry(unit, r, block, da, db, rows);
+      AddEntry(unit, block, da, db, rows);
     }
   }
   unit.num_entries = static_cast<std::int32_t>(rows.entries.size() - unit.first_entry);
-  if (unit.num_entries > 0) {
+  if (unit.num_entries > 0 || keeps_all_) {
     rows.units.push_back(unit);
   }
 }
 
 void HalvesMerger::AddEntry(const RowUnit& unit,
-                            const Residuals& r,
                             std::int32_t block,
                             const PixelDerivative& a,
                             const PixelDerivative& b,
                             PixelRows& rows) const {
-  RowEntry entry;
-  EntrySpread spread;
-  entry.block = block;
+  HalvesEntry halves{block, {}, {}};
   const int size = set_.BlockSize(block);
   const std::size_t offset = set_.BlockOffset(block);
-  bool is_zero = true;
-  for (int component = 0; component < size; ++component) {
-    const auto c = static_cast<std::size_t>(component);
-    const double slope = set_.Slope(offset + c, values_[offset + c]);
-    double noise = 0.0;
-    double gradient_spread = 0.0;
-    double gradient = 0.0;
-    for (int row = 0; row < unit.NumRows(); ++row) {
-      const auto channel = static_cast<std::size_t>(unit.Channel(row));
-      const auto pixel = static_cast<std::size_t>(unit.pixel);
-      const double scale = 0.5 * slope * static_cast<double>(scales_[pixel][channel]);
-      const auto d_a = static_cast<double>(a.d[c * 4 + channel]);
-      const auto d_b = static_cast<double>(b.d[c * 4 + channel]);
-      const double mean = scale * (d_a + d_b);
-      const double difference = scale * (d_a - d_b);
+  const auto pixel = static_cast<std::size_t>(unit.pixel);
+  for (int row = 0; row < unit.NumRows(); ++row) {
+    const auto channel = static_cast<std::size_t>(unit.Channel(row));
+    for (int component = 0; component < size; ++component) {
+      const auto c = static_cast<std::size_t>(component);
+      const double scale = set_.Slope(offset + c, values_[offset + c]) *
+                           static_cast<double>(scales_[pixel][channel]);
       const auto cell = static_cast<std::size_t>(row * size + component);
-      entry.jacobian[cell] = static_cast<float>(mean);
-      spread.jacobian[cell] = static_cast<float>(difference);
-      noise += r.v[static_cast<std::size_t>(row)] * difference;
-      gradient += mean * r.u[static_cast<std::size_t>(row)];
-      gradient_spread += difference * r.u[static_cast<std::size_t>(row)] +
-                         r.sign_of_v * mean * r.v[static_cast<std::size_t>(row)];
-      is_zero = is_zero && mean == 0.0 && difference == 0.0;
-      // Rows are kept in single precision, where huge colours overflow first.
-      if (!std::isfinite(static_cast<float>(mean)) || !std::isfinite(static_cast<float>(noise))) {
-        throw renderer::NumericalError(
-            Place(view_name_, pixel, halves_.film_a.width) + ": the derivative by " +
-            set_.layout().ScalarName(block, component) + " is not finite or too large");
-      }
+      halves.a[cell] = scale * static_cast<double>(a.d[c * 4 + channel]);
+      halves.b[cell] = scale * static_cast<double>(b.d[c * 4 + channel]);
     }
-    entry.noise[c] = static_cast<float>(noise);
-    spread.gradient[c] = static_cast<float>(gradient_spread);
-    spread.mean_gradient[c] = static_cast<float>(gradient - noise);
   }
-  if (!is_zero) {
-    rows.entries.push_back(entry);
-    rows.spreads.push_back(spread);
+  const std::size_t before = rows.entries.size();
+  rows.AddEntry(unit, halves, size);
+  if (rows.entries.size() == before) {
+    return;
+  }
+  // Rows are kept in single precision, where huge colours overflow first.
+  const RowEntry& entry = rows.entries.back();
+  for (int component = 0; component < size; ++component) {
+    bool is_finite = std::isfinite(entry.noise[static_cast<std::size_t>(component)]);
+    for (int row = 0; row < unit.NumRows(); ++row) {
+      is_finite &= std::isfinite(entry.jacobian[static_cast<std::size_t>(row * size + component)]);
+    }
+    if (!is_finite) {
+      throw renderer::NumericalError(
+          Place(view_name_, pixel, halves_.film_a.width) + ": the derivative by " +
+          set_.layout().ScalarName(block, component) + " is not finite or too large");
+    }
   }
 }
 
@@ -182,14 +214,20 @@ void CheckFinite(const renderer::Film& film, const std::string& view_name) {
   }
 }
 
+void PixelRows::Append(const PixelRows& other) {
+  const std::size_t first = units.size();
+  const std::size_t first_entry = entries.size();
+  units.insert(units.end(), other.units.begin(), other.units.end());
+  for (std::size_t i = first; i < units.size(); ++i) {
+    units[i].first_entry += first_entry;
+  }
+  entries.insert(entries.end(), other.entries.begin(), other.entries.end());
+  spreads.insert(spreads.end(), other.spreads.begin(), other.spreads.end());
+}
+
 void HalvesMerger::Append(Band& band, PixelRows& rows) {
   for (PixelRows& piece : band) {
-    for (RowUnit& unit : piece.units) {
-      unit.first_entry += rows.entries.size();
-    }
-    rows.units.insert(rows.units.end(), piece.units.begin(), piece.units.end());
-    rows.entries.insert(rows.entries.end(), piece.entries.begin(), piece.entries.end());
-    rows.spreads.insert(rows.spreads.end(), piece.spreads.begin(), piece.spreads.end());
+    rows.Append(piece);
     piece.Clear();
   }
 }

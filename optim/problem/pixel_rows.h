@@ -48,20 +48,33 @@ struct RowUnit {
   bool is_coverage = false;
   std::size_t first_entry = 0;
   std::int32_t num_entries = 0;
-  std::array<double, 3> residual{};  ///< mean of the halves', by row
-  double noise_squared = 0.0;        ///< sum of the squares of half their difference
+  std::array<double, 3> residual{};    ///< mean of the halves', by row
+  std::array<double, 3> difference{};  ///< half of theirs
+  double noise_squared = 0.0;          ///< sum of the squares of the latter
 
   [[nodiscard]] int NumRows() const { return is_coverage ? 1 : 3; }
   [[nodiscard]] int Channel(int row) const { return is_coverage ? 3 : row; }
+  /// Sets the residuals of both halves, by row.
+  void SetResiduals(const std::array<double, 3>& a, const std::array<double, 3>& b);
 };
 
-/// Sparse weighted rows of one view or a part of it, both halves merged. Units whose derivative is
-/// zero everywhere are left out.
+/// Derivatives of one unit by one block, of both halves: rows x components, row-major.
+struct HalvesEntry {
+  std::int32_t block = -1;
+  std::array<double, 9> a{}, b{};
+};
+
+/// Sparse weighted rows of one view or a part of it, both halves merged.
 struct PixelRows {
   std::vector<RowUnit> units;
   std::vector<RowEntry> entries;
   std::vector<EntrySpread> spreads;  ///< by entry; empty if unknown
 
+  /// Appends an entry of `size` components, unless all are zero, to those of `unit`, which has its
+  /// residuals.
+  void AddEntry(const RowUnit& unit, const HalvesEntry& halves, int size);
+  /// Appends other rows of the same view.
+  void Append(const PixelRows& other);
   /// Keeps its memory.
   void Clear() {
     units.clear();
@@ -82,16 +95,17 @@ struct ViewHalves {
   const JacobianSink& sink_b;
 };
 
-/// Makes the rows of a view.
+/// Makes the rows of a view, without those whose derivative is zero everywhere.
 class HalvesMerger {
  public:
-  /// All arguments must outlive it.
+  /// All arguments must outlive it. `keeps_all`: units whose derivative is zero, too.
   HalvesMerger(const ViewHalves& halves,
                const ViewLevel& level,
                const RowScales& scales,
                const ParameterSet& set,
                const std::vector<double>& values,
-               const std::string& view_name);
+               const std::string& view_name,
+               bool keeps_all = false);
 
   /// Whether lines of pixels are left.
   [[nodiscard]] bool HasNext() const { return line_ < level_.photo.height; }
@@ -101,16 +115,9 @@ class HalvesMerger {
   void Next(PixelRows& rows);
 
  private:
-  /// Mean and half difference of the halves' residuals by row, and how the latter enters
-  /// EntrySpread::gradient.
-  struct Residuals {
-    std::array<double, 3> u{}, v{};
-    double sign_of_v = -1.0;
-  };
   void AddPixel(std::size_t pixel, PixelRows& rows) const;
   void AddUnit(std::size_t pixel, bool is_coverage, PixelRows& rows) const;
   void AddEntry(const RowUnit& unit,
-                const Residuals& r,
                 std::int32_t block,
                 const PixelDerivative& a,
                 const PixelDerivative& b,
@@ -127,6 +134,7 @@ class HalvesMerger {
   const ParameterSet& set_;
   const std::vector<double>& values_;
   const std::string& view_name_;
+  const bool keeps_all_;
   int line_ = 0;
   /// What is being made, and what was made before and is put together meanwhile.
   Band made_, ready_;

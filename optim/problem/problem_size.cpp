@@ -19,6 +19,7 @@ constexpr double kBytesPerTerm = 200.0;      // with what the heap adds
 constexpr double kBytesPerTermBlock = 12.0;  // place and weight
 constexpr int kSparseVectors = 14;           // iterates, sums of pieces, inverses of blocks
 constexpr int kFullVectors = 10;             // points, gradient and step, also of spread unknowns
+constexpr int kRowHistoryCopies = 4;         // the last round's and this one's, and its own rows
 constexpr int kGramCopies = 40;  // partial sums, models, root, and the solver's own matrices
 
 std::string Megabytes(double bytes) {
@@ -58,7 +59,10 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
   const MemoryItem priors = {
       "priors", kBytesPerTerm * size.num_prior_terms + kBytesPerTermBlock * size.prior_blocks};
   if (kind == LinearSolverKind::kGram) {
-    return {images, view, {"dense normal equations", 8.0 * n * n * kGramCopies}};
+    return {images,
+            view,
+            {"dense normal equations", 8.0 * n * n * kGramCopies},
+            {"rows of all rounds", kRowHistoryCopies * size.row_history_bytes}};
   }
   if (kind == LinearSolverKind::kSparseGram) {
     const int draws = size.num_spread_scalars > 0.0 ? 0 : GradientDraws::kCount;
@@ -95,7 +99,7 @@ std::vector<MemoryItem> ForecastMemory(const ProblemSize& size, LinearSolverKind
 
 double JacobianBytes(const ProblemSize& size, bool uses_gram) {
   return size.roots.kept_bytes + size.sparse_gram_empty + size.sparse_gram_bytes +
-         (uses_gram ? 8.0 * size.num_scalars * size.num_scalars : 0.0);
+         size.row_history_bytes + (uses_gram ? 8.0 * size.num_scalars * size.num_scalars : 0.0);
 }
 
 double FactorCells(double num_scalars) {

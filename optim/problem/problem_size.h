@@ -25,6 +25,7 @@ struct ProblemSize {
   double num_scalars = 0.0;
   RootSize roots;
   double num_spread_scalars = 0.0;  ///< of them, those of spread blocks (PairedBlocks)
+  double row_history_bytes = 0.0;   ///< of few unknowns, where rows are kept
   double sparse_gram_empty = 0.0;   ///< bytes before any row comes
   double sparse_gram_bytes = 0.0;   ///< of what is seen
   double sparse_gram_seen = 0.0;    ///< blocks in it

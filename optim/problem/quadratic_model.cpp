@@ -147,6 +147,11 @@ Eigen::VectorXd ScatterOfShares(const QuadraticModel& model) {
   return scatter;
 }
 
+/// Of a direction's share of its square that is not noise, by the scatter of its scalars.
+double VarianceOfShare(double share, double scatter) {
+  return std::max(0.0, 1.0 - share) * scatter;
+}
+
 /// Directions of scalars that photos or priors tell from standing still, in units of each scalar's
 /// own curvature. Scalars without any are left out.
 struct ToldPart {
@@ -206,7 +211,7 @@ ToldPart FindToldPart(const QuadraticModel& model,
     const Eigen::VectorXd weights =
         shares->eigenvectors().col(k).cwiseAbs2().cwiseProduct(told.square.diagonal());
     const double scatter = weights.dot(scatter_of_scalars) / weights.sum();
-    const double least = kSigmas * std::sqrt(std::max(0.0, 1.0 - share(k)) * scatter);
+    const double least = kSigmas * std::sqrt(VarianceOfShare(share(k), scatter));
     if (share(k) <= least) {
       const Eigen::VectorXd direction = shares->eigenvectors().col(k);
       told.is_hidden |= direction.dot(of_priors * direction) < least;
@@ -226,18 +231,6 @@ ToldPart FindToldPart(const QuadraticModel& model,
     told.inverse(k) = curvature > kNoCurvature ? 1.0 / curvature : 0.0;
   }
   return told;
-}
-
-/// All earlier rounds as if they had had that share of their samples.
-void Fade(double kept, QuadraticModel& model) {
-  for (std::vector<double>* values :
-       {&model.product, &model.square, &model.scatter, &model.linear}) {
-    Scale(kept, *values);
-  }
-  // Of means, covariance / weight^2, that is 1 / kept times as much.
-  Scale(kept, model.covariance);
-  Scale(kept, model.variance);
-  model.weight *= kept;
 }
 
 }  // namespace
@@ -315,26 +308,40 @@ void QuadraticModel::FinishRound(const std::vector<double>& theta,
   weight = 1.0;
 }
 
-void Accumulate(const QuadraticModel& round,
-                const std::vector<double>& theta,
-                double weight,
-                QuadraticModel& model) {
+void Fade(double kept, QuadraticModel& model) {
+  for (std::vector<double>* values :
+       {&model.product, &model.square, &model.scatter, &model.linear}) {
+    Scale(kept, *values);
+  }
+  // Of means, covariance / weight^2, that is 1 / kept times as much.
+  Scale(kept, model.covariance);
+  Scale(kept, model.variance);
+  model.weight *= kept;
+}
+
+double ShareAgreed(const QuadraticModel& round,
+                   const std::vector<double>& theta,
+                   const QuadraticModel& earlier) {
+  if (earlier.Empty()) {
+    return 1.0;
+  }
   const std::size_t n = round.NumScalars();
+  const Eigen::VectorXd x = AsVector(theta);
+  const Eigen::VectorXd fresh = AsMatrix(round.product, n) * x - AsVector(round.linear);
+  const Eigen::VectorXd expected =
+      (AsMatrix(earlier.product, n) * x - AsVector(earlier.linear)) / earlier.weight;
+  const RowMajorMatrix covariance =
+      AsMatrix(round.covariance, n) +
+      AsMatrix(earlier.covariance, n) / (earlier.weight * earlier.weight);
+  const double contradiction = Contradiction(fresh - expected, covariance);
+  // The noise of the earlier rounds' curvature, times the way since, is not in the covariance.
+  const double allowed = kUnknownNoise * LargestByChance(n);
+  return contradiction > allowed ? allowed / contradiction : 1.0;
+}
+
+void AddRound(const QuadraticModel& round, double weight, QuadraticModel& model) {
   if (model.Empty()) {
-    model = QuadraticModel(n);
-  } else {
-    const Eigen::VectorXd x = AsVector(theta);
-    const Eigen::VectorXd fresh = AsMatrix(round.product, n) * x - AsVector(round.linear);
-    const Eigen::VectorXd expected =
-        (AsMatrix(model.product, n) * x - AsVector(model.linear)) / model.weight;
-    const RowMajorMatrix covariance = AsMatrix(round.covariance, n) +
-                                      AsMatrix(model.covariance, n) / (model.weight * model.weight);
-    const double contradiction = Contradiction(fresh - expected, covariance);
-    // The noise of the earlier rounds' curvature, times the way since, is not in the covariance.
-    const double allowed = kUnknownNoise * LargestByChance(n);
-    if (contradiction > allowed) {
-      Fade(allowed / contradiction, model);
-    }
+    model = QuadraticModel(round.NumScalars());
   }
   AddScaled(round.product, weight, model.product);
   AddScaled(round.square, weight, model.square);
@@ -367,15 +374,15 @@ double LargestStepByChance(std::size_t num_scalars) {
   return 2.0 * LargestByChance(num_scalars);
 }
 
-void Forget(const std::vector<double>& step, QuadraticModel& model) {
+double ShareThatHolds(const std::vector<double>& step, const QuadraticModel& model) {
   if (model.Empty()) {
-    return;
+    return 1.0;
   }
   const std::size_t n = model.NumScalars();
   const double significance =
       std::max(0.0, SignificanceOfStep(step, model) - LargestStepByChance(n)) *
       static_cast<double>(n);
-  Fade(1.0 / (1.0 + kErrorOfStep * kErrorOfStep * significance), model);
+  return 1.0 / (1.0 + kErrorOfStep * kErrorOfStep * significance);
 }
 
 StandardErrors EstimateErrors(const QuadraticModel& model,
@@ -451,7 +458,9 @@ std::vector<double> StepToMinimum(const QuadraticModel& model,
   return step;
 }
 
-ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta) {
+ModelAtPoint MakeModelAtPoint(const QuadraticModel& model,
+                              const std::vector<double>& theta,
+                              const std::vector<bool>& is_log) {
   const std::size_t n = model.NumScalars();
   const auto size = static_cast<Eigen::Index>(n);
   const double scale = 1.0 / model.weight;
@@ -481,9 +490,22 @@ ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<dou
     return result;
   }
   Eigen::VectorXd steps = errors->eigenvectors().transpose() * gradient;
+  const Eigen::VectorXd scatter_of_scalars = ScatterOfShares(model);
   for (Eigen::Index i = 0; i < size; ++i) {
-    const double variance = std::max(errors->eigenvalues()(i), 0.0);
+    const Eigen::VectorXd direction = errors->eigenvectors().col(i);
+    // Errors are independent in units of the hessian: that of a direction is 1.
+    const double true_share = 1.0 / direction.dot(square * direction);
+    const Eigen::VectorXd weights = direction.cwiseAbs2().cwiseProduct(square.diagonal());
+    double scatter_of_logs = 0.0;
+    for (Eigen::Index k = 0; k < size; ++k) {
+      scatter_of_logs +=
+          is_log[static_cast<std::size_t>(k)] ? weights(k) * scatter_of_scalars(k) : 0.0;
+    }
+    scatter_of_logs *= 1.0 / weights.sum();
     const double square_of_step = steps(i) * steps(i);
+    const double variance =
+        std::max(errors->eigenvalues()(i), 0.0) +
+        VarianceOfShare(true_share, scatter_of_logs) / (true_share * true_share) * square_of_step;
     steps(i) *= square_of_step > 0.0 ? square_of_step / (square_of_step + variance) : 0.0;
   }
   const Eigen::VectorXd significant = hessian * (errors->eigenvectors() * steps);

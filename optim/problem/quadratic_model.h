@@ -51,21 +51,27 @@ struct QuadraticModel {
   void FinishRound(const std::vector<double>& theta, const std::vector<double>& gradient);
 };
 
-/// Adds a round, finished at `theta`, to a model of the same scalars (or an empty one). Earlier
-/// rounds lose weight as far as the new gradient contradicts them: they were taken elsewhere, where
-/// the cost curved otherwise. `weight`: of the round, proportional to its samples.
-void Accumulate(const QuadraticModel& round,
-                const std::vector<double>& theta,
-                double weight,
-                QuadraticModel& model);
+/// Share of their weight that earlier rounds keep beside a round finished at `theta`: as far as its
+/// gradient does not contradict them. They were taken elsewhere, where the cost curved otherwise.
+double ShareAgreed(const QuadraticModel& round,
+                   const std::vector<double>& theta,
+                   const QuadraticModel& earlier);
+
+/// All rounds as if they had had that share of their samples.
+void Fade(double kept, QuadraticModel& model);
+
+/// Adds a round to a model of the same scalars (or an empty one). `weight`: proportional to its
+/// samples.
+void AddRound(const QuadraticModel& round, double weight, QuadraticModel& model);
 
 /// Makes of a model by small photos one by the same photos with `ratio` times as many pixels, which
 /// weigh as much each: the same minimum with the same error.
 void CarryToPhotosOfMorePixels(double ratio, QuadraticModel& model);
 
-/// After a step: rounds about points that lie behind lose weight as far as the step stands out of
-/// the error of the model's minimum, since their quadratic form holds near their points only.
-void Forget(const std::vector<double>& step, QuadraticModel& model);
+/// Share of their weight that rounds keep after a step: points that lie behind lose it as far as
+/// the step stands out of the error of the model's minimum, since their quadratic form holds near
+/// them only.
+double ShareThatHolds(const std::vector<double>& step, const QuadraticModel& model);
 
 /// Mean square, in units of its error, of a step from one estimate of the minimum to the next;
 /// about at most LargestStepByChance if there is nothing in it. 0 without a model.
@@ -102,6 +108,10 @@ struct ModelAtPoint {
   std::vector<double> hessian;   ///< row-major, positive semidefinite
   std::vector<double> gradient;  ///< damped where the step that it asks for drowns in its error
 };
-ModelAtPoint MakeModelAtPoint(const QuadraticModel& model, const std::vector<double>& theta);
+/// `is_log`: by scalar. Steps of logarithms are damped, too, where the curvature is not told: what
+/// they multiply by chance, such as a texel that hardly anything shows, outshines all else.
+ModelAtPoint MakeModelAtPoint(const QuadraticModel& model,
+                              const std::vector<double>& theta,
+                              const std::vector<bool>& is_log);
 
 }  // namespace pathfit::optim

@@ -38,6 +38,9 @@ std::vector<int> Range(std::size_t count) {
   return indices;
 }
 
+// A quadratic model by logarithms holds for about a factor of e.
+constexpr double kReachOfLogs = 1.0;
+
 int CountMovingVertices(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
   std::size_t sum = 0;
   for (const renderer::ParameterGroup& group : layout.groups()) {
@@ -205,7 +208,7 @@ class FitDriver {
     state_.costs.clear();
     state_.held_out_costs.clear();
     state_.promised_cost = 0.0;
-    QuadraticModel coarse = std::exchange(state_.model, QuadraticModel());
+    QuadraticModel coarse = std::exchange(state_.rounds, RoundSums()).model;
     state_.within_error = 0;
     state_.still = 0;
     state_.flat = 0;
@@ -230,8 +233,8 @@ class FitDriver {
     } else if (coarse.NumScalars() == set.NumScalars()) {
       const auto l = static_cast<std::size_t>(state_.level);
       const double ratio = scales[l] / scales[l - 1];
-      state_.model = std::move(coarse);
-      CarryToPhotosOfMorePixels(ratio * ratio, state_.model);
+      CarryToPhotosOfMorePixels(ratio * ratio, coarse);
+      state_.rounds = RoundSums::Of(std::move(coarse));
     }
     for (const std::string& message : level.messages) {
       observer_.OnMessage("stage '" + stage.name + "': " + message);
@@ -438,7 +441,7 @@ class FitDriver {
     }
     state_.scene = std::move(*mended);
     state_.level_scene = state_.scene;
-    state_.model = QuadraticModel();  // of other unknowns
+    state_.rounds = RoundSums();  // of other unknowns
     return true;
   }
 
@@ -447,7 +450,7 @@ class FitDriver {
   void MoveToMinimum(const StageSpec& stage, const FitViews& views) {
     const Model model = MakeModel(Reference(), stage, views);
     const std::size_t n = model.set.NumScalars();
-    if (state_.model.Empty() || state_.model.NumScalars() != n ||
+    if (state_.rounds.model.Empty() || state_.rounds.model.NumScalars() != n ||
         model.set.layout().AnyKind([](renderer::ParameterKind kind) {
           return kind == renderer::ParameterKind::kVertexPositions;
         })) {
@@ -458,12 +461,21 @@ class FitDriver {
     for (std::size_t i = 0; i < n; ++i) {
       free[i] = theta[i] > model.set.Lower(i) && theta[i] < model.set.Upper(i);
     }
-    const std::vector<double> step = StepToMinimum(state_.model,
-                                                   theta,
-                                                   PriorHessian(model.priors, model.set, theta),
-                                                   PriorGradient(model.priors, model.set, theta),
-                                                   free);
-    if (!(SignificanceOfStep(step, state_.model) <= LargestStepByChance(n))) {
+    const std::vector<double> hessian = PriorHessian(model.priors, model.set, theta);
+    const std::vector<double> gradient = PriorGradient(model.priors, model.set, theta);
+    std::vector<double> step;
+    // Factors that hardly anything tells go where no model holds.
+    for (bool goes_far = true; goes_far;) {
+      step = StepToMinimum(state_.rounds.model, theta, hessian, gradient, free);
+      goes_far = false;
+      for (std::size_t i = 0; i < n; ++i) {
+        if (model.set.IsLog(i) && std::abs(step[i]) > kReachOfLogs) {
+          free[i] = false;
+          goes_far = true;
+        }
+      }
+    }
+    if (!(SignificanceOfStep(step, state_.rounds.model) <= LargestStepByChance(n))) {
       return;
     }
     for (std::size_t i = 0; i < n; ++i) {
@@ -481,7 +493,7 @@ class FitDriver {
                                                        const ParameterSet& set) const {
     std::vector<Candidate> candidates;
     // What rounds add up in a model needs no average of their steps.
-    if (state_.model.Empty() && state_.RoundsOfLevel() > 1 &&
+    if (state_.rounds.model.Empty() && state_.RoundsOfLevel() > 1 &&
         SameShapes(state_.average.newer.scene, state_.scene)) {
       candidates.push_back({"averaged", AverageIterate(state_.average, set).scene});
     }

@@ -75,15 +75,20 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
           "costs that are not one finite number per round");
   require(state.held_out_costs.size() <= state.costs.size() && all_finite(state.held_out_costs),
           "costs of held-out photos that are not at most one finite number per round");
-  const QuadraticModel& model = state.model;
-  const std::size_t n = model.NumScalars();
-  const auto is_square = [&](const std::vector<double>& matrix) {
-    return matrix.size() == n * n && all_finite(matrix);
+  const auto is_model = [&](const QuadraticModel& model) {
+    const std::size_t n = model.NumScalars();
+    const auto is_square = [&](const std::vector<double>& matrix) {
+      return matrix.size() == n * n && all_finite(matrix);
+    };
+    return model.weight >= 0.0 && std::isfinite(model.weight) && is_square(model.product) &&
+           is_square(model.square) && is_square(model.covariance) && is_square(model.scatter) &&
+           all_finite(model.linear) && model.variance.size() == n && all_finite(model.variance);
   };
-  require(model.weight >= 0.0 && std::isfinite(model.weight) && is_square(model.product) &&
-              is_square(model.square) && is_square(model.covariance) && is_square(model.scatter) &&
-              all_finite(model.linear) && model.variance.size() == n && all_finite(model.variance),
-          "an accumulated model that is not one");
+  const RoundSums& rounds = state.rounds;
+  require(is_model(rounds.model) && is_model(rounds.apart) && rounds.rows.IsValid() &&
+              (rounds.apart.Empty() || rounds.apart.NumScalars() == rounds.model.NumScalars()) &&
+              (rounds.rows.Empty() || rounds.rows.theta.size() == rounds.model.NumScalars()),
+          "accumulated models or rows that are none");
   for (const auto& [name, values] : state.standard_errors) {
     require(std::none_of(values.begin(), values.end(), [](double x) { return x < 0.0; }),
             "standard errors of '" + name + "' that are none");

@@ -228,7 +228,7 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
   if (state.flat >= kRoundsWithinError) {
     return "cost no longer falls";
   }
-  if (state.model.Empty() && stage.stop_relative_cost > 0.0) {
+  if (state.rounds.model.Empty() && stage.stop_relative_cost > 0.0) {
     const double least =
         last ? stage.stop_relative_cost : std::max(stage.stop_relative_cost, kFallOfCoarseLevels);
     if (NoLongerFalls(state.costs, least)) {

@@ -193,17 +193,15 @@ bool ArePrecise(const StandardErrors& errors,
   return true;
 }
 
-/// What the model says of the step just taken and of the point it leads to.
-void Judge(const StageContext& context,
+/// What the model says of the step just taken and of the point it leads to. Returns whether the
+/// step's own error explains it.
+bool Judge(const StageContext& context,
            const std::vector<double>& before,
+           const std::vector<double>& step,
            const SolveOutcome& outcome,
            const QuadraticModel& model,
            double motion,
            FitState& state) {
-  std::vector<double> step = outcome.theta;
-  for (std::size_t i = 0; i < step.size(); ++i) {
-    step[i] -= before[i];
-  }
   const bool explained = SignificanceOfStep(step, model) <= LargestStepByChance(model.NumScalars());
   // The first steps of a noisy round are within their error, however far they lead.
   const bool is_within = outcome.accepted && explained && motion < kStillPixels;
@@ -223,6 +221,7 @@ void Judge(const StageContext& context,
   }
   state.precise = !errors.is_hidden && ArePrecise(errors, context.set, outcome.theta, start);
   RecordErrors(context.set, outcome.theta, errors, state.standard_errors);
+  return explained;
 }
 
 /// Which round it is, and its samples.
@@ -253,8 +252,9 @@ ImageProblemOptions OptionsOfRound(const StageContext& context,
   options.samples =
       MakeHalves(context.spec.seed, context.stage, report.round, SampleUse::kFit, report.samples);
   // A model of other unknowns (shapes have changed) says nothing about these.
-  options.earlier = state.model.NumScalars() == context.set.NumScalars() && !state.model.Empty()
-                        ? &state.model
+  const QuadraticModel& earlier = state.rounds.model;
+  options.earlier = earlier.NumScalars() == context.set.NumScalars() && !earlier.Empty()
+                        ? &state.rounds
                         : nullptr;
   options.weight = report.samples.spp;
   // Where nothing moves there are no boundaries to divide samples among.
@@ -307,11 +307,12 @@ void TakeStep(const StageContext& context,
 }
 
 /// Counts the rounds that change nothing any more, and those that need more samples. `before`:
-/// costs of the round's start.
+/// costs of the round's start; `explained`: Judge.
 void CountSigns(const StageContext& context,
                 const ImageProblem& problem,
                 const ImageCosts& before,
                 bool moves,
+                bool explained,
                 const RoundReport& report,
                 FitState& state) {
   const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
@@ -323,11 +324,16 @@ void CountSigns(const StageContext& context,
   const bool is_still = report.accepted && report.motion < kStillPixels && !pays && !is_limited &&
                         (report.motion > 0.0 || state.within_error > 0);
   state.still = is_still ? state.still + 1 : 0;
-  // The errors of few unknowns fall with the samples of all rounds, until they are precise (which
-  // says nothing while something is still on its way). Each step of many has those of its own.
-  const bool needs_more = problem.UsesGram()
-                              ? !state.precise || moves
-                              : !report.accepted || FitsNoise(state, report.cost_total);
+  // The errors of few unknowns fall with the samples of all rounds, until they are precise; while
+  // something is on its way, only a step that is noise needs more. Each step of many has its own.
+  bool needs_more = FitsNoise(state, report.cost_total);
+  if (!problem.UsesGram()) {
+    needs_more |= !report.accepted;
+  } else if (moves) {
+    needs_more |= explained;
+  } else {
+    needs_more = !state.precise;
+  }
   state.growths += needs_more ? 1 : 0;
   state.costs.push_back(report.cost_total);
   state.promised_cost = report.cost_total * (1.0 + report.cost_change_rel);
@@ -340,29 +346,31 @@ void CountSigns(const StageContext& context,
   state.flat = is_flat ? state.flat + 1 : 0;
 }
 
-/// What the round tells the next ones of samples and of the model.
-void Learn(const StageContext& context,
-           const ImageProblem& problem,
+/// What the round tells the next ones of samples and of the model. Returns what Judge says.
+bool Learn(const StageContext& context,
            const std::vector<double>& theta,
            const SolveOutcome& outcome,
            const RoundReport& report,
+           ImageProblem& problem,
            FitState& state) {
   AdaptStepControl(outcome, problem.UsesGram(), state);
-  state.model = problem.model();
   // Many unknowns are limited by damping, not by the noise of J: time buys nothing there.
   state.split =
       problem.split_meter().Improve(SplitOfRound(report.samples, state.split),
                                     problem.UsesGram() ? std::nullopt : std::optional(kStartSplit));
-  if (problem.UsesGram()) {
-    Judge(context, theta, outcome, problem.model(), report.motion, state);
-    std::vector<double> step = outcome.theta;
-    for (std::size_t i = 0; i < step.size(); ++i) {
-      step[i] -= theta[i];
-    }
-    Forget(step, state.model);
-  } else {
+  if (!problem.UsesGram()) {
     RecordUnseen(context.set, problem.sums().diagonal, state.standard_errors);
+    return false;
   }
+  std::vector<double> step = outcome.theta;
+  for (std::size_t i = 0; i < step.size(); ++i) {
+    step[i] -= theta[i];
+  }
+  state.rounds = problem.TakeRounds();
+  const bool explained =
+      Judge(context, theta, step, outcome, state.rounds.model, report.motion, state);
+  state.rounds.Forget(step);
+  return explained;
 }
 
 }  // namespace
@@ -411,8 +419,8 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   }
   context.set.layout().Gather(state.scene, values);
   source.SetValues(values);
-  Learn(context, problem, theta, outcome, report, state);
-  CountSigns(context, problem, before, moves, report, state);
+  const bool explained = Learn(context, theta, outcome, report, problem, state);
+  CountSigns(context, problem, before, moves, explained, report, state);
   if (held_out.Total() > kSurelyMore * std::sqrt(held_out.variance)) {
     state.held_out_costs.push_back(held_out.Total());
   } else {

@@ -18,5 +18,5 @@ set(PATHFIT_PUBLIC_HEADERS
   optim/observation/observation.h optim/observation/load_observations.h optim/observation/packed_image.h
   optim/parameter/unknown_spec.h optim/parameter/parameter_set.h
   optim/problem/loss_spec.h optim/round/fit_spec.h optim/round/fit_report.h optim/problem/quadratic_model.h
-  optim/checkpoint/fit_state.h optim/round/fit.h
+  optim/problem/row_history.h optim/problem/round_sums.h optim/checkpoint/fit_state.h optim/round/fit.h
   optim/diagnostics/gradient_check.h)

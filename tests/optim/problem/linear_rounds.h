@@ -9,7 +9,7 @@
 
 #include "optim/parameter/parameter_set.h"
 #include "optim/problem/image_problem.h"
-#include "optim/problem/quadratic_model.h"
+#include "optim/problem/round_sums.h"
 #include "optim/solver/trust_region_solver.h"
 #include "tests/optim/problem/linear_image_source.h"
 
@@ -25,11 +25,10 @@ class LinearRounds : public testing::Test {
     return options;
   }
 
-  [[nodiscard]] optim::ImageProblem Linearized(
-      LinearImageSource& source,
-      const std::vector<double>& theta,
-      std::uint64_t round,
-      const optim::QuadraticModel* earlier = nullptr) const {
+  [[nodiscard]] optim::ImageProblem Linearized(LinearImageSource& source,
+                                               const std::vector<double>& theta,
+                                               std::uint64_t round,
+                                               const optim::RoundSums* earlier = nullptr) const {
     optim::ImageProblemOptions options = OptionsOf(round);
     options.earlier = earlier;
     optim::ImageProblem problem(source, fit_.views, set_, options);

@@ -35,8 +35,9 @@ TEST_F(QuadraticModelTest, PhotosOfMorePixelsChangeNeitherTheMinimumNorItsErrors
   const std::vector<double> open(n, kOpen);
   const optim::StandardErrors of_small = optim::EstimateErrors(small, none, none, open);
   const optim::StandardErrors of_large = optim::EstimateErrors(large, none, none, open);
-  const optim::ModelAtPoint at_small = optim::MakeModelAtPoint(small, truth);
-  const optim::ModelAtPoint at_large = optim::MakeModelAtPoint(large, truth);
+  const std::vector<bool> no_logs(truth.size(), false);
+  const optim::ModelAtPoint at_small = optim::MakeModelAtPoint(small, truth, no_logs);
+  const optim::ModelAtPoint at_large = optim::MakeModelAtPoint(large, truth, no_logs);
   const auto near = [](double expected, double found) {
     EXPECT_NEAR(found, expected, 1e-6 * std::abs(expected) + 1e-12);
   };
@@ -150,10 +151,10 @@ TEST_F(QuadraticModelTest, TheWholeStepIsNotDampedAndLeavesWhatIsNotFreeOrNotTol
   EXPECT_NEAR(step[0], 2.0, 1e-6);
   EXPECT_NEAR(step[1], 3.0, 1e-6);
   // Whatever the error of the gradient is, which shortens the step of a round.
-  const double gradient = optim::MakeModelAtPoint(model, {1.0, 1.0}).gradient[0];
+  const double gradient = optim::MakeModelAtPoint(model, {1.0, 1.0}, {false, false}).gradient[0];
   model.covariance = {
       std::pow(20.0 * model.product[0], 2), 0.0, 0.0, std::pow(30.0 * model.product[3], 2)};
-  EXPECT_LT(optim::MakeModelAtPoint(model, {1.0, 1.0}).gradient[0] / gradient, 0.5);
+  EXPECT_LT(optim::MakeModelAtPoint(model, {1.0, 1.0}, {false, false}).gradient[0] / gradient, 0.5);
   EXPECT_EQ(optim::StepToMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}), step);
   step = optim::StepToMinimum(model, {1.0, 4.0}, none, {0.0, 0.0}, {true, false});
   EXPECT_NEAR(step[0], 2.0, 1e-6);
@@ -168,6 +169,24 @@ TEST_F(QuadraticModelTest, TheWholeStepIsNotDampedAndLeavesWhatIsNotFreeOrNotTol
   step = optim::StepToMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true});
   EXPECT_NEAR(step[0], 2.0, 1e-6);
   EXPECT_EQ(step[1], 0.0);
+}
+
+TEST_F(QuadraticModelTest, LogarithmsWhoseCurvatureIsNotToldHardlyMove) {
+  // Rows of the second scalar are noise of the halves that agrees by chance.
+  std::vector<std::array<double, 2>> a(100, {1.0, 0.0}), b = a;
+  for (std::size_t i = 0; i < 10; ++i) {
+    a[i] = {0.0, 1.0};
+    b[i] = {0.0, i < 6 ? 2.0 : -2.6};
+  }
+  QuadraticModel model = ModelOfRows(a, b);
+  model.covariance = {1e-9, 0.0, 0.0, 1e-9};
+  model.linear = {5.0 * model.product[0], 5.0 * model.product[3]};
+  const auto gradient = [&](bool is_log) {
+    return optim::MakeModelAtPoint(model, {0.0, 0.0}, {is_log, is_log}).gradient;
+  };
+  EXPECT_NEAR(gradient(true)[0] / gradient(false)[0], 1.0, 0.02) << "told";
+  EXPECT_LT(gradient(true)[1] / gradient(false)[1], 0.5);
+  EXPECT_GT(gradient(true)[1] / gradient(false)[1], 0.0);
 }
 
 TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
@@ -187,13 +206,11 @@ TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
 
 TEST_F(QuadraticModelTest, RoundsFromAfarAreForgotten) {
   LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.2);
-  QuadraticModel model = Linearized(source, start_, 0).model();
-  const double before = model.weight;
-  optim::Forget(std::vector<double>(start_.size(), 0.0), model);
-  EXPECT_EQ(model.weight, before);
-  optim::Forget(std::vector<double>(start_.size(), 1.0), model);
-  EXPECT_LT(model.weight, 0.05 * before);
-  EXPECT_GT(model.weight, 0.0);
+  const QuadraticModel model = Linearized(source, start_, 0).model();
+  EXPECT_EQ(optim::ShareThatHolds(std::vector<double>(start_.size(), 0.0), model), 1.0);
+  const double kept = optim::ShareThatHolds(std::vector<double>(start_.size(), 1.0), model);
+  EXPECT_LT(kept, 0.05);
+  EXPECT_GT(kept, 0.0);
 }
 
 TEST_F(QuadraticModelTest, AThingWithoutAnyEffectHasNoModelAndNoStep) {
@@ -201,10 +218,13 @@ TEST_F(QuadraticModelTest, AThingWithoutAnyEffectHasNoModelAndNoStep) {
   QuadraticModel round(n);
   round.FinishRound({1.0, 2.0, 3.0}, {0.0, 0.0, 0.0});
   QuadraticModel model;
-  optim::Accumulate(round, {1.0, 2.0, 3.0}, 1.0, model);
-  optim::Accumulate(round, {1.0, 2.0, 3.0}, 1.0, model);
-  optim::Forget({1.0, 1.0, 1.0}, model);
-  for (const double g : optim::MakeModelAtPoint(model, {1.0, 2.0, 3.0}).gradient) {
+  EXPECT_EQ(optim::ShareAgreed(round, {1.0, 2.0, 3.0}, model), 1.0);
+  optim::AddRound(round, 1.0, model);
+  EXPECT_EQ(optim::ShareAgreed(round, {1.0, 2.0, 3.0}, model), 1.0);
+  optim::AddRound(round, 1.0, model);
+  EXPECT_EQ(optim::ShareThatHolds({1.0, 1.0, 1.0}, model), 1.0);
+  const std::vector<bool> logs(n, true);
+  for (const double g : optim::MakeModelAtPoint(model, {1.0, 2.0, 3.0}, logs).gradient) {
     EXPECT_EQ(g, 0.0);
   }
 }

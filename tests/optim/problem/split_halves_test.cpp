@@ -88,27 +88,27 @@ TEST_F(LinearRounds, NoiseOfTheJacobianInflatesItsSquareButNotTheProductOfHalves
 
 TEST_F(LinearRounds, RoundsAddUpAtConstantSamples) {
   LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.5);
-  QuadraticModel model;
+  optim::RoundSums rounds;
   std::vector<double> theta = start_;
   double alone = 0.0;
   constexpr int kRounds = 32;
   for (std::uint64_t r = 0; r < kRounds; ++r) {
     ImageProblem single = Linearized(source, theta, r);
     alone += Error(Solve(single, theta).theta) / kRounds;
-    ImageProblem problem = Linearized(source, theta, r, model.Empty() ? nullptr : &model);
+    ImageProblem problem = Linearized(source, theta, r, &rounds);
     const optim::SolveOutcome outcome = Solve(problem, theta);
     ASSERT_TRUE(outcome.accepted);
-    model = problem.model();
+    rounds = problem.TakeRounds();
     std::vector<double> step = outcome.theta;
     for (std::size_t i = 0; i < step.size(); ++i) {
       step[i] -= theta[i];
     }
-    optim::Forget(step, model);
+    rounds.Forget(step);
     theta = outcome.theta;
   }
   // The square root of 32 is 5.7; the first rounds, from afar, are forgotten.
   EXPECT_LT(Error(theta), 0.33 * alone);
-  EXPECT_GT(model.weight, 0.5 * kRounds);
+  EXPECT_GT(rounds.model.weight, 0.5 * kRounds);
 }
 
 TEST_F(LinearRounds, ErrorsOfTheMinimumAreThoseOfItsScatter) {

@@ -3,6 +3,7 @@ pathfit_test(optim/problem/image_problem_test LABEL unit LINK pathfit_optim path
 pathfit_test(optim/problem/jacobian_sink_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/motion_guard_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/quadratic_model_test LABEL unit LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/problem/row_history_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/sample_split_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/sparse_gram_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/split_halves_test LABEL statistical LINK pathfit_optim pathfit_test_support)

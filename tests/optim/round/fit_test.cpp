@@ -304,7 +304,7 @@ TEST_F(FitTest, ReportsEveryRoundAndStage) {
   EXPECT_EQ(last.step, 6);
   EXPECT_EQ(last.stage, "all");
   EXPECT_EQ(last.round, 3);
-  EXPECT_EQ(last.samples.spp, 8);
+  EXPECT_GT(last.samples.spp, observer.rounds[3].samples.spp);
   EXPECT_NEAR(last.cost_total, last.cost_image + last.cost_silhouette + last.cost_priors, 1e-15);
   EXPECT_GT(last.psnr_linear_val, 5.0);
   EXPECT_GT(last.iou_val, 0.5);

@@ -126,7 +126,7 @@ TEST(StoppingRule, FewUnknownsEndByTheErrorOfTheirSteps) {
   optim::StageSpec stage;
   optim::FitState state;
   state.round = 12;
-  state.model.weight = 1.0;
+  state.rounds.model.weight = 1.0;
   state.costs = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};  // says nothing: noise
   EXPECT_EQ(optim::StopReason(stage, state, 1), "");
   state.within_error = optim::kRoundsWithinError;
