@@ -16,6 +16,8 @@ constexpr double kBytesPerPixel =
 constexpr double kSure = 3.0;
 // A step that promises a larger share of the cost may lead out of the model, however noisy it is.
 constexpr double kSmallDecrease = 0.1;
+// Variance of a trial's cost, over the start's and over the square of the predicted decrease.
+constexpr double kBlinding = 100.0;
 
 /// One half of a view's linearisation.
 struct Half {
@@ -65,7 +67,8 @@ ImageProblem::ImageProblem(ImageSource& source,
       split_meter_(options.num_measured > 0 ? SplitMeter(set) : SplitMeter()) {
   size_.num_scalars = static_cast<double>(set.NumScalars());
   if (uses_gram_) {
-    size_.row_history_bytes = RoundSums::BytesOfRows(views, 1.0, set.NumScalars());
+    size_.row_history_bytes =
+        RoundSums::BytesOfRows(views, 1.0, set.NumScalars(), options.max_memory_bytes);
     keeps_rows_ = size_.row_history_bytes > 0.0;
   }
   if (uses_sparse_gram_) {
@@ -365,8 +368,17 @@ void ImageProblem::EvalTrialByModel(const std::vector<double>& values) {
   // Both bound the comparison's noise from above: what moved may be noise in the first, nothing
   // that the samples have in common cancels in the second.
   const double noise = std::min(paired_variance_, start_costs_.variance + costs_.variance);
-  if (std::abs(measured - decrease) <= kSure * std::sqrt(noise)) {
-    costs_ = predicted;
+  if (std::abs(measured - decrease) > kSure * std::sqrt(noise)) {
+    return;
+  }
+  // Such as a mirror that shows a small lamp: where noise drowns all, nothing says whether the
+  // model still holds there, and the next rounds would learn little.
+  const bool is_blind = costs_.variance > kBlinding * start_costs_.variance &&
+                        costs_.variance > kBlinding * decrease * decrease;
+  costs_ = is_blind ? start_costs_ : predicted;
+  if (is_blind) {
+    costs_.colors += std::abs(decrease);
+    costs_.signal_squared += 2.0 * std::abs(decrease);
   }
 }
 

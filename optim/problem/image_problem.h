@@ -60,7 +60,8 @@ class ImageProblem {
   /// Renders both halves at `values`; afterwards costs() are those of the trial. With normal
   /// equations a rendering decides only where it can: costs() are those of the quadratic model
   /// where its decrease is small and drowns in the noise of such a comparison (then nothing is
-  /// rendered), and where the rendering does not contradict it.
+  /// rendered), and where the rendering does not contradict it; unless it could not, for noise that
+  /// the start has not: such a trial has a higher cost than the start.
   void EvalTrial(const std::vector<double>& values);
   /// Of other ranks than the first: renders its trials until it ends them.
   void FollowTrials();

@@ -1,5 +1,6 @@
 #include "optim/problem/round_sums.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "optim/problem/fit_views.h"
@@ -11,6 +12,7 @@ namespace {
 
 // Each round reads and writes them once, checkpoints included.
 constexpr double kMaxBytes = 64e6;
+constexpr double kMaxShareOfMemory = 0.1;  // there are copies
 
 /// Of the rows' means, as one round.
 QuadraticModel ModelOf(const RowHistory& rows, const ParameterSet& set) {
@@ -37,14 +39,18 @@ RoundSums RoundSums::Of(QuadraticModel model) {
 
 double RoundSums::BytesOfRows(const FitViews& views,
                               double share_of_pixels,
-                              std::size_t num_scalars) {
+                              std::size_t num_scalars,
+                              double max_memory_bytes) {
   double num_pixels = 0.0;
   for (const int view : views.fitted) {
     const renderer::Camera& camera = views.levels[static_cast<std::size_t>(view)].camera();
     num_pixels += share_of_pixels * camera.width * camera.height;
   }
   const double bytes = RowHistory::Bytes(num_pixels, num_scalars, views.silhouettes);
-  return bytes <= kMaxBytes ? bytes : 0.0;
+  const double most = max_memory_bytes > 0.0
+                          ? std::min(kMaxBytes, kMaxShareOfMemory * max_memory_bytes)
+                          : kMaxBytes;
+  return bytes <= most ? bytes : 0.0;
 }
 
 void RoundSums::Add(const QuadraticModel& round,

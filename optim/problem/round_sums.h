@@ -19,8 +19,11 @@ struct RoundSums {
   static RoundSums Of(QuadraticModel model);
 
   /// Memory of the rows of all fitted views, of that share of their pixels; 0 if they are too many
-  /// to be kept.
-  static double BytesOfRows(const FitViews& views, double share_of_pixels, std::size_t num_scalars);
+  /// to be kept. `max_memory_bytes`: of everything, 0 = no limit.
+  static double BytesOfRows(const FitViews& views,
+                            double share_of_pixels,
+                            std::size_t num_scalars,
+                            double max_memory_bytes);
 
   /// Adds a round, finished at `theta`, by its rows (by fitted view), or by its model where there
   /// are none; earlier ones fade as far as it contradicts them. `weight`: proportional to its

@@ -405,8 +405,10 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     if (uses_gram) {
       size.row_history_bytes =
           std::max(size.row_history_bytes,
-                   RoundSums::BytesOfRows(
-                       whole.views, share * share, static_cast<std::size_t>(num_scalars)));
+                   RoundSums::BytesOfRows(whole.views,
+                                          share * share,
+                                          static_cast<std::size_t>(num_scalars),
+                                          spec.max_memory_bytes));
     }
   }
   const int last_spp =

@@ -18,8 +18,10 @@ struct UsualRounds {
   int first, middle, last, only;
 };
 constexpr UsualRounds kOfLights = {8, 8, 4, 10};  // few unknowns that move nothing
-constexpr UsualRounds kOfPoses = {5, 5, 10, 10};  // few that move something
+constexpr UsualRounds kOfPoses = {6, 2, 11, 10};  // few that move something
 constexpr UsualRounds kOfShapes = {14, 8, 19, 16};
+// Of few that move something: steps so far out of their error need no more samples.
+constexpr int kClearRounds = 2;
 
 int Usual(const UsualRounds& usual, int level, int num_levels) {
   if (num_levels == 1) return usual.only;
@@ -123,7 +125,10 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
 }
 
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round) {
-  if (plan.kind.few) return SamplesOfRound(plan.stage, round, level.factor);
+  if (plan.kind.few) {
+    const int growths = plan.kind.moves ? std::max(0, round - kClearRounds) : round;
+    return SamplesOfRound(plan.stage, growths, level.factor);
+  }
   const int rounds = round + RoundsBefore(plan, level, &LevelPlan::likely_rounds);
   return SamplesOfRound(plan.stage, std::max(0, rounds + 1 - kRoundsBeforeGrowth), level.factor);
 }

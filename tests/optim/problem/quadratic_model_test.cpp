@@ -204,6 +204,44 @@ TEST_F(QuadraticModelTest, StepsWithinTheirErrorAreKnown) {
   EXPECT_LT(optim::SignificanceOfStep(step, there.model()), by_chance);
 }
 
+/// Images of which nothing is seen for noise once they are away from `clear`.
+class BlindingImageSource : public LinearImageSource {
+ public:
+  using LinearImageSource::LinearImageSource;
+  void SetValues(const std::vector<double>& values) override {
+    LinearImageSource::SetValues(values);
+    is_clear_ = clear.empty() || values == clear;
+  }
+  [[nodiscard]] renderer::Film RenderPrimal(int view,
+                                            const optim::SampleSet& samples) const override {
+    renderer::Film film = LinearImageSource::RenderPrimal(view, samples);
+    for (std::size_t p = 0; p < film.pixels.size() && !is_clear_; ++p) {
+      renderer::CounterRng noise(samples.seed, renderer::RandomDomain{3}, 0, p, 0);
+      film.pixels[p].g += 1e4 * (noise.Next() - 0.5);
+    }
+    return film;
+  }
+  std::vector<double> clear;
+
+ private:
+  bool is_clear_ = true;
+};
+
+TEST_F(QuadraticModelTest, TrialsThatNoiseDrownsAreNotTaken) {
+  BlindingImageSource source(32, 16, tests::kNumBlocks, 4, 0.05);
+  ImageProblem problem = Linearized(source, start_, 0);
+  const double before = problem.costs().Total();
+  std::vector<double> halfway = fit_.truth;
+  for (std::size_t i = 0; i < halfway.size(); ++i) {
+    halfway[i] = 0.5 * (halfway[i] + start_[i]);
+  }
+  problem.EvalTrial(halfway);
+  EXPECT_LT(problem.costs().Total(), before);
+  source.clear = start_;
+  problem.EvalTrial(halfway);
+  EXPECT_GT(problem.costs().Total(), before);
+}
+
 TEST_F(QuadraticModelTest, RoundsFromAfarAreForgotten) {
   LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.2);
   const QuadraticModel model = Linearized(source, start_, 0).model();

@@ -156,9 +156,11 @@ TEST_F(RowHistoryTest, WhatIsDamagedIsSeen) {
 }
 
 TEST_F(RowHistoryTest, RowsOfTooManyPixelsAreNotKept) {
-  const double bytes = optim::RoundSums::BytesOfRows(fit_.views, 1.0, n_);
+  const double bytes = optim::RoundSums::BytesOfRows(fit_.views, 1.0, n_, 0.0);
   EXPECT_EQ(bytes, RowHistory::Bytes(2 * 32 * 16, n_, fit_.views.silhouettes));
-  EXPECT_EQ(optim::RoundSums::BytesOfRows(fit_.views, 1e4, n_), 0.0);
+  EXPECT_EQ(optim::RoundSums::BytesOfRows(fit_.views, 1e4, n_, 0.0), 0.0);
+  EXPECT_EQ(optim::RoundSums::BytesOfRows(fit_.views, 1.0, n_, 100.0 * bytes), bytes);
+  EXPECT_EQ(optim::RoundSums::BytesOfRows(fit_.views, 1.0, n_, 2.0 * bytes), 0.0);
 }
 
 }  // namespace
