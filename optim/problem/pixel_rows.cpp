@@ -48,26 +48,31 @@ PixelDerivative WithoutAxis(const PixelDerivative& by_rotation, const renderer::
   return out;
 }
 
+double SquaredNorm(const std::array<double, 3>& values) {
+  double sum = 0.0;
+  for (const double x : values) {
+    sum += x * x;
+  }
+  return sum;
+}
+
 }  // namespace
 
+double RowUnit::NoiseSquared() const { return SquaredNorm(difference); }
+
 void RowUnit::SetResiduals(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  noise_squared = 0.0;
   for (std::size_t row = 0; row < 3; ++row) {
     residual[row] = 0.5 * (a[row] + b[row]);
     difference[row] = 0.5 * (a[row] - b[row]);
-    noise_squared += difference[row] * difference[row];
   }
+  stands_out = SquaredNorm(residual) > kStandsOut * kStandsOut * NoiseSquared();
 }
 
 void PixelRows::AddEntry(const RowUnit& unit, const HalvesEntry& halves, int size) {
-  double square = 0.0;
-  for (const double u : unit.residual) {
-    square += u * u;
-  }
   // What each half's Jacobian and residuals give differs as the mean of both does, the covariance
   // of a half's Jacobian and residuals included. That holds single bright samples to the fourth
   // power, too, where the residual is little else: there the halves' are exchanged.
-  const double sign_of_v = square > kStandsOut * kStandsOut * unit.noise_squared ? 1.0 : -1.0;
+  const double sign_of_v = unit.stands_out ? 1.0 : -1.0;
   RowEntry entry;
   EntrySpread spread;
   entry.block = halves.block;

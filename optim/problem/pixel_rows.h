@@ -46,15 +46,17 @@ inline constexpr double kNoiseFloorShare = 1e-3;
 struct RowUnit {
   std::int32_t pixel = 0;
   bool is_coverage = false;
+  bool stands_out = false;  ///< the mean residual, of the renderings' noise
   std::size_t first_entry = 0;
   std::int32_t num_entries = 0;
   std::array<double, 3> residual{};    ///< mean of the halves', by row
   std::array<double, 3> difference{};  ///< half of theirs
-  double noise_squared = 0.0;          ///< sum of the squares of the latter
 
   [[nodiscard]] int NumRows() const { return is_coverage ? 1 : 3; }
   [[nodiscard]] int Channel(int row) const { return is_coverage ? 3 : row; }
-  /// Sets the residuals of both halves, by row.
+  /// |difference|^2.
+  [[nodiscard]] double NoiseSquared() const;
+  /// Sets what depends on the residuals of both halves, by row.
   void SetResiduals(const std::array<double, 3>& a, const std::array<double, 3>& b);
 };
 

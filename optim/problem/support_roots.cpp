@@ -443,7 +443,7 @@ void SupportRoots::Add(const PixelRows& rows) {
          ++end) {
       const RowUnit& same = rows.units[order[end]];
       num_rows += same.NumRows();
-      noise_squared += same.noise_squared;
+      noise_squared += same.NoiseSquared();
       for (const double u : same.residual) {
         signal_squared_ += u * u;
       }

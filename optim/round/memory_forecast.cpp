@@ -400,16 +400,13 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   size.images_bytes = BytesOfImages(observations, whole.views, spec.loss, uses_gram, pixels);
   const StagePlan plan = PlanStage(
       stage_spec, KindOfStage(scene, spec, stage, set), SmallestSide(observations), pixels);
-  for (const LevelPlan& level : plan.levels) {
-    const double share = level.scale / plan.levels.back().scale;
-    if (uses_gram) {
-      size.row_history_bytes =
-          std::max(size.row_history_bytes,
-                   RoundSums::BytesOfRows(whole.views,
-                                          share * share,
-                                          static_cast<std::size_t>(num_scalars),
-                                          spec.max_memory_bytes));
-    }
+  for (std::size_t i = 0; uses_gram && i < plan.levels.size(); ++i) {
+    const double share = plan.levels[i].scale / plan.levels.back().scale;
+    size.row_history_bytes = std::max(size.row_history_bytes,
+                                      RoundSums::BytesOfRows(whole.views,
+                                                             share * share,
+                                                             static_cast<std::size_t>(num_scalars),
+                                                             spec.max_memory_bytes));
   }
   const int last_spp =
       LikelySamples(plan, plan.levels.back(), plan.levels.back().likely_rounds - 1);

@@ -244,11 +244,14 @@ TEST_F(QuadraticModelTest, TrialsThatNoiseDrownsAreNotTaken) {
 
 TEST_F(QuadraticModelTest, RoundsFromAfarAreForgotten) {
   LinearImageSource source(32, 16, tests::kNumBlocks, 4, 0.2);
-  const QuadraticModel model = Linearized(source, start_, 0).model();
-  EXPECT_EQ(optim::ShareThatHolds(std::vector<double>(start_.size(), 0.0), model), 1.0);
-  const double kept = optim::ShareThatHolds(std::vector<double>(start_.size(), 1.0), model);
-  EXPECT_LT(kept, 0.05);
-  EXPECT_GT(kept, 0.0);
+  optim::RoundSums rounds = Linearized(source, start_, 0).TakeRounds();
+  const double before = rounds.model.weight;
+  rounds.Forget(std::vector<double>(start_.size(), 0.0));
+  EXPECT_EQ(rounds.model.weight, before);
+  rounds.Forget(std::vector<double>(start_.size(), 1.0));
+  EXPECT_LT(rounds.model.weight, 0.05 * before);
+  EXPECT_GT(rounds.model.weight, 0.0);
+  EXPECT_EQ(rounds.rows.weight, rounds.model.weight);
 }
 
 TEST_F(QuadraticModelTest, AThingWithoutAnyEffectHasNoModelAndNoStep) {

@@ -88,7 +88,7 @@ class GridTest : public testing::Test {
       for (int row = 0; row < unit.NumRows(); ++row) {
         unit.residual[static_cast<std::size_t>(row)] = static_cast<double>(number());
       }
-      unit.noise_squared = rng.Next();
+      unit.difference[0] = std::sqrt(rng.Next());
       for (const auto& [block, unused] : blocks) {
         optim::RowEntry entry;
         entry.block = block;
@@ -379,7 +379,7 @@ TEST_F(GridTest, WhatTheHalvesDoNotAgreeOnMayLieOutsideOfTheRows) {
     unit.first_entry = rows.entries.size();
     unit.num_entries = 1;
     unit.residual[0] = 0.5;
-    unit.noise_squared = 0.3;
+    unit.difference[0] = std::sqrt(0.3);
     optim::RowEntry entry;
     entry.block = 7;
     entry.jacobian = {1.0F, 2.0F, 0.0F};
