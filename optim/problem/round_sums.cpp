@@ -58,7 +58,9 @@ void RoundSums::Add(const QuadraticModel& round,
                     const std::vector<double>& theta,
                     double weight,
                     const ParameterSet& set) {
-  Fade(ShareAgreed(round, theta, model));
+  const double kept = ShareAgreed(round, theta, model);
+  Fade(kept, apart);
+  rows.Fade(kept);
   if (rows_of_round.empty()) {
     AddRound(round, weight, apart);
     model = apart;
@@ -72,11 +74,10 @@ void RoundSums::Add(const QuadraticModel& round,
   AddRound(ModelOf(rows, set), rows.weight, model);
 }
 
-void RoundSums::Forget(const std::vector<double>& step) { Fade(ShareThatHolds(step, model)); }
-
-void RoundSums::Fade(double kept) {
-  optim::Fade(kept, model);
-  optim::Fade(kept, apart);
+void RoundSums::Forget(const std::vector<double>& step) {
+  const double kept = ShareThatHolds(step, model);
+  Fade(kept, model);
+  Fade(kept, apart);
   rows.Fade(kept);
 }
 

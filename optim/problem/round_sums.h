@@ -35,9 +35,6 @@ struct RoundSums {
            const ParameterSet& set);
   /// After a step: rounds fade as far as it leads away from them.
   void Forget(const std::vector<double>& step);
-
- private:
-  void Fade(double kept);
 };
 
 }  // namespace pathfit::optim

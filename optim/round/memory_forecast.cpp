@@ -91,6 +91,7 @@ constexpr std::size_t kNumTimed = 2;  // views whose derivatives and images are 
 constexpr int kMoreSamples = 4;       // times, of the longer of two renderings, or a stage's last
 constexpr int kMostSamples = 64;      // if they are no more than these
 constexpr double kNumCandidates = 3;  // for the end of a stage
+constexpr double kNudge = 1e-7;
 
 /// Of one view at a stage's last scale: a + b * samples per pixel.
 struct ViewSeconds {
@@ -121,10 +122,21 @@ double BytesOfValues(const renderer::ParameterLayout& layout) {
 struct MeasuredViews {
   int few = 1, more = 1;  ///< samples per pixel
   ProblemSize of_few, of_more;
-  ViewSeconds seconds;  ///< from both
+  ViewSeconds seconds;         ///< from both
+  double seconds_of_step = 0;  ///< what is built anew where something has changed, by all views
 };
 
-/// `samples_of` makes those of a round.
+/// Where the smallest of steps leads that changes every scalar.
+std::vector<double> Nudged(const std::vector<double>& values, const ParameterSet& set) {
+  std::vector<double> theta = set.ThetaFromValues(values);
+  for (std::size_t i = 0; i < theta.size(); ++i) {
+    const double step = kNudge * std::max(1.0, std::abs(theta[i]));
+    theta[i] += theta[i] + step < set.Upper(i) ? step : -step;
+  }
+  return set.ValuesFromTheta(theta);
+}
+
+/// `samples_of` makes those of a round. Without times: the sizes alone.
 template <class Samples>
 MeasuredViews MeasureViews(SceneImageSource& source,
                            FitViews views,
@@ -133,23 +145,25 @@ MeasuredViews MeasureViews(SceneImageSource& source,
                            const std::vector<double>& values,
                            int few,
                            int more,
-                           Samples samples_of) {
+                           Samples samples_of,
+                           ForecastParts parts) {
   views.fitted.resize(std::min(kNumTimed, views.fitted.size()));
   const auto count = static_cast<double>(views.fitted.size());
   options.expected_views = views.fitted.size();
   options.num_measured = std::min(options.num_measured, views.fitted.size());
-  const auto measure = [&](int samples, ProblemSize& size) {
+  const auto measure = [&](const std::vector<double>& at, int samples, ProblemSize& size) {
     options.samples = samples_of(samples);
     return SecondsOf([&] {
              ImageProblem problem(source, views, set, options);
-             problem.Linearize(values);
+             problem.Linearize(at);
              size = problem.size();
            }) /
            count;
   };
   MeasuredViews measured{few, more, {}, {}, {}};
-  const double of_few = measure(few, measured.of_few);
-  const double of_more = measure(more, measured.of_more);
+  const double of_few = measure(values, few, measured.of_few);
+  const double of_more = measure(values, more, measured.of_more);
+  if (parts == ForecastParts::kMemory) return measured;
   ViewSeconds& times = measured.seconds;
   times.linearize_sample = std::max(0.0, (of_more - of_few) / (more - few));
   times.linearize = std::max(0.0, of_few - few * times.linearize_sample);
@@ -158,6 +172,8 @@ MeasuredViews MeasureViews(SceneImageSource& source,
                           for (const int view : views.fitted) source.RenderPrimal(view, halves.a);
                         }) /
                         (count * halves.a.spp);
+  const double of_step = measure(Nudged(values, set), few, measured.of_few);
+  measured.seconds_of_step = count * std::max(0.0, of_step - of_few);
   return measured;
 }
 
@@ -194,17 +210,21 @@ void ForecastTimes(const FitSpec& spec,
                    const StagePlan& plan,
                    const ViewCounts& counts,
                    const ViewSeconds& times,
+                   double seconds_of_step,
                    int smallest_side,
                    StageMemory& memory) {
   const StageSpec& stage = plan.stage;
   for (const LevelPlan& level : plan.levels) {
     const double pixels = std::pow(level.scale / stage.image_scale, 2);
+    // Surfaces have as many triangles as there are pixels for.
+    const double of_step = seconds_of_step * (plan.kind.few ? 1.0 : pixels);
     for (int round = 0; round < level.most_rounds; ++round) {
-      memory.most_s += pixels * RoundSeconds(times, counts, MostSamples(plan, level, round));
+      memory.most_s +=
+          of_step + pixels * RoundSeconds(times, counts, MostSamples(plan, level, round));
     }
     for (int round = 0; round < level.likely_rounds; ++round) {
       const double seconds =
-          pixels * RoundSeconds(times, counts, LikelySamples(plan, level, round));
+          of_step + pixels * RoundSeconds(times, counts, LikelySamples(plan, level, round));
       if (&level == &plan.levels.front() && round == 0) memory.first_round_s = seconds;
       memory.likely_s += seconds;
     }
@@ -413,8 +433,8 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   MeasuredViews measured;
   if (num_scalars > 0.0 && (!few || parts == ForecastParts::kMemoryAndTimes)) {
     const int more = std::max(kMoreSamples * spp, few ? 0 : std::min(last_spp, kMostSamples));
-    measured =
-        MeasureViews(*source, probe.views, *probe.set, options, values, spp, more, samples_of);
+    measured = MeasureViews(
+        *source, probe.views, *probe.set, options, values, spp, more, samples_of, parts);
     if (!few) GrowWithSamples(measured, spp, last_spp, size);
   }
   Enlarge(
@@ -447,6 +467,7 @@ StageMemory ForecastStage(const renderer::Scene& scene,
         plan,
         {static_cast<double>(fitted.size()), static_cast<double>(observations.views.size())},
         times,
+        measured.seconds_of_step * (few ? 1.0 : more_pixels),
         SmallestSide(observations),
         memory);
   }

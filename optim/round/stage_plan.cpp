@@ -18,7 +18,7 @@ struct UsualRounds {
   int first, middle, last, only;
 };
 constexpr UsualRounds kOfLights = {8, 8, 4, 10};  // few unknowns that move nothing
-constexpr UsualRounds kOfPoses = {6, 2, 11, 10};  // few that move something
+constexpr UsualRounds kOfPoses = {6, 3, 14, 10};  // few that move something
 constexpr UsualRounds kOfShapes = {14, 8, 19, 16};
 // Of few that move something: steps so far out of their error need no more samples.
 constexpr int kClearRounds = 2;
