@@ -316,13 +316,22 @@ void CountSigns(const StageContext& context,
                 const RoundReport& report,
                 FitState& state) {
   const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
+  // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
+  // whatever the model promises of each step.
+  std::vector<double> costs = state.costs;
+  costs.push_back(report.cost_total);
+  const bool is_flat = stage.stop_relative_cost > 0.0 && report.accepted && problem.UsesGram() &&
+                       IsMoreThanNoise(before, context.views.num_channels) &&
+                       (-report.cost_change_rel < stage.stop_relative_cost ||
+                        NoLongerFalls(costs, stage.stop_relative_cost));
+  state.flat = is_flat && !moves ? state.flat + 1 : 0;
   // Small steps that still pay lead on: weakly determined directions move little that is seen.
   const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;
-  // What moves nothing that is seen, such as a light, is judged by its error. Steps of many
-  // unknowns are short while noise limits them, which says nothing.
+  // Steps of many unknowns are short while noise limits them, which says nothing.
   const bool is_limited = !problem.UsesGram() && report.noise_relative >= kHidingNoise;
+  // What moves nothing that is seen, such as a light, is judged by its error and by the cost.
   const bool is_still = report.accepted && report.motion < kStillPixels && !pays && !is_limited &&
-                        (report.motion > 0.0 || state.within_error > 0);
+                        (report.motion > 0.0 || state.within_error > 0 || is_flat);
   state.still = is_still ? state.still + 1 : 0;
   // The errors of few unknowns fall with the samples of all rounds, until they are precise; while
   // something is on its way, only a step that is noise needs more. Each step of many has its own.
@@ -335,15 +344,8 @@ void CountSigns(const StageContext& context,
     needs_more = !state.precise;
   }
   state.growths += needs_more ? 1 : 0;
-  state.costs.push_back(report.cost_total);
+  state.costs = std::move(costs);
   state.promised_cost = report.cost_total * (1.0 + report.cost_change_rel);
-  // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
-  // whatever the model promises of each step.
-  const bool is_flat = stage.stop_relative_cost > 0.0 && report.accepted && problem.UsesGram() &&
-                       !moves && IsMoreThanNoise(before, context.views.num_channels) &&
-                       (-report.cost_change_rel < stage.stop_relative_cost ||
-                        NoLongerFalls(state.costs, stage.stop_relative_cost));
-  state.flat = is_flat ? state.flat + 1 : 0;
 }
 
 /// What the round tells the next ones of samples and of the model. Returns what Judge says.

@@ -277,5 +277,34 @@ TEST_F(FitPlacesTest, DirectionsOfLampsWithoutTurnsAboutTheirAxes) {
   }
 }
 
+// Weakly determined turns wander on for ever where the scene cannot explain the photos.
+TEST_F(FitPlacesTest, LampsLeaveSmallPhotosWhereTheCostNoLongerFalls) {
+  Scene start = SlabScene(3);
+  start.emitters[0].light =
+      renderer::DirectionalEmitter{Normalized(Vec3{-0.1, 0.2, -0.8}), {3, 2, 1}};
+  Scene truth = start;
+  truth.emitters[0].light =
+      renderer::DirectionalEmitter{Normalized(Vec3{-0.3, 0.5, -0.8}), {3, 2, 1}};
+  optim::ObservationSet observations = tests::Photograph(truth, 64);
+  for (optim::View& view : observations.views) {
+    renderer::Image photo = view.photo.Unpack();
+    for (std::size_t i = 0; i < photo.data.size(); ++i) {
+      photo.data[i] *= i / 18 % 2 == 0 ? 1.3F : 0.7F;  // what no lamp explains
+    }
+    view.photo = photo;
+  }
+  Free(ParameterKind::kLightRotation, 0);
+  optim::StageSpec stage = Stage(60, 64, 512);
+  stage.coarse_to_fine = true;
+  spec_.stages = {stage};
+  result_ = optim::RunFit(start, observations, spec_, observer_, {});
+  int rounds_of_first = 0;
+  for (const optim::RoundReport& round : observer_.rounds) {
+    rounds_of_first += round.image_scale < observer_.rounds.back().image_scale / 2 ? 1 : 0;
+  }
+  EXPECT_GT(rounds_of_first, 2);
+  EXPECT_LT(rounds_of_first, 12) << "of 16 that this level may have";
+}
+
 }  // namespace
 }  // namespace pathfit
