@@ -135,6 +135,14 @@ std::array<double, 2> ParameterSet::ConeSlopes(double inner, double outer) {
   return {u_outer / sine, OneMinusCos(inner) / u_outer * std::sin(outer) / sine};
 }
 
+std::vector<bool> ParameterSet::InsideBounds(const std::vector<double>& theta) const {
+  std::vector<bool> inside(theta.size());
+  for (std::size_t i = 0; i < theta.size(); ++i) {
+    inside[i] = theta[i] > Lower(i) && theta[i] < Upper(i);
+  }
+  return inside;
+}
+
 std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& values) const {
   PATHFIT_CHECK_EQ(values.size(), NumScalars());
   std::vector<double> theta(values.size());

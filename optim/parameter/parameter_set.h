@@ -80,6 +80,9 @@ class ParameterSet {
   [[nodiscard]] double Lower(std::size_t scalar) const { return RunOf(scalar).lower; }
   [[nodiscard]] double Upper(std::size_t scalar) const { return RunOf(scalar).upper; }
 
+  /// By scalar: whether theta is at none of its bounds.
+  [[nodiscard]] std::vector<bool> InsideBounds(const std::vector<double>& theta) const;
+
   /// Theta of the scene's values, moved into the bounds.
   [[nodiscard]] std::vector<double> ThetaFromValues(const std::vector<double>& values) const;
   [[nodiscard]] std::vector<double> ValuesFromTheta(const std::vector<double>& theta) const;

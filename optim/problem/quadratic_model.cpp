@@ -233,6 +233,15 @@ ToldPart FindToldPart(const QuadraticModel& model,
   return told;
 }
 
+/// Per round.
+Eigen::VectorXd GradientAt(const QuadraticModel& model,
+                           const std::vector<double>& theta,
+                           const std::vector<double>& prior_gradient) {
+  return (AsMatrix(model.product, model.NumScalars()) * AsVector(theta) - AsVector(model.linear)) /
+             model.weight +
+         AsVector(prior_gradient);
+}
+
 }  // namespace
 
 QuadraticModel::QuadraticModel(std::size_t num_scalars)
@@ -444,18 +453,24 @@ std::vector<double> StepToMinimum(const QuadraticModel& model,
                                   const std::vector<double>& prior_hessian,
                                   const std::vector<double>& prior_gradient,
                                   const std::vector<bool>& free) {
-  const std::size_t n = model.NumScalars();
-  std::vector<double> step(n);
+  std::vector<double> step(model.NumScalars());
   const ToldPart told = FindToldPart(model, prior_hessian, free);
-  const Eigen::VectorXd gradient =
-      (AsMatrix(model.product, n) * AsVector(theta) - AsVector(model.linear)) / model.weight +
-      AsVector(prior_gradient);
+  const Eigen::VectorXd gradient = GradientAt(model, theta, prior_gradient);
   const Eigen::VectorXd in_units = gradient(told.scalars).cwiseProduct(told.unit);
   const Eigen::VectorXd taken = -told.Solve() * in_units;
   for (Eigen::Index i = 0; i < taken.size(); ++i) {
     step[told.Scalar(i)] = told.unit(i) * taken(i);
   }
   return step;
+}
+
+double DecreaseToMinimum(const QuadraticModel& model,
+                         const std::vector<double>& theta,
+                         const std::vector<double>& prior_hessian,
+                         const std::vector<double>& prior_gradient,
+                         const std::vector<bool>& free) {
+  const std::vector<double> step = StepToMinimum(model, theta, prior_hessian, prior_gradient, free);
+  return -0.5 * GradientAt(model, theta, prior_gradient).dot(AsVector(step));
 }
 
 ModelAtPoint MakeModelAtPoint(const QuadraticModel& model,

@@ -103,6 +103,13 @@ std::vector<double> StepToMinimum(const QuadraticModel& model,
                                   const std::vector<double>& prior_gradient,
                                   const std::vector<bool>& free);
 
+/// By how much that step, taken whole, lowers the model and what is added to it, per round.
+double DecreaseToMinimum(const QuadraticModel& model,
+                         const std::vector<double>& theta,
+                         const std::vector<double>& prior_hessian,
+                         const std::vector<double>& prior_gradient,
+                         const std::vector<bool>& free);
+
 /// The model about a point, per round, made fit for a step.
 struct ModelAtPoint {
   std::vector<double> hessian;   ///< row-major, positive semidefinite

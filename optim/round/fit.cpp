@@ -457,10 +457,7 @@ class FitDriver {
       return;
     }
     std::vector<double> theta = model.set.ThetaFromValues(model.set.layout().Gather(state_.scene));
-    std::vector<bool> free(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      free[i] = theta[i] > model.set.Lower(i) && theta[i] < model.set.Upper(i);
-    }
+    std::vector<bool> free = model.set.InsideBounds(theta);
     const std::vector<double> hessian = PriorHessian(model.priors, model.set, theta);
     const std::vector<double> gradient = PriorGradient(model.priors, model.set, theta);
     std::vector<double> step;

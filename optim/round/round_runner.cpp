@@ -30,6 +30,8 @@ namespace {
 // the error by photos and beliefs, are not worth more samples.
 constexpr double kPrecision = 1e-3;
 constexpr double kShareOfOthers = 0.5;
+// Mean square of a step, in the errors by what the photos leave unexplained, that is not worth it.
+constexpr double kNothingLeft = 0.05;
 // A step pays that lowers the cost by this share, if the cost is not noise itself.
 constexpr double kPayingStep = 0.03;
 constexpr double kHidingNoise = 0.5;
@@ -193,33 +195,56 @@ bool ArePrecise(const StandardErrors& errors,
   return true;
 }
 
-/// What the model says of the step just taken and of the point it leads to. Returns whether the
-/// step's own error explains it.
+/// Whether all that is left to the minimum of the model is small beside what the photos cannot
+/// tell: a step of one standard error in every direction lowers the cost by its mean over the
+/// photos' numbers, for each unknown. Not while the cost is mostly noise.
+bool IsNothingLeft(const StageContext& context,
+                   const ImageCosts& costs,
+                   const QuadraticModel& model,
+                   const std::vector<double>& theta,
+                   const std::vector<double>& prior_hessian) {
+  if (RelativeNoise(costs) >= kHidingNoise) {
+    return false;
+  }
+  const double decrease = DecreaseToMinimum(model,
+                                            theta,
+                                            prior_hessian,
+                                            PriorGradient(context.priors, context.set, theta),
+                                            context.set.InsideBounds(theta));
+  return decrease < kNothingLeft * costs.Total() * static_cast<double>(model.NumScalars()) /
+                        context.views.num_channels;
+}
+
+/// What the model says of the step just taken and of the point it leads to. `costs`: of the round's
+/// start. Returns whether the step's own error explains it.
 bool Judge(const StageContext& context,
            const std::vector<double>& before,
            const std::vector<double>& step,
            const SolveOutcome& outcome,
+           const ImageCosts& costs,
            const QuadraticModel& model,
            double motion,
            FitState& state) {
   const bool explained = SignificanceOfStep(step, model) <= LargestStepByChance(model.NumScalars());
-  // The first steps of a noisy round are within their error, however far they lead.
-  const bool is_within = outcome.accepted && explained && motion < kStillPixels;
-  state.within_error = is_within ? state.within_error + 1 : 0;
+  const std::vector<double> prior_hessian =
+      PriorHessian(context.priors, context.set, outcome.theta);
   std::vector<double> ranges(context.set.NumScalars());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     ranges[i] = context.set.Upper(i) - context.set.Lower(i);
   }
-  const StandardErrors errors =
-      EstimateErrors(model,
-                     PriorHessian(context.priors, context.set, outcome.theta),
-                     BeliefCovariance(context.priors, context.set, outcome.theta),
-                     ranges);
+  const StandardErrors errors = EstimateErrors(
+      model, prior_hessian, BeliefCovariance(context.priors, context.set, outcome.theta), ranges);
   std::vector<double> start = before;
   if (SameShapes(state.stage_start, state.scene)) {
     start = context.set.ThetaFromValues(context.set.layout().Gather(state.stage_start));
   }
-  state.precise = !errors.is_hidden && ArePrecise(errors, context.set, outcome.theta, start);
+  const bool is_done =
+      !errors.is_hidden && IsNothingLeft(context, costs, model, outcome.theta, prior_hessian);
+  // The first steps of a noisy round are within their error, however far they lead.
+  const bool is_within = outcome.accepted && (explained || is_done) && motion < kStillPixels;
+  state.within_error = is_within ? state.within_error + 1 : 0;
+  state.precise =
+      is_done || (!errors.is_hidden && ArePrecise(errors, context.set, outcome.theta, start));
   RecordErrors(context.set, outcome.theta, errors, state.standard_errors);
   return explained;
 }
@@ -348,10 +373,12 @@ void CountSigns(const StageContext& context,
   state.promised_cost = report.cost_total * (1.0 + report.cost_change_rel);
 }
 
-/// What the round tells the next ones of samples and of the model. Returns what Judge says.
+/// What the round tells the next ones of samples and of the model. `before`: costs of its start.
+/// Returns what Judge says.
 bool Learn(const StageContext& context,
            const std::vector<double>& theta,
            const SolveOutcome& outcome,
+           const ImageCosts& before,
            const RoundReport& report,
            ImageProblem& problem,
            FitState& state) {
@@ -370,7 +397,7 @@ bool Learn(const StageContext& context,
   }
   state.rounds = problem.TakeRounds();
   const bool explained =
-      Judge(context, theta, step, outcome, state.rounds.model, report.motion, state);
+      Judge(context, theta, step, outcome, before, state.rounds.model, report.motion, state);
   state.rounds.Forget(step);
   return explained;
 }
@@ -421,7 +448,7 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   }
   context.set.layout().Gather(state.scene, values);
   source.SetValues(values);
-  const bool explained = Learn(context, theta, outcome, report, problem, state);
+  const bool explained = Learn(context, theta, outcome, before, report, problem, state);
   CountSigns(context, problem, before, moves, explained, report, state);
   if (held_out.Total() > kSurelyMore * std::sqrt(held_out.variance)) {
     state.held_out_costs.push_back(held_out.Total());

@@ -49,6 +49,8 @@ TEST(ParameterSet, MapsLogarithmsAndBoundsThere) {
   const std::vector<double> theta = set.ThetaFromValues(set.layout().Gather(scene));
   EXPECT_DOUBLE_EQ(theta[0], std::log(3.5));  // moved into the bound
   EXPECT_DOUBLE_EQ(theta[1], std::log(3.0));
+  EXPECT_FALSE(set.InsideBounds(theta)[0]);
+  EXPECT_TRUE(set.InsideBounds(theta)[1]);
   EXPECT_DOUBLE_EQ(theta[3], 0.0);
   EXPECT_DOUBLE_EQ(set.Upper(3), 3.0 * std::log(2.0));
   const std::vector<double> values = set.ValuesFromTheta(theta);

@@ -156,6 +156,14 @@ TEST_F(QuadraticModelTest, TheWholeStepIsNotDampedAndLeavesWhatIsNotFreeOrNotTol
       std::pow(20.0 * model.product[0], 2), 0.0, 0.0, std::pow(30.0 * model.product[3], 2)};
   EXPECT_LT(optim::MakeModelAtPoint(model, {1.0, 1.0}, {false, false}).gradient[0] / gradient, 0.5);
   EXPECT_EQ(optim::StepToMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}), step);
+  const auto& h = model.product;
+  const double whole = 0.5 * (4.0 * h[0] + 6.0 * (h[1] + h[2]) + 9.0 * h[3]) / model.weight;
+  EXPECT_NEAR(optim::DecreaseToMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}),
+              whole,
+              1e-6 * whole);
+  EXPECT_NEAR(optim::DecreaseToMinimum(model, {3.0, 4.0}, none, {0.0, 0.0}, {true, true}),
+              0.0,
+              1e-9 * whole);
   step = optim::StepToMinimum(model, {1.0, 4.0}, none, {0.0, 0.0}, {true, false});
   EXPECT_NEAR(step[0], 2.0, 1e-6);
   EXPECT_EQ(step[1], 0.0);
