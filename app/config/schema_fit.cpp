@@ -317,11 +317,12 @@ SchemaNode UnknownsSchema() {
                        ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
                            DefaultIs(fmt::format(
                                "`laplacian` of weight {} for vertices, `total_variation` "
-                               "of weight {} for what is `as: texture` ({} for roughness), else "
-                               "none",
+                               "of weight {} for what is `as: texture` ({} for roughness), "
+                               "`log_smooth` of weight {} for the texels of an envmap, else none",
                                optim::kDefaultLaplacian,
                                optim::kDefaultTexelVariation,
-                               optim::kDefaultRoughnessVariation))}),
+                               optim::kDefaultRoughnessVariation,
+                               optim::kDefaultLogSmooth))}),
                   &ExperimentConfig::fit,
                   &FitSpec::unknowns) |
          Doc("What may move, how, and between which limits. Names: see \"Kinds of unknowns\" "

@@ -201,7 +201,7 @@ std::string DraftConfig(const FoundInput& input,
       "the "
       "light is kept near\n  # grey where they do not say. Leave the prior out where the light is "
       "coloured.\n"
-      "  surroundings.texels: {priors: [{neutral: {weight: 0.001}}]}\n"
+      "  surroundings.texels: {priors: [{log_smooth: {weight: 1}}, {neutral: {weight: 0.001}}]}\n"
       "  exposure: {}\n"
       "\nstages:\n"
       "  - {name: light, free: [surroundings.texels, exposure]}\n"

@@ -143,6 +143,9 @@ class UnknownReader {
                          fitting_.empty() ? "none" : JoinNames(fitting_)));
       return;
     }
+    if (entry.key == "log_smooth" && unknown.parameterization != optim::Parameterization::kLog) {
+      Report(entry.key_place, key, "prior 'log_smooth' needs transform: log");
+    }
     if (entry.key != "gaussian" || !unknown.gaussian) return;
     const auto wanted = static_cast<std::size_t>(traits_.NumComponents());
     const std::size_t count = unknown.gaussian->mean.size();
@@ -197,15 +200,21 @@ optim::MeshDetail DefaultDetail(const ExperimentConfig& config, const renderer::
 void SetDefaults(const YamlNode& node,
                  const ExperimentConfig& config,
                  const renderer::Scene& scene,
-                 optim::UnknownSpec& vertices) {
+                 optim::UnknownSpec& unknown) {
+  const bool has_priors = node.Find("priors") != nullptr;
+  if (unknown.kind == ParameterKind::kEnvironmentTexels) {
+    const bool log = unknown.parameterization == optim::Parameterization::kLog;
+    if (!has_priors && log) unknown.log_smooth_weight = optim::kDefaultLogSmooth;
+  }
+  if (unknown.kind != ParameterKind::kVertexPositions) return;
   if (node.Find("mesh") == nullptr) {
-    vertices.mesh_detail =
-        DefaultDetail(config, scene.meshes[static_cast<std::size_t>(vertices.object)]);
+    unknown.mesh_detail =
+        DefaultDetail(config, scene.meshes[static_cast<std::size_t>(unknown.object)]);
   }
   if (node.Find("parametrisation") == nullptr) {
-    vertices.large_steps_lambda = optim::kDefaultLargeSteps;
+    unknown.large_steps_lambda = optim::kDefaultLargeSteps;
   }
-  if (node.Find("priors") == nullptr) vertices.laplacian_weight = optim::kDefaultLaplacian;
+  if (!has_priors) unknown.laplacian_weight = optim::kDefaultLaplacian;
 }
 
 // Of all sensors, those of the first.
@@ -341,9 +350,7 @@ void ReadOne(const YamlEntry& entry,
     });
     if (!is_known) problems.push_back(std::move(problem));
   }
-  if (unknown.kind == ParameterKind::kVertexPositions) {
-    SetDefaults(entry.value, config, scene, unknown);
-  }
+  SetDefaults(entry.value, config, scene, unknown);
 }
 
 /// Patterns may name what stands by itself, too, or what another one does.
@@ -453,7 +460,8 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
     const optim::UnknownSpec& last = spec(forms.back().front());
     fill("priors",
          "[" + prior("laplacian", last.laplacian_weight) +
-             prior("total_variation", last.total_variation_weight) + "]");
+             prior("total_variation", last.total_variation_weight) +
+             prior("log_smooth", last.log_smooth_weight) + "]");
     if (is_vertices && alike(&UnknownSpec::mesh_detail)) {
       fill("mesh", first.mesh_detail == optim::MeshDetail::kKeep ? "keep" : "levels");
     }

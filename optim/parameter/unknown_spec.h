@@ -61,6 +61,11 @@ inline constexpr double kDefaultTexelVariation = 3e-4;
 /// of 64 pixels three times it is a little better (.125 instead of .131; grey start .156).
 inline constexpr double kDefaultRoughnessVariation = 1e-3;
 
+/// Of the texels of a map of the surroundings, without a word about them: neighbours are believed
+/// to be alike within a factor of e. Those that nothing tells took steps of several such factors in
+/// each round for ever.
+inline constexpr double kDefaultLogSmooth = 1.0;
+
 /// Prior beliefs and step control of one unknown; weight 0 or empty = absent. Only those that fit
 /// the kind may be set. How the weights compare with the photos: optim/prior/prior_terms.h.
 struct UnknownSpec {
@@ -80,8 +85,9 @@ struct UnknownSpec {
   double large_steps_lambda = 0.0;      ///< vertices: metric I + lambda L of the proximal damping
   double smooth_weight = 0.0;           ///< texels, vertex colours: differences of neighbours
   double total_variation_weight = 0.0;  ///< texels: size of the slope, which spares edges
-  double neutral_weight = 0.0;  ///< environment texels: distance of each texel from its own grey
-  double binary_weight = 0.0;   ///< metallic: distance from 0 or 1
+  double log_smooth_weight = 0.0;  ///< environment texels: logarithms' differences of neighbours
+  double neutral_weight = 0.0;     ///< environment texels: distance of each texel from its own grey
+  double binary_weight = 0.0;      ///< metallic: distance from 0 or 1
   std::optional<GaussianPriorSpec> gaussian;
 };
 

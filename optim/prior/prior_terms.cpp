@@ -276,9 +276,7 @@ void AddAtlasTerms(const Context& context,
   });
 }
 
-void AddTexelSmoothness(const Context& context, const ParameterGroup& group, double weight) {
-  if (IsOnAtlas(context, group)) return AddAtlasTerms(context, group, weight, 0.0);
-  const TexelGrid grid = GridOf(context, group);
+std::vector<BlockPair> PairsOf(const TexelGrid& grid) {
   std::vector<BlockPair> pairs;
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width && grid.HasRight(x); ++x) {
@@ -288,7 +286,22 @@ void AddTexelSmoothness(const Context& context, const ParameterGroup& group, dou
       pairs.push_back({grid.Block(x, y), grid.Block(x, y + 1), grid.Weight(y + 1.0)});
     }
   }
-  AddDifferences(context, pairs, weight);
+  return pairs;
+}
+
+void AddTexelSmoothness(const Context& context, const ParameterGroup& group, double weight) {
+  if (IsOnAtlas(context, group)) return AddAtlasTerms(context, group, weight, 0.0);
+  AddDifferences(context, PairsOf(GridOf(context, group)), weight);
+}
+
+void AddLogSmoothness(const Context& context, const ParameterGroup& group, double weight) {
+  const double scale = kGaussianResidual * std::sqrt(weight);
+  for (const BlockPair& pair : PairsOf(GridOf(context, group))) {
+    PriorTerm term{{pair.a, pair.b}, {scale, -scale}};
+    term.in_theta = true;
+    term.is_belief = true;
+    context.terms.push_back(std::move(term));
+  }
 }
 
 void AddTotalVariation(const Context& context, const ParameterGroup& group, double weight) {
@@ -420,6 +433,11 @@ constexpr PriorRow kPriors[] = {
       "Texels: neighbours alike except at edges, which stay sharp.",
       &UnknownSpec::total_variation_weight},
      AddTotalVariation},
+    {{"log_smooth",
+      "Light: logarithms of neighbouring texels alike where photos leave them open, as if each "
+      "difference was believed to be 1 / sqrt(weight) or less.",
+      &UnknownSpec::log_smooth_weight},
+     AddLogSmoothness},
     {{"neutral", "Texels: light near grey.", &UnknownSpec::neutral_weight}, AddNeutral},
     {{"binary",
       "Metallic: near 0 or 1. 0.1 decides what photos leave open.",

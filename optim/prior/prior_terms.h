@@ -63,6 +63,8 @@ std::vector<WeightedPrior> WeightedPriors();
 ///               d the slope there times the side of the mean texel (half of |d|^2 for smooth,
 ///               whose pairs are two for a texel); jumps across seams count as slopes over that
 ///               side, texels that no lookup uses do not;
+///   log smooth: the differences of neighbours' theta (logarithms) are believed to be normal with
+///               the standard deviation 1 / sqrt(w), as by Gaussian priors below;
 ///   neutral:    w/2 * mean over texels of |texel - its grey|^2;
 ///   binary:     w/2 * mean over numbers of (x (1 - x))^2, the squared distance near 0 and near 1;
 ///   Gaussian:   (x - mean)/sigma = 1 costs as much as one pixel-channel with residual

@@ -26,6 +26,7 @@ constexpr double kRelativeShift = 1e-10;
 // is rounding.
 constexpr double kNoCurvature = 1e-8;
 constexpr double kPartOfDirection = 1e-3;
+constexpr double kNoShare = 1e-4;  // rounding, where there is nothing
 // A quadratic model is wrong by this share of a step that is taken from its point.
 constexpr double kErrorOfStep = 0.25;
 constexpr double kSigmas = 2.0;        // that chance is given
@@ -158,6 +159,8 @@ struct ToldPart {
   std::vector<Eigen::Index> scalars;
   Eigen::VectorXd unit;
   Eigen::MatrixXd square;      ///< of the photos' Jacobian
+  Eigen::MatrixXd hessian;     ///< of photos and priors
+  Eigen::MatrixXd by_photos;   ///< columns: directions that the photos tell
   Eigen::MatrixXd directions;  ///< orthonormal columns
   Eigen::VectorXd inverse;     ///< of their curvatures, 0: nothing tells the direction
   bool is_hidden = false;      ///< StandardErrors::is_hidden
@@ -212,16 +215,20 @@ ToldPart FindToldPart(const QuadraticModel& model,
         shares->eigenvectors().col(k).cwiseAbs2().cwiseProduct(told.square.diagonal());
     const double scatter = weights.dot(scatter_of_scalars) / weights.sum();
     const double least = kSigmas * std::sqrt(VarianceOfShare(share(k), scatter));
-    if (share(k) <= least) {
+    if (share(k) <= std::max(least, kNoShare)) {
       const Eigen::VectorXd direction = shares->eigenvectors().col(k);
       told.is_hidden |= direction.dot(of_priors * direction) < least;
       share(k) = 0.0;
     }
   }
   const Eigen::MatrixXd dual = told.square * shares->eigenvectors();
-  const Eigen::MatrixXd hessian =
-      dual * share.cwiseMin(1.0).asDiagonal() * dual.transpose() + of_priors;
-  const auto eigen = DirectionsOf(hessian);
+  told.hessian = dual * share.cwiseMin(1.0).asDiagonal() * dual.transpose() + of_priors;
+  std::vector<Eigen::Index> by_photos;
+  for (Eigen::Index k = 0; k < size; ++k) {
+    if (share(k) > 0.0) by_photos.push_back(k);
+  }
+  told.by_photos = shares->eigenvectors()(Eigen::all, by_photos);
+  const auto eigen = DirectionsOf(told.hessian);
   if (eigen.info() != Eigen::Success) {
     return told;
   }
@@ -231,15 +238,6 @@ ToldPart FindToldPart(const QuadraticModel& model,
     told.inverse(k) = curvature > kNoCurvature ? 1.0 / curvature : 0.0;
   }
   return told;
-}
-
-/// Per round.
-Eigen::VectorXd GradientAt(const QuadraticModel& model,
-                           const std::vector<double>& theta,
-                           const std::vector<double>& prior_gradient) {
-  return (AsMatrix(model.product, model.NumScalars()) * AsVector(theta) - AsVector(model.linear)) /
-             model.weight +
-         AsVector(prior_gradient);
 }
 
 }  // namespace
@@ -448,29 +446,30 @@ StandardErrors EstimateErrors(const QuadraticModel& model,
   return errors;
 }
 
-std::vector<double> StepToMinimum(const QuadraticModel& model,
-                                  const std::vector<double>& theta,
-                                  const std::vector<double>& prior_hessian,
-                                  const std::vector<double>& prior_gradient,
-                                  const std::vector<bool>& free) {
-  std::vector<double> step(model.NumScalars());
+ToMinimum FindMinimum(const QuadraticModel& model,
+                      const std::vector<double>& theta,
+                      const std::vector<double>& prior_hessian,
+                      const std::vector<double>& prior_gradient,
+                      const std::vector<bool>& free) {
+  const std::size_t n = model.NumScalars();
+  ToMinimum to{std::vector<double>(n), 0.0};
   const ToldPart told = FindToldPart(model, prior_hessian, free);
-  const Eigen::VectorXd gradient = GradientAt(model, theta, prior_gradient);
-  const Eigen::VectorXd in_units = gradient(told.scalars).cwiseProduct(told.unit);
-  const Eigen::VectorXd taken = -told.Solve() * in_units;
-  for (Eigen::Index i = 0; i < taken.size(); ++i) {
-    step[told.Scalar(i)] = told.unit(i) * taken(i);
+  if (told.by_photos.cols() == 0) {
+    return to;
   }
-  return step;
-}
-
-double DecreaseToMinimum(const QuadraticModel& model,
-                         const std::vector<double>& theta,
-                         const std::vector<double>& prior_hessian,
-                         const std::vector<double>& prior_gradient,
-                         const std::vector<bool>& free) {
-  const std::vector<double> step = StepToMinimum(model, theta, prior_hessian, prior_gradient, free);
-  return -0.5 * GradientAt(model, theta, prior_gradient).dot(AsVector(step));
+  const Eigen::VectorXd gradient =
+      (AsMatrix(model.product, n) * AsVector(theta) - AsVector(model.linear)) / model.weight +
+      AsVector(prior_gradient);
+  const Eigen::VectorXd slope =
+      told.by_photos.transpose() * gradient(told.scalars).cwiseProduct(told.unit);
+  const Eigen::MatrixXd hessian = told.by_photos.transpose() * told.hessian * told.by_photos;
+  const Eigen::VectorXd along = -hessian.ldlt().solve(slope);
+  to.decrease = -0.5 * slope.dot(along);
+  const Eigen::VectorXd taken = told.by_photos * along;
+  for (Eigen::Index i = 0; i < taken.size(); ++i) {
+    to.step[told.Scalar(i)] = told.unit(i) * taken(i);
+  }
+  return to;
 }
 
 ModelAtPoint MakeModelAtPoint(const QuadraticModel& model,

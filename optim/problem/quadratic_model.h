@@ -93,22 +93,20 @@ StandardErrors EstimateErrors(const QuadraticModel& model,
                               const std::vector<double>& belief_covariance,
                               const std::vector<double>& ranges);
 
-/// The step from `theta` to the minimum of the model and of what is added to it, whole:
+/// The way from `theta` to the minimum of the model and of what is added to it, whole:
 /// MakeModelAtPoint damps what drowns in its error, so that rounds end on the side that they come
-/// from. Scalars that are not `free` stay, and so do directions that neither photos nor priors tell
-/// (EstimateErrors).
-std::vector<double> StepToMinimum(const QuadraticModel& model,
-                                  const std::vector<double>& theta,
-                                  const std::vector<double>& prior_hessian,
-                                  const std::vector<double>& prior_gradient,
-                                  const std::vector<bool>& free);
-
-/// By how much that step, taken whole, lowers the model and what is added to it, per round.
-double DecreaseToMinimum(const QuadraticModel& model,
-                         const std::vector<double>& theta,
-                         const std::vector<double>& prior_hessian,
-                         const std::vector<double>& prior_gradient,
-                         const std::vector<bool>& free);
+/// from. Scalars that are not `free` stay, and so do directions that the photos do not tell, or
+/// noise hides whether they do (EstimateErrors): there the gradient is noise, which a weak prior
+/// would turn into a long step.
+struct ToMinimum {
+  std::vector<double> step;
+  double decrease = 0.0;  ///< of both, per round
+};
+ToMinimum FindMinimum(const QuadraticModel& model,
+                      const std::vector<double>& theta,
+                      const std::vector<double>& prior_hessian,
+                      const std::vector<double>& prior_gradient,
+                      const std::vector<bool>& free);
 
 /// The model about a point, per round, made fit for a step.
 struct ModelAtPoint {

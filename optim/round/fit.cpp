@@ -38,8 +38,9 @@ std::vector<int> Range(std::size_t count) {
   return indices;
 }
 
-// A quadratic model by logarithms holds for about a factor of e.
-constexpr double kReachOfLogs = 1.0;
+// Of a stage's last step: logarithms that would go farther are not told, and together they leave
+// what the quadratic model holds for.
+constexpr double kReachOfLogs = 0.1;
 
 int CountMovingVertices(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
   std::size_t sum = 0;
@@ -463,7 +464,7 @@ class FitDriver {
     std::vector<double> step;
     // Factors that hardly anything tells go where no model holds.
     for (bool goes_far = true; goes_far;) {
-      step = StepToMinimum(state_.rounds.model, theta, hessian, gradient, free);
+      step = FindMinimum(state_.rounds.model, theta, hessian, gradient, free).step;
       goes_far = false;
       for (std::size_t i = 0; i < n; ++i) {
         if (model.set.IsLog(i) && std::abs(step[i]) > kReachOfLogs) {

@@ -206,11 +206,12 @@ bool IsNothingLeft(const StageContext& context,
   if (RelativeNoise(costs) >= kHidingNoise) {
     return false;
   }
-  const double decrease = DecreaseToMinimum(model,
-                                            theta,
-                                            prior_hessian,
-                                            PriorGradient(context.priors, context.set, theta),
-                                            context.set.InsideBounds(theta));
+  const double decrease = FindMinimum(model,
+                                      theta,
+                                      prior_hessian,
+                                      PriorGradient(context.priors, context.set, theta),
+                                      context.set.InsideBounds(theta))
+                              .decrease;
   return decrease < kNothingLeft * costs.Total() * static_cast<double>(model.NumScalars()) /
                         context.views.num_channels;
 }

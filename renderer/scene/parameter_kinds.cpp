@@ -90,7 +90,7 @@ constexpr const char* kGaussian[] = {"gaussian"};
 constexpr const char* kTexelPriors[] = {"smooth", "total_variation", "gaussian"};
 constexpr const char* kMetallicPriors[] = {"gaussian", "binary"};
 constexpr const char* kMetallicTexelPriors[] = {"smooth", "total_variation", "gaussian", "binary"};
-constexpr const char* kEnvironmentPriors[] = {"smooth", "total_variation", "neutral"};
+constexpr const char* kEnvironmentPriors[] = {"smooth", "total_variation", "log_smooth", "neutral"};
 
 /// A row, filled by steps. `Get` maps an object, constant or not, to its blocks, none if it lacks
 /// the property.

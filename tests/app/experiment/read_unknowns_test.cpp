@@ -187,6 +187,17 @@ TEST(ReadUnknowns, VerticesHaveAMetricAndAPriorUnlessTheConfigSaysOtherwise) {
   EXPECT_EQ(Only("mug.colors").laplacian_weight, 0.0);
 }
 
+TEST(ReadUnknowns, NeighboursInAMapOfTheSurroundingsAreAlikeUnlessTheConfigSaysOtherwise) {
+  EXPECT_EQ(Only("room.texels").log_smooth_weight, optim::kDefaultLogSmooth);
+  EXPECT_EQ(Only("room.texels", "{priors: []}").log_smooth_weight, 0.0);
+  EXPECT_EQ(Only("room.texels", "{transform: identity}").log_smooth_weight, 0.0);
+  EXPECT_EQ(Only("room.texels", "{priors: [{log_smooth: {weight: 4}}]}").log_smooth_weight, 4.0);
+  EXPECT_EQ(Only("slide.texels").log_smooth_weight, 0.0);
+  const std::string problem =
+      ProblemOf(With("room.texels: {transform: identity, priors: [{log_smooth: {weight: 4}}]}"));
+  EXPECT_NE(problem.find("prior 'log_smooth' needs transform: log"), std::string::npos) << problem;
+}
+
 TEST(ReadUnknowns, TheResolvedCopyHoldsWhatIsUsedAndIsReadAlike) {
   std::string all;
   for (const char* name :

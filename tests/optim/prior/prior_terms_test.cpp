@@ -189,6 +189,22 @@ TEST_F(PriorTermsTest, TexelSmoothnessWrapsAroundAndIgnoresConstants) {
   EXPECT_GT(at_seam, 0.0);
 }
 
+TEST_F(PriorTermsTest, LogSmoothnessIsABeliefAboutFactorsBetweenNeighbours) {
+  auto& unknown = Add(ParameterKind::kEnvironmentTexels, 0);
+  unknown.log_smooth_weight = 4.0;
+  unknown.parameterization = optim::Parameterization::kLog;
+  auto& sky = std::get<renderer::EnvironmentEmitter>(scene_.emitters[0].light);
+  for (renderer::Rgb& texel : sky.texels) texel = {2.0, 1.0, 0.5};
+  EXPECT_NEAR(Cost(Set()), 0.0, 1e-15);
+  // One channel of a texel with three neighbours, in the first row: half a factor of e each.
+  sky.texels[1].g *= std::exp(0.5);
+  EXPECT_NEAR(Cost(Set()) * kNumChannels, 3.0 * 0.5 * std::pow(optim::kGaussianResidual, 2), 1e-12);
+  // Whatever the brightness.
+  for (renderer::Rgb& texel : sky.texels) texel = texel * 1000.0;
+  EXPECT_NEAR(Cost(Set()) * kNumChannels, 3.0 * 0.5 * std::pow(optim::kGaussianResidual, 2), 1e-12);
+  for (const PriorTerm& term : Terms(Set())) EXPECT_TRUE(term.is_belief);
+}
+
 TEST_F(PriorTermsTest, TextureSmoothnessWrapsAroundWhereTheTextureRepeats) {
   renderer::Texture texture{"oak", 4, 3, std::vector<renderer::Rgb>(12, {0.5, 0.5, 0.5})};
   scene_.textures = {texture};

@@ -147,7 +147,7 @@ TEST_F(QuadraticModelTest, TheWholeStepIsNotDampedAndLeavesWhatIsNotFreeOrNotTol
     model.linear[i] = 3.0 * model.product[2 * i] + 4.0 * model.product[2 * i + 1];
   }
   std::vector<double> step =
-      optim::StepToMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true});
+      optim::FindMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}).step;
   EXPECT_NEAR(step[0], 2.0, 1e-6);
   EXPECT_NEAR(step[1], 3.0, 1e-6);
   // Whatever the error of the gradient is, which shortens the step of a round.
@@ -155,28 +155,50 @@ TEST_F(QuadraticModelTest, TheWholeStepIsNotDampedAndLeavesWhatIsNotFreeOrNotTol
   model.covariance = {
       std::pow(20.0 * model.product[0], 2), 0.0, 0.0, std::pow(30.0 * model.product[3], 2)};
   EXPECT_LT(optim::MakeModelAtPoint(model, {1.0, 1.0}, {false, false}).gradient[0] / gradient, 0.5);
-  EXPECT_EQ(optim::StepToMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}), step);
+  EXPECT_EQ(optim::FindMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}).step, step);
   const auto& h = model.product;
   const double whole = 0.5 * (4.0 * h[0] + 6.0 * (h[1] + h[2]) + 9.0 * h[3]) / model.weight;
-  EXPECT_NEAR(optim::DecreaseToMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}),
+  EXPECT_NEAR(optim::FindMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}).decrease,
               whole,
               1e-6 * whole);
-  EXPECT_NEAR(optim::DecreaseToMinimum(model, {3.0, 4.0}, none, {0.0, 0.0}, {true, true}),
+  EXPECT_NEAR(optim::FindMinimum(model, {3.0, 4.0}, none, {0.0, 0.0}, {true, true}).decrease,
               0.0,
               1e-9 * whole);
-  step = optim::StepToMinimum(model, {1.0, 4.0}, none, {0.0, 0.0}, {true, false});
+  step = optim::FindMinimum(model, {1.0, 4.0}, none, {0.0, 0.0}, {true, false}).step;
   EXPECT_NEAR(step[0], 2.0, 1e-6);
   EXPECT_EQ(step[1], 0.0);
   // A prior of the photos' weight around 1 halves the way of the other scalar.
-  step = optim::StepToMinimum(
-      model, {1.0, 4.0}, {model.product[0], 0.0, 0.0, 0.0}, {0.0, 0.0}, {true, false});
+  step = optim::FindMinimum(
+             model, {1.0, 4.0}, {model.product[0], 0.0, 0.0, 0.0}, {0.0, 0.0}, {true, false})
+             .step;
   EXPECT_NEAR(step[0], 1.0, 1e-6);
   rows.assign(100, {1.0, 0.0});
   model = ModelOfRows(rows, rows);
   model.linear = {3.0 * model.product[0], 0.0};
-  step = optim::StepToMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true});
+  step = optim::FindMinimum(model, {1.0, 1.0}, none, {0.0, 0.0}, {true, true}).step;
   EXPECT_NEAR(step[0], 2.0, 1e-6);
   EXPECT_EQ(step[1], 0.0);
+}
+
+TEST_F(QuadraticModelTest, AWeakPriorDoesNotTurnTheGradientOfWhatIsNotToldIntoAStep) {
+  // Rows of the second scalar are noise of the halves that cancels.
+  std::vector<std::array<double, 2>> a(100, {1.0, 0.0}), b = a;
+  for (std::size_t i = 0; i < 10; ++i) {
+    a[i] = {0.0, 1.0};
+    b[i] = {0.0, i % 2 == 0 ? 2.0 : -2.0};
+  }
+  QuadraticModel model = ModelOfRows(a, b);
+  model.linear = {3.0 * model.product[0], 5.0};
+  const double weak = 1e-3 * model.square[3] / model.weight;
+  optim::ToMinimum to =
+      optim::FindMinimum(model, {1.0, 1.0}, {0.0, 0.0, 0.0, weak}, {0.0, 0.0}, {true, true});
+  EXPECT_NEAR(to.step[0], 2.0, 1e-6);
+  EXPECT_NEAR(to.step[1], 0.0, 1e-6);
+  EXPECT_NEAR(to.decrease, 2.0 * model.product[0] / model.weight, 1e-6 * model.product[0]);
+  // Nor does the prior take back what rounds may have found there.
+  to = optim::FindMinimum(
+      model, {1.0, 1.0}, {0.0, 0.0, 0.0, weak}, {0.0, -2.0 * weak}, {true, true});
+  EXPECT_NEAR(to.step[1], 0.0, 1e-6);
 }
 
 TEST_F(QuadraticModelTest, LogarithmsWhoseCurvatureIsNotToldHardlyMove) {

@@ -123,11 +123,12 @@ TEST_F(LinearRounds, ErrorsOfTheMinimumAreThoseOfItsScatter) {
     const QuadraticModel& model = problem.model();
     const optim::StandardErrors errors =
         optim::EstimateErrors(model, std::vector<double>(n * n), std::vector<double>(n * n), open);
-    const std::vector<double> step = optim::StepToMinimum(model,
-                                                          truth,
-                                                          std::vector<double>(n * n),
-                                                          std::vector<double>(n),
-                                                          std::vector<bool>(n, true));
+    const std::vector<double> step = optim::FindMinimum(model,
+                                                        truth,
+                                                        std::vector<double>(n * n),
+                                                        std::vector<double>(n),
+                                                        std::vector<bool>(n, true))
+                                         .step;
     for (std::size_t i = 0; i < n; ++i) {
       mean[i] += step[i] / kRounds;
       square[i] += step[i] * step[i] / kRounds;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -86,6 +87,25 @@ TEST_F(FitRecoversTest, EnvironmentFromAMatteBall) {
   EXPECT_GT(before, 0.39);
   EXPECT_LT(Rms(Texels(result.scene), Texels(truth_)), 0.13);
   EXPECT_GT(result.stages.back().psnr_linear_val, 30.0);
+}
+
+// Texels that hardly anything tells: the whole step to the minimum of the model leads too far.
+TEST_F(FitRecoversTest, LightThatPhotosHardlyTellEndsNoWorseThanItsRounds) {
+  std::fill(Texels(start_).begin(), Texels(start_).end(), renderer::Rgb{0.3, 0.3, 0.3});
+  UnknownSpec& texels = Free(ParameterKind::kEnvironmentTexels, 0);
+  texels.parameterization = optim::Parameterization::kLog;
+  texels.log_smooth_weight = 1.0;
+  spec_.stages = {Stage(20, 8, 64)};
+  optim::ObservationSet photos = tests::Photograph(truth_, 256);
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise(0.0F, 0.01F);
+  for (optim::View& view : photos.views) {
+    renderer::Image photo = view.photo.Unpack();
+    for (float& x : photo.data) x = std::max(0.0F, x + noise(random));
+    view.photo = photo;
+  }
+  const FitResult result = optim::RunFit(start_, photos, spec_, observer_, {});
+  EXPECT_LT(result.stages.back().cost_after, 1.5 * observer_.rounds.back().cost_total);
 }
 
 TEST_F(FitRecoversTest, LightDespiteWhatStandsBeforeTheObject) {
