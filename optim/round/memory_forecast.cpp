@@ -172,7 +172,8 @@ MeasuredViews MeasureViews(SceneImageSource& source,
                           for (const int view : views.fitted) source.RenderPrimal(view, halves.a);
                         }) /
                         (count * halves.a.spp);
-  const double of_step = measure(Nudged(values, set), few, measured.of_few);
+  ProblemSize again;
+  const double of_step = measure(Nudged(values, set), few, again);
   measured.seconds_of_step = count * std::max(0.0, of_step - of_few);
   return measured;
 }
