@@ -202,9 +202,9 @@ void SetDefaults(const YamlNode& node,
                  const renderer::Scene& scene,
                  optim::UnknownSpec& unknown) {
   const bool has_priors = node.Find("priors") != nullptr;
-  if (unknown.kind == ParameterKind::kEnvironmentTexels) {
-    const bool log = unknown.parameterization == optim::Parameterization::kLog;
-    if (!has_priors && log) unknown.log_smooth_weight = optim::kDefaultLogSmooth;
+  if (unknown.kind == ParameterKind::kEnvironmentTexels && !has_priors &&
+      unknown.parameterization == optim::Parameterization::kLog) {
+    unknown.log_smooth_weight = optim::kDefaultLogSmooth;
   }
   if (unknown.kind != ParameterKind::kVertexPositions) return;
   if (node.Find("mesh") == nullptr) {

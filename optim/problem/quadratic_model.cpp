@@ -158,7 +158,6 @@ double VarianceOfShare(double share, double scatter) {
 struct ToldPart {
   std::vector<Eigen::Index> scalars;
   Eigen::VectorXd unit;
-  Eigen::MatrixXd square;      ///< of the photos' Jacobian
   Eigen::MatrixXd hessian;     ///< of photos and priors
   Eigen::MatrixXd by_photos;   ///< columns: directions that the photos tell
   Eigen::MatrixXd directions;  ///< orthonormal columns
@@ -193,15 +192,14 @@ ToldPart FindToldPart(const QuadraticModel& model,
     const std::size_t cell = told.Scalar(i) * (n + 1);
     told.unit(i) = 1.0 / std::sqrt(model.square[cell] * scale + prior_hessian[cell]);
   }
-  told.square = told.InUnits(model.square, n) * scale;
-  told.square.diagonal().array() += kRelativeShift;
+  Eigen::MatrixXd square = told.InUnits(model.square, n) * scale;
+  square.diagonal().array() += kRelativeShift;
   told.directions = Eigen::MatrixXd::Identity(size, size);
   told.inverse = Eigen::VectorXd::Zero(size);
   if (size == 0) {
     return told;
   }
-  const std::optional<Shares> shares =
-      SharesOf(told.InUnits(model.product, n) * scale, told.square);
+  const std::optional<Shares> shares = SharesOf(told.InUnits(model.product, n) * scale, square);
   if (!shares) {
     return told;
   }
@@ -212,7 +210,7 @@ ToldPart FindToldPart(const QuadraticModel& model,
   Eigen::VectorXd share = shares->eigenvalues();
   for (Eigen::Index k = 0; k < size; ++k) {
     const Eigen::VectorXd weights =
-        shares->eigenvectors().col(k).cwiseAbs2().cwiseProduct(told.square.diagonal());
+        shares->eigenvectors().col(k).cwiseAbs2().cwiseProduct(square.diagonal());
     const double scatter = weights.dot(scatter_of_scalars) / weights.sum();
     const double least = kSigmas * std::sqrt(VarianceOfShare(share(k), scatter));
     if (share(k) <= std::max(least, kNoShare)) {
@@ -221,7 +219,7 @@ ToldPart FindToldPart(const QuadraticModel& model,
       share(k) = 0.0;
     }
   }
-  const Eigen::MatrixXd dual = told.square * shares->eigenvectors();
+  const Eigen::MatrixXd dual = square * shares->eigenvectors();
   told.hessian = dual * share.cwiseMin(1.0).asDiagonal() * dual.transpose() + of_priors;
   std::vector<Eigen::Index> by_photos;
   for (Eigen::Index k = 0; k < size; ++k) {

@@ -342,14 +342,14 @@ void CountSigns(const StageContext& context,
                 const RoundReport& report,
                 FitState& state) {
   const StageSpec& stage = context.spec.stages[static_cast<std::size_t>(context.stage)];
+  bool needs_more = FitsNoise(state, report.cost_total);  // by the costs before
+  state.costs.push_back(report.cost_total);
   // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
   // whatever the model promises of each step.
-  std::vector<double> costs = state.costs;
-  costs.push_back(report.cost_total);
   const bool is_flat = stage.stop_relative_cost > 0.0 && report.accepted && problem.UsesGram() &&
                        IsMoreThanNoise(before, context.views.num_channels) &&
                        (-report.cost_change_rel < stage.stop_relative_cost ||
-                        NoLongerFalls(costs, stage.stop_relative_cost));
+                        NoLongerFalls(state.costs, stage.stop_relative_cost));
   state.flat = is_flat && !moves ? state.flat + 1 : 0;
   // Small steps that still pay lead on: weakly determined directions move little that is seen.
   const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;
@@ -361,7 +361,6 @@ void CountSigns(const StageContext& context,
   state.still = is_still ? state.still + 1 : 0;
   // The errors of few unknowns fall with the samples of all rounds, until they are precise; while
   // something is on its way, only a step that is noise needs more. Each step of many has its own.
-  bool needs_more = FitsNoise(state, report.cost_total);
   if (!problem.UsesGram()) {
     needs_more |= !report.accepted;
   } else if (moves) {
@@ -370,7 +369,6 @@ void CountSigns(const StageContext& context,
     needs_more = !state.precise;
   }
   state.growths += needs_more ? 1 : 0;
-  state.costs = std::move(costs);
   state.promised_cost = report.cost_total * (1.0 + report.cost_change_rel);
 }
 

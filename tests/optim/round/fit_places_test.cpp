@@ -280,13 +280,12 @@ TEST_F(FitPlacesTest, DirectionsOfLampsWithoutTurnsAboutTheirAxes) {
 // Photos with stripes that nothing in the scene explains.
 optim::ObservationSet StripedPhotos(const Scene& truth) {
   optim::ObservationSet observations = tests::Photograph(truth, 64);
-  for (optim::View& view : observations.views) {
-    renderer::Image photo = view.photo.Unpack();
+  const auto edit = [](renderer::Image& photo) {
     for (std::size_t i = 0; i < photo.data.size(); ++i) {
       photo.data[i] *= i / 18 % 2 == 0 ? 1.3F : 0.7F;
     }
-    view.photo = photo;
-  }
+  };
+  tests::EditPhotos(edit, observations);
   return observations;
 }
 

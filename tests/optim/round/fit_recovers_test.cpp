@@ -99,11 +99,10 @@ TEST_F(FitRecoversTest, LightThatPhotosHardlyTellEndsNoWorseThanItsRounds) {
   optim::ObservationSet photos = tests::Photograph(truth_, 256);
   std::mt19937 random(1);
   std::normal_distribution<float> noise(0.0F, 0.01F);
-  for (optim::View& view : photos.views) {
-    renderer::Image photo = view.photo.Unpack();
+  const auto edit = [&](renderer::Image& photo) {
     for (float& x : photo.data) x = std::max(0.0F, x + noise(random));
-    view.photo = photo;
-  }
+  };
+  tests::EditPhotos(edit, photos);
   const FitResult result = optim::RunFit(start_, photos, spec_, observer_, {});
   EXPECT_LT(result.stages.back().cost_after, 1.5 * observer_.rounds.back().cost_total);
 }
@@ -116,15 +115,14 @@ TEST_F(FitRecoversTest, LightDespiteWhatStandsBeforeTheObject) {
   Free(ParameterKind::kLightIntensity, 0).parameterization = optim::Parameterization::kLog;
   spec_.stages = {Stage(8, 8, 32)};
   optim::ObservationSet photos = tests::Photograph(truth_, 256);
-  for (optim::View& view : photos.views) {
-    renderer::Image photo = view.photo.Unpack();
+  const auto edit = [](renderer::Image& photo) {
     for (int y = 0; y < kSize; ++y) {
       for (int x = kSize / 2; x < kSize / 2 + 5; ++x) {
         for (int c = 0; c < 3; ++c) photo.At(x, y, c) = 3.0F;  // a white stick
       }
     }
-    view.photo = photo;
-  }
+  };
+  tests::EditPhotos(edit, photos);
   const auto error = [&](double huber) {
     spec_.loss.robust_huber = huber;
     renderer::Scene fitted = optim::RunFit(start_, photos, spec_, observer_, {}).scene;

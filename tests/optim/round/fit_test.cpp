@@ -159,12 +159,11 @@ TEST_F(FitTest, EndsWhereTheCostNoLongerFallsThoughEachPixelIsNoise) {
   renderer::Scene truth = start_;
   tests::Bump(truth);
   observations_ = tests::Photograph(truth, 16);
-  for (optim::View& view : observations_.views) {
-    renderer::Image photo = view.photo.Unpack();
+  const auto edit = [](renderer::Image& photo) {
     for (std::size_t i = 0; i < photo.data.size(); ++i)
       photo.data[i] *= i / 3 % 2 == 0 ? 1.2F : 0.8F;
-    view.photo = photo;
-  }
+  };
+  tests::EditPhotos(edit, observations_);
   spec_.stages = {spec_.stages[0]};
   spec_.stages[0].image_scale = 1.0;
   spec_.stages[0].coarse_to_fine = false;

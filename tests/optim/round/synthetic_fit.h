@@ -78,6 +78,16 @@ inline optim::ObservationSet Photograph(const renderer::Scene& truth, int spp) {
   return observations;
 }
 
+/// Calls edit(photo) for each photo.
+template <class Edit>
+void EditPhotos(const Edit& edit, optim::ObservationSet& observations) {
+  for (optim::View& view : observations.views) {
+    renderer::Image photo = view.photo.Unpack();
+    edit(photo);
+    view.photo = photo;
+  }
+}
+
 /// Keeps everything it hears; prints nothing.
 class RecordingObserver : public optim::FitObserver {
  public:
