@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/config/near_path.h"
+#include "optim/parameter/unknown_spec.h"
 #include "renderer/core/error.h"
 #include "renderer/io/raw_file.h"
 
@@ -192,20 +193,22 @@ std::string DraftConfig(const FoundInput& input,
       fmt::format("    surroundings: {{type: envmap, size_px: [8, 4], frame: {}, visible: {}}}\n",
                   LightGoesWithCamera(input) ? "camera" : "world",
                   !masked);
-  text +=
+  text += fmt::format(
       "\n# What may change, in these stages one after the other.\n"
       "unknowns:\n"
-      "  object.vertices: {}\n"
-      "  object.colors: {}\n"
+      "  object.vertices: {{}}\n"
+      "  object.colors: {{}}\n"
       "  # Photos tell a tinted light on a pale thing badly from a white light on a coloured one: "
       "the "
       "light is kept near\n  # grey where they do not say. Leave the prior out where the light is "
       "coloured.\n"
-      "  surroundings.texels: {priors: [{log_smooth: {weight: 1}}, {neutral: {weight: 0.001}}]}\n"
-      "  exposure: {}\n"
+      "  surroundings.texels: {{priors: [{{log_smooth: {{weight: {}}}}}, {{neutral: {{weight: "
+      "0.001}}}}]}}\n"
+      "  exposure: {{}}\n"
       "\nstages:\n"
-      "  - {name: light, free: [surroundings.texels, exposure]}\n"
-      "  - {name: all, free: [object.vertices, object.colors, surroundings.texels, exposure]}\n";
+      "  - {{name: light, free: [surroundings.texels, exposure]}}\n"
+      "  - {{name: all, free: [object.vertices, object.colors, surroundings.texels, exposure]}}\n",
+      optim::kDefaultLogSmooth);
   return text;
 }
 

@@ -259,6 +259,7 @@ void VisitFields(State& state, const Visitor& visit) {
   visit("within_error", state.within_error);
   visit("still", state.still);
   visit("flat", state.flat);
+  visit("unexplained", state.unexplained);
   visit("precise", state.precise);
   visit("standard_errors", state.standard_errors);
   visit("scene", state.scene);

@@ -68,6 +68,9 @@ struct FitState {
   int within_error = 0;  ///< rounds in a row whose step its own error explains, by the model
   int still = 0;         ///< rounds in a row whose step moved nothing by more than kStillPixels
   int flat = 0;  ///< rounds in a row whose step lowered a cost that is not noise hardly at all
+  /// By which beliefs about what photos leave open are weighed: UnexplainedResidual of the last
+  /// round, as far as it has changed.
+  double unexplained = 0.0;
   bool precise = false;  ///< whether more samples would hardly improve the result, by the model
   /// By group of unknowns (name), one per scalar in its unit; of the last stage that fitted it.
   /// Infinite where no photo tells it, NaN where only that is not so (without a model).

@@ -62,9 +62,9 @@ inline constexpr double kDefaultTexelVariation = 3e-4;
 inline constexpr double kDefaultRoughnessVariation = 1e-3;
 
 /// Of the texels of a map of the surroundings, without a word about them: neighbours are believed
-/// to be alike within a factor of e. Those that nothing tells took steps of several such factors in
-/// each round for ever.
-inline constexpr double kDefaultLogSmooth = 1.0;
+/// to be alike within the root of a factor of e. Those that nothing tells took steps of several
+/// such factors in each round for ever.
+inline constexpr double kDefaultLogSmooth = 4.0;
 
 /// Prior beliefs and step control of one unknown; weight 0 or empty = absent. Only those that fit
 /// the kind may be set. How the weights compare with the photos: optim/prior/prior_terms.h.

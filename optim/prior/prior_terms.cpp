@@ -29,6 +29,7 @@ struct Context {
   const renderer::Scene& scene;
   const ParameterSet& set;
   double num_channels;
+  double unexplained;
   std::vector<PriorTerm>& terms;
 };
 
@@ -295,11 +296,11 @@ void AddTexelSmoothness(const Context& context, const ParameterGroup& group, dou
 }
 
 void AddLogSmoothness(const Context& context, const ParameterGroup& group, double weight) {
-  const double scale = kGaussianResidual * std::sqrt(weight);
+  const double scale = context.unexplained * std::sqrt(weight);
   for (const BlockPair& pair : PairsOf(GridOf(context, group))) {
     PriorTerm term{{pair.a, pair.b}, {scale, -scale}};
     term.in_theta = true;
-    term.is_belief = true;
+    term.belief = context.unexplained;
     context.terms.push_back(std::move(term));
   }
 }
@@ -398,7 +399,7 @@ void AddGaussian(const Context& context,
   const double scale = kGaussianResidual / gaussian.sigma;
   for (std::int32_t i = 0; i < group.num_blocks; ++i) {
     PriorTerm term{{group.first_block + i}, {scale}};
-    term.is_belief = true;
+    term.belief = kGaussianResidual;
     for (std::size_t c = 0; c < size; ++c) {
       const double mean = start.empty() ? gaussian.mean[gaussian.mean.size() == 1 ? 0 : c]
                                         : start[static_cast<std::size_t>(i) * size + c];
@@ -415,7 +416,7 @@ void AddExposure(const Context& context,
   const double start = scale * StartOfGain(exposure, group.kind, group.object);
   PriorTerm term{{group.first_block}, {scale}, {start, start, start}};
   term.in_theta = true;
-  term.is_belief = true;
+  term.belief = kGaussianResidual;
   context.terms.push_back(std::move(term));
 }
 
@@ -500,9 +501,10 @@ std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
                                        const std::vector<UnknownSpec>& unknowns,
                                        const ParameterSet& set,
                                        const ExposureModel& exposure,
-                                       double num_channels) {
+                                       double num_channels,
+                                       double unexplained) {
   std::vector<PriorTerm> terms;
-  const Context context{run_start, scene, set, num_channels, terms};
+  const Context context{run_start, scene, set, num_channels, unexplained, terms};
   const auto& groups = set.layout().groups();
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const ParameterGroup& group = groups[g];
@@ -700,7 +702,7 @@ void DrawPriorGradients(const std::vector<PriorTerm>& terms,
   LinearTerm linear(set, theta);
   for (std::size_t t = 0; t < terms.size(); ++t) {
     linear.Linearize(terms[t]);
-    const double deviation = terms[t].is_belief ? kGaussianResidual : residual;
+    const double deviation = terms[t].belief > 0.0 ? terms[t].belief : residual;
     for (std::size_t k = 0; k < draws.size(); ++k) {
       renderer::CounterRng rng(seed, renderer::RandomDomain::kPriorSign, t, k);
       std::array<double, kMaxPriorRows> signs{};
@@ -744,10 +746,12 @@ std::vector<double> BeliefCovariance(const std::vector<PriorTerm>& terms,
                                      const ParameterSet& set,
                                      const std::vector<double>& theta) {
   std::vector<PriorTerm> beliefs;
-  std::ranges::copy_if(terms, std::back_inserter(beliefs), &PriorTerm::is_belief);
-  std::vector<double> covariance = PriorHessian(beliefs, set, theta);
-  for (double& x : covariance) x *= kGaussianResidual * kGaussianResidual;
-  return covariance;
+  for (const PriorTerm& term : terms) {
+    if (!(term.belief > 0.0)) continue;
+    PriorTerm& weighed = beliefs.emplace_back(term);
+    for (double& weight : weighed.weights) weight *= term.belief;
+  }
+  return PriorHessian(beliefs, set, theta);
 }
 
 double PriorCost(const std::vector<PriorTerm>& terms,

@@ -33,7 +33,7 @@ struct PriorTerm {
   bool neutral = false;
   bool binary = false;
   double edge = 0.0;
-  bool is_belief = false;  ///< its residual is believed to be normal, of kGaussianResidual
+  double belief = 0.0;  ///< its residual is believed to be normal with this deviation; 0: no belief
 
   [[nodiscard]] std::size_t NumGroups() const { return weights.size() / blocks.size(); }
 };
@@ -46,6 +46,9 @@ struct WeightedPrior {
   double UnknownSpec::*weight;
 };
 std::vector<WeightedPrior> WeightedPriors();
+
+/// Noise of a good photo's pixel-channel: a belief weighed by more drags what photos do tell.
+inline constexpr double kGaussianResidual = 0.02;
 
 /// Prior terms of the active unknowns. `run_start` has the values of Gaussian priors around the
 /// start, `scene` everything else. `num_channels` is the solver's unit of cost
@@ -64,21 +67,22 @@ std::vector<WeightedPrior> WeightedPriors();
 ///               whose pairs are two for a texel); jumps across seams count as slopes over that
 ///               side, texels that no lookup uses do not;
 ///   log smooth: the differences of neighbours' theta (logarithms) are believed to be normal with
-///               the standard deviation 1 / sqrt(w), as by Gaussian priors below;
+///               the standard deviation 1 / sqrt(w), as by Gaussian priors below, but with
+///               `unexplained` for kGaussianResidual;
 ///   neutral:    w/2 * mean over texels of |texel - its grey|^2;
 ///   binary:     w/2 * mean over numbers of (x (1 - x))^2, the squared distance near 0 and near 1;
 ///   Gaussian:   (x - mean)/sigma = 1 costs as much as one pixel-channel with residual
 ///               kGaussianResidual, so that it decides only what the photos leave open. The gains'
 ///               prior is of this kind, on log2 gain.
+/// `unexplained`: what the scene leaves of a pixel-channel (UnexplainedResidual).
 std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
                                        const renderer::Scene& scene,
                                        const std::vector<UnknownSpec>& unknowns,
                                        const ParameterSet& set,
                                        const ExposureModel& exposure,
-                                       double num_channels);
+                                       double num_channels,
+                                       double unexplained = kGaussianResidual);
 
-/// Noise of a good photo's pixel-channel: a belief weighed by more drags what photos do tell.
-inline constexpr double kGaussianResidual = 0.02;
 /// In units of the texels: differences well below it are smoothed as by `smooth`, those well above
 /// cost by their size only.
 inline constexpr double kTotalVariationEdge = 0.01;
@@ -120,7 +124,7 @@ void LinearizePriors(const std::vector<PriorTerm>& terms,
                      const BlockProductSink& add);
 
 /// Adds to each of the draws the gradient that the terms would have if each row's residual were
-/// `residual` (kGaussianResidual of beliefs) with a random sign. Their covariance is the
+/// `residual` (of beliefs what they say) with a random sign. Their covariance is the
 /// uncertainty that terms bring which are as wrong as that; together with draws of the photos',
 /// divided by the whole matrix, they are draws of the unknowns.
 void DrawPriorGradients(const std::vector<PriorTerm>& terms,

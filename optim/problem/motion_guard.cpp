@@ -22,13 +22,7 @@ MotionGuard::MotionGuard(const renderer::Scene& scene,
     : scene_(scene),
       set_(set),
       views_(views),
-      anything_moves_(std::any_of(
-          set.layout().groups().begin(), set.layout().groups().end(), [](const auto& group) {
-            const auto& traits = renderer::TraitsOf(group.kind);
-            return renderer::MovesMeshes(group.kind) ||
-                   (renderer::MovesEdges(group.kind) &&
-                    traits.list == renderer::ObjectList::kSensors);
-          })) {
+      anything_moves_(set.layout().AnyKind(renderer::MovesInImages)) {
   if (anything_moves_) {
     start_ = See(values);
   }

@@ -1,5 +1,8 @@
 #include "optim/problem/split_half_cost.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "renderer/core/parallel.h"
 
 namespace pathfit::optim {
@@ -23,6 +26,7 @@ float AddPixel(const ViewLevel& level,
     costs.signal_squared += u * u;
     costs.noise_squared += v * v;
     noise += u * v;
+    costs.num_colors += c < 3 && u != 0.0 ? 1.0 : 0.0;
   }
   const double colors = 0.5 * (product[0] + product[1] + product[2]);
   const double coverage = 0.5 * product[3];
@@ -33,6 +37,11 @@ float AddPixel(const ViewLevel& level,
 }
 
 }  // namespace
+
+double UnexplainedResidual(const ImageCosts& costs, bool with_noise) {
+  const double sum = 2.0 * std::max(0.0, costs.colors) + (with_noise ? costs.noise_squared : 0.0);
+  return std::sqrt(sum / std::max(1.0, costs.num_colors));
+}
 
 std::vector<float> AddSplitHalfCosts(const ViewLevel& level,
                                      const RowScales& scales,

@@ -182,7 +182,13 @@ class FitDriver {
                                 const FitViews& views) const {
     ParameterSet set(scene, spec_.unknowns, stage.free, views.fitted, exposure_);
     std::vector<PriorTerm> priors =
-        BuildPriorTerms(start_, scene, spec_.unknowns, set, exposure_, views.num_channels);
+        BuildPriorTerms(start_,
+                        scene,
+                        spec_.unknowns,
+                        set,
+                        exposure_,
+                        views.num_channels,
+                        std::max(kGaussianResidual, state_.unexplained));
     return {std::move(set), std::move(priors)};
   }
 
@@ -326,8 +332,8 @@ class FitDriver {
   bool RunLevel(const StageSpec& stage, const std::vector<double>& scales) {
     const double scale = scales[static_cast<std::size_t>(state_.level)];
     const FitViews& views = evaluation_.SharedViewsAt(scale);
-    RoundsEnd end = RoundsEnd::kMended;
-    while (end == RoundsEnd::kMended) {
+    RoundsEnd end = RoundsEnd::kChanged;
+    while (end == RoundsEnd::kChanged) {
       const Model model = MakeModel(Reference(), stage, views);
       if (model.set.NumScalars() == 0) {
         observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
@@ -384,14 +390,15 @@ class FitDriver {
     Report(std::move(report), spp, is_rough ? &stage : nullptr);
   }
 
-  /// Why rounds end: the level is done, the time limit leaves no room for another one, or the
-  /// scene has meshes of other shapes.
-  enum class RoundsEnd { kDone, kTimeLimit, kMended };
+  /// Why rounds end: the level is done, the time limit leaves no room for another one, or what they
+  /// are made of has changed: meshes have other shapes, beliefs another weight.
+  enum class RoundsEnd { kDone, kTimeLimit, kChanged };
 
   /// Runs the rounds that are left.
   RoundsEnd RunRounds(const StageContext& context, const StageSpec& stage, int num_levels) {
     const auto source = evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
     renderer::ReturnFreedMemory();  // pieces as large as those of another level
+    const double unexplained = state_.unexplained;
     while (StopReason(stage, state_, num_levels).empty()) {
       if (controls_.cancel != nullptr && controls_.cancel->load() && division_.IsFirst()) {
         throw renderer::Cancelled();
@@ -403,14 +410,15 @@ class FitDriver {
         return RoundsEnd::kTimeLimit;
       }
       RoundReport report = RunRound(context, *source, state_);
-      bool mended = false;
+      bool changed = false;
       if (division_.IsFirst()) {
-        mended = report.accepted && Mend(stage, context.views);
+        changed =
+            (report.accepted && Mend(stage, context.views)) || state_.unexplained != unexplained;
         EndRound(context, before, std::move(report));
       }
       SaveCheckpoint();
-      if (division_.Share(mended)) {
-        return RoundsEnd::kMended;
+      if (division_.Share(changed)) {
+        return RoundsEnd::kChanged;
       }
     }
     return RoundsEnd::kDone;

@@ -20,6 +20,7 @@ enum class SampleUse { kFit, kValidation, kEvaluation };
 /// What decides how a stage goes.
 struct StageKind {
   bool moves = false;          ///< something changes place
+  bool is_seen = false;        ///< what does is in the photos itself, not only its shadow
   bool makes_texture = false;  ///< MakesTexture (stage_plan.h)
   bool few = false;            ///< its unknowns: normal equations are formed
 };

@@ -30,6 +30,8 @@ namespace {
 // the error by photos and beliefs, are not worth more samples.
 constexpr double kPrecision = 1e-3;
 constexpr double kShareOfOthers = 0.5;
+// Of what is left unexplained, by which beliefs are weighed: a change that matters.
+constexpr double kOtherWeight = 1.25;
 // Mean square of a step, in the errors by what the photos leave unexplained, that is not worth it.
 constexpr double kNothingLeft = 0.05;
 // A step pays that lowers the cost by this share, if the cost is not noise itself.
@@ -401,6 +403,14 @@ bool Learn(const StageContext& context,
   return explained;
 }
 
+/// Priors are made anew where it matters.
+void WeighBeliefs(double unexplained, FitState& state) {
+  if (unexplained > kOtherWeight * state.unexplained ||
+      kOtherWeight * unexplained < state.unexplained) {
+    state.unexplained = unexplained;
+  }
+}
+
 }  // namespace
 
 renderer::SampleBudget BudgetOfRound(const StageContext& context, const FitState& state) {
@@ -449,6 +459,8 @@ RoundReport RunRound(const StageContext& context, ImageSource& source, FitState&
   source.SetValues(values);
   const bool explained = Learn(context, theta, outcome, before, report, problem, state);
   CountSigns(context, problem, before, moves, explained, report, state);
+  // Rounds of few unknowns average their noise, those of many have each their own.
+  WeighBeliefs(UnexplainedResidual(before, !problem.UsesGram()), state);
   if (held_out.Total() > kSurelyMore * std::sqrt(held_out.variance)) {
     state.held_out_costs.push_back(held_out.Total());
   } else {

@@ -18,10 +18,17 @@ struct UsualRounds {
   int first, middle, last, only;
 };
 constexpr UsualRounds kOfLights = {8, 8, 4, 10};  // few unknowns that move nothing
-constexpr UsualRounds kOfPoses = {6, 3, 14, 10};  // few that move something
+constexpr UsualRounds kOfLamps = {5, 2, 5, 10};   // few that move lights only
+constexpr UsualRounds kOfPoses = {6, 3, 14, 10};  // few that move what is seen
 constexpr UsualRounds kOfShapes = {14, 8, 19, 16};
 // Of few that move something: steps so far out of their error need no more samples.
 constexpr int kClearRounds = 2;
+
+const UsualRounds& UsualOf(StageKind kind) {
+  if (!kind.few) return kOfShapes;
+  if (!kind.moves) return kOfLights;
+  return kind.is_seen ? kOfPoses : kOfLamps;
+}
 
 int Usual(const UsualRounds& usual, int level, int num_levels) {
   if (num_levels == 1) return usual.only;
@@ -75,6 +82,7 @@ StageKind KindOfStage(const renderer::Scene& scene,
                       int stage,
                       const ParameterSet& set) {
   return {.moves = set.layout().AnyKind(renderer::MovesGeometry),
+          .is_seen = set.layout().AnyKind(renderer::MovesInImages),
           .makes_texture = MakesTexture(scene, spec, stage),
           .few = !Promotes(spec, spec.stages[static_cast<std::size_t>(stage)]) &&
                  ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars())};
@@ -84,7 +92,7 @@ StagePlan PlanStage(const StageSpec& stage, StageKind kind, int smallest_side, d
   StagePlan plan{stage, kind, {}};
   const std::vector<double> scales = ScalesOfStage(stage, kind, smallest_side);
   const int num_levels = static_cast<int>(scales.size());
-  const UsualRounds& usual = !kind.few ? kOfShapes : kind.moves ? kOfPoses : kOfLights;
+  const UsualRounds& usual = UsualOf(kind);
   int most_left = stage.max_rounds;
   int left = stage.max_rounds;
   for (int level = 0; level < num_levels; ++level) {

@@ -54,12 +54,13 @@ class Builder {
       }
     }
     out.edges.reserve(edges_.size());
-    for (const Key& key : keys_) {
-      out.edges.push_back(edges_[static_cast<std::size_t>(key.edge)]);
-    }
-    for (const std::int32_t e : parallel_) {
+    out.wedges.reserve(edges_.size());
+    const auto add = [&](std::int32_t e) {
       out.edges.push_back(edges_[static_cast<std::size_t>(e)]);
-    }
+      out.wedges.push_back(wedges_[static_cast<std::size_t>(e)]);
+    };
+    for (const Key& key : keys_) add(key.edge);
+    for (const std::int32_t e : parallel_) add(e);
     return out;
   }
 
@@ -92,7 +93,7 @@ class Builder {
 
   std::vector<BoundaryEdge> edges_;
   std::vector<Key> keys_;
-  std::vector<double> wedges_;  // angle between the normals of each edge
+  std::vector<double> wedges_;  // WedgeAngle of each edge
   std::vector<std::int32_t> parallel_;
   double weight_scale_ = 1.0;  // makes the weights of single precision at most 1
 };

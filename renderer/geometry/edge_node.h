@@ -55,6 +55,7 @@ struct EdgeLeaf {
 
 struct EdgeHierarchy {
   std::vector<BoundaryEdge> edges;  ///< in the order of the leaves
+  std::vector<double> wedges;       ///< WedgeAngle of each
   std::vector<EdgeNode> nodes;      ///< nodes[0] is the root; none if no edge can be a silhouette
   std::vector<EdgeLeaf> leaves;
   std::vector<EdgeBlock> blocks;

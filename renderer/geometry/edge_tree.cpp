@@ -6,8 +6,6 @@
 #include <span>
 #include <utility>
 
-#include "renderer/geometry/tangent_wedge.h"
-
 namespace pathfit::renderer {
 namespace {
 
@@ -194,8 +192,8 @@ class Descent {
 EdgeTree::EdgeTree(std::vector<BoundaryEdge> edges) : tree_(BuildEdgeHierarchy(std::move(edges))) {
   std::vector<double> weights;
   weights.reserve(tree_.edges.size());
-  for (const BoundaryEdge& e : tree_.edges) {
-    weights.push_back(e.weight * e.Length() * WedgeAngle(e));
+  for (std::size_t e = 0; e < tree_.edges.size(); ++e) {
+    weights.push_back(tree_.edges[e].weight * tree_.edges[e].Length() * tree_.wedges[e]);
   }
   by_wedge_ = Distribution1D(weights);
 }

@@ -141,6 +141,10 @@ const ParameterTraits& TraitsOf(ParameterKind kind, const Scene& scene, int obje
 inline bool MovesGeometry(ParameterKind kind) { return TraitsOf(kind).moves != Moves::kNothing; }
 inline bool MovesEdges(ParameterKind kind) { return TraitsOf(kind).moves >= Moves::kEdges; }
 inline bool MovesMeshes(ParameterKind kind) { return TraitsOf(kind).moves == Moves::kMeshes; }
+/// Whether what images show changes place, surfaces or the camera; lights move shadows only.
+inline bool MovesInImages(ParameterKind kind) {
+  return MovesMeshes(kind) || (MovesEdges(kind) && TraitsOf(kind).list == ObjectList::kSensors);
+}
 
 /// One of the things a scene has that may change. Names: OBJECT.PROPERTY.
 struct ParameterRef {

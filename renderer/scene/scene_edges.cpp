@@ -31,6 +31,11 @@ std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& se
   for (int m = 0; m < world.NumMeshes(); ++m) {
     const Mesh& mesh = world.mesh(m);
     const MeshTopology& topology = world.topology(m);
+    std::vector<Vec3> normals;
+    normals.reserve(mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      normals.push_back(TriangleNormal(mesh, static_cast<std::int32_t>(t)));
+    }
     const bool moves = selection.moves[static_cast<std::size_t>(m)];
     const bool solid = selection.solid[static_cast<std::size_t>(m)];
     for (std::size_t e = 0; e < topology.edges.size(); ++e) {
@@ -40,9 +45,9 @@ std::vector<BoundaryEdge> SceneEdges(const World& world, const EdgeSelection& se
       out.edge = static_cast<std::int32_t>(e);
       out.a = mesh.positions[static_cast<std::size_t>(edge.vertices[0])];
       out.b = mesh.positions[static_cast<std::size_t>(edge.vertices[1])];
-      out.n0 = TriangleNormal(mesh, edge.faces[0]);
+      out.n0 = normals[static_cast<std::size_t>(edge.faces[0])];
       out.border = edge.faces[1] < 0;
-      out.n1 = out.border ? -out.n0 : TriangleNormal(mesh, edge.faces[1]);
+      out.n1 = out.border ? -out.n0 : normals[static_cast<std::size_t>(edge.faces[1])];
       out.weight = moves ? 1.0 : kRestingWeight;
       if (!out.border) {
         if (Norm(out.n0 - out.n1) < kCoplanar) {

@@ -202,7 +202,32 @@ TEST_F(PriorTermsTest, LogSmoothnessIsABeliefAboutFactorsBetweenNeighbours) {
   // Whatever the brightness.
   for (renderer::Rgb& texel : sky.texels) texel = texel * 1000.0;
   EXPECT_NEAR(Cost(Set()) * kNumChannels, 3.0 * 0.5 * std::pow(optim::kGaussianResidual, 2), 1e-12);
-  for (const PriorTerm& term : Terms(Set())) EXPECT_TRUE(term.is_belief);
+  for (const PriorTerm& term : Terms(Set())) EXPECT_EQ(term.belief, optim::kGaussianResidual);
+}
+
+TEST_F(PriorTermsTest, LogSmoothnessIsWeighedByWhatTheSceneLeavesUnexplained) {
+  auto& unknown = Add(ParameterKind::kEnvironmentTexels, 0);
+  unknown.log_smooth_weight = 4.0;
+  unknown.parameterization = optim::Parameterization::kLog;
+  std::get<renderer::EnvironmentEmitter>(scene_.emitters[0].light).texels[1].g *= std::exp(0.5);
+  const ParameterSet set = Set();
+  const std::vector<double> theta = set.ThetaFromValues(set.layout().Gather(scene_));
+  constexpr double kFactor = 5.0;
+  const std::vector<PriorTerm> weak = Terms(set);
+  const std::vector<PriorTerm> strong = optim::BuildPriorTerms(run_start_,
+                                                               scene_,
+                                                               unknowns_,
+                                                               set,
+                                                               exposure_,
+                                                               kNumChannels,
+                                                               kFactor * optim::kGaussianResidual);
+  EXPECT_NEAR(PriorCost(strong, set, theta), kFactor * kFactor * PriorCost(weak, set, theta), 1e-9);
+  // It is believed as much: the gradient's deviation over the curvature stays.
+  const auto error = [&](const std::vector<PriorTerm>& terms) {
+    return std::sqrt(optim::BeliefCovariance(terms, set, theta)[0]) /
+           optim::PriorHessian(terms, set, theta)[0];
+  };
+  EXPECT_NEAR(error(strong), error(weak), 1e-9 * error(weak));
 }
 
 TEST_F(PriorTermsTest, TextureSmoothnessWrapsAroundWhereTheTextureRepeats) {

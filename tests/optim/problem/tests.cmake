@@ -6,6 +6,7 @@ pathfit_test(optim/problem/quadratic_model_test LABEL unit LINK pathfit_optim pa
 pathfit_test(optim/problem/row_history_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/sample_split_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/sparse_gram_test LABEL unit LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/problem/split_half_cost_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/split_halves_test LABEL statistical LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/support_roots_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/problem/vertex_guard_test LABEL unit LINK pathfit_optim pathfit_test_support)

@@ -7,4 +7,5 @@ pathfit_test(optim/round/fit_surfaces_test LABEL e2e LINK pathfit_optim pathfit_
 pathfit_test(optim/round/fit_test LABEL parallel LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/round/mesh_levels_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/round/round_policy_test LABEL unit LINK pathfit_optim pathfit_test_support)
+pathfit_test(optim/round/stage_plan_test LABEL unit LINK pathfit_optim pathfit_test_support)
 pathfit_test(optim/round/surface_levels_test LABEL unit LINK pathfit_optim pathfit_test_support)

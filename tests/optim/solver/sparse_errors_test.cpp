@@ -92,18 +92,18 @@ TEST_F(SparseErrorsTest, TheRestOfTheWayCounts) {
 // What only a prior tells is as uncertain as the prior says, not certain.
 TEST_F(SparseErrorsTest, PriorsLeaveWhatTheySay) {
   constexpr double kWeight = 1e4;
-  for (const bool is_belief : {false, true}) {
+  for (const double belief : {0.0, optim::kGaussianResidual}) {
     std::vector<PriorTerm> priors;
     for (std::size_t b = 0; b < set_.NumBlocks(); ++b) {
       PriorTerm term;
       term.blocks = {static_cast<std::int32_t>(b)};
       term.weights = {kWeight};
       for (std::size_t c = 0; c < 3; ++c) term.offset[c] = kWeight * fit_.truth[3 * b + c];
-      term.is_belief = is_belief;
+      term.belief = belief;
       priors.push_back(term);
     }
     const StandardErrors found = OfMany(priors);
-    const double expected = (is_belief ? optim::kGaussianResidual : kPhotoNoise) / kWeight;
+    const double expected = (belief > 0.0 ? belief : kPhotoNoise) / kWeight;
     double sum = 0.0;
     for (const double error : found.of_photos) sum += error * error / (expected * expected);
     EXPECT_NEAR(sum / static_cast<double>(fit_.truth.size()), 1.0, kTolerance);

@@ -1,0 +1,38 @@
+#include "optim/round/stage_plan.h"
+
+#include <gtest/gtest.h>
+
+namespace pathfit::optim {
+namespace {
+
+constexpr int kSide = 128;
+constexpr double kPixels = 1e5;
+
+int LikelyRounds(const StagePlan& plan) {
+  int rounds = 0;
+  for (const LevelPlan& level : plan.levels) rounds += level.likely_rounds;
+  return rounds;
+}
+
+TEST(StagePlan, LightsThatMoveTakeFewerRoundsThanWhatPhotosShow) {
+  StageSpec stage;
+  const StagePlan lamps = PlanStage(stage, {.moves = true, .few = true}, kSide, kPixels);
+  const StagePlan poses =
+      PlanStage(stage, {.moves = true, .is_seen = true, .few = true}, kSide, kPixels);
+  ASSERT_EQ(lamps.levels.size(), poses.levels.size());
+  EXPECT_LT(LikelyRounds(lamps), LikelyRounds(poses));
+  EXPECT_EQ(lamps.levels.back().scale, 1.0);
+}
+
+TEST(StagePlan, OneWithFewRoundsIsTakenToNeedThemAll) {
+  StageSpec stage;
+  stage.max_rounds = 7;
+  for (const bool moves : {false, true}) {
+    const StagePlan plan = PlanStage(stage, {.moves = moves, .few = true}, kSide, kPixels);
+    EXPECT_EQ(LikelyRounds(plan), stage.max_rounds);
+    for (const LevelPlan& level : plan.levels) EXPECT_LE(level.likely_rounds, level.most_rounds);
+  }
+}
+
+}  // namespace
+}  // namespace pathfit::optim
