@@ -181,15 +181,21 @@ class FitDriver {
                                 const StageSpec& stage,
                                 const FitViews& views) const {
     ParameterSet set(scene, spec_.unknowns, stage.free, views.fitted, exposure_);
-    std::vector<PriorTerm> priors =
-        BuildPriorTerms(start_,
-                        scene,
-                        spec_.unknowns,
-                        set,
-                        exposure_,
-                        views.num_channels,
-                        std::max(kGaussianResidual, state_.unexplained));
+    std::vector<PriorTerm> priors = MakePriors(scene, set, views);
     return {std::move(set), std::move(priors)};
+  }
+
+  /// As strong as photos are left unexplained at present.
+  [[nodiscard]] std::vector<PriorTerm> MakePriors(const renderer::Scene& scene,
+                                                  const ParameterSet& set,
+                                                  const FitViews& views) const {
+    return BuildPriorTerms(start_,
+                           scene,
+                           spec_.unknowns,
+                           set,
+                           exposure_,
+                           views.num_channels,
+                           std::max(kGaussianResidual, state_.unexplained));
   }
 
   void BeginStage() {
@@ -332,15 +338,17 @@ class FitDriver {
   bool RunLevel(const StageSpec& stage, const std::vector<double>& scales) {
     const double scale = scales[static_cast<std::size_t>(state_.level)];
     const FitViews& views = evaluation_.SharedViewsAt(scale);
-    RoundsEnd end = RoundsEnd::kChanged;
-    while (end == RoundsEnd::kChanged) {
-      const Model model = MakeModel(Reference(), stage, views);
+    RoundsEnd end = RoundsEnd::kMended;
+    while (end == RoundsEnd::kMended) {
+      Model model = MakeModel(Reference(), stage, views);
       if (model.set.NumScalars() == 0) {
         observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
         return true;
       }
-      end =
-          RunRounds(ContextOf(stage, scale, views, model), stage, static_cast<int>(scales.size()));
+      end = RunRounds(ContextOf(stage, scale, views, model),
+                      stage,
+                      static_cast<int>(scales.size()),
+                      model.priors);
     }
     return end == RoundsEnd::kDone;
   }
@@ -390,15 +398,18 @@ class FitDriver {
     Report(std::move(report), spp, is_rough ? &stage : nullptr);
   }
 
-  /// Why rounds end: the level is done, the time limit leaves no room for another one, or what they
-  /// are made of has changed: meshes have other shapes, beliefs another weight.
-  enum class RoundsEnd { kDone, kTimeLimit, kChanged };
+  /// Why rounds end: the level is done, the time limit leaves no room for another one, or the
+  /// scene has meshes of other shapes.
+  enum class RoundsEnd { kDone, kTimeLimit, kMended };
 
-  /// Runs the rounds that are left.
-  RoundsEnd RunRounds(const StageContext& context, const StageSpec& stage, int num_levels) {
+  /// Runs the rounds that are left. `priors`: the context's.
+  RoundsEnd RunRounds(const StageContext& context,
+                      const StageSpec& stage,
+                      int num_levels,
+                      std::vector<PriorTerm>& priors) {
     const auto source = evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
     renderer::ReturnFreedMemory();  // pieces as large as those of another level
-    const double unexplained = state_.unexplained;
+    double unexplained = state_.unexplained;
     while (StopReason(stage, state_, num_levels).empty()) {
       if (controls_.cancel != nullptr && controls_.cancel->load() && division_.IsFirst()) {
         throw renderer::Cancelled();
@@ -410,15 +421,18 @@ class FitDriver {
         return RoundsEnd::kTimeLimit;
       }
       RoundReport report = RunRound(context, *source, state_);
-      bool changed = false;
+      bool mended = false;
       if (division_.IsFirst()) {
-        changed =
-            (report.accepted && Mend(stage, context.views)) || state_.unexplained != unexplained;
+        mended = report.accepted && Mend(stage, context.views);
         EndRound(context, before, std::move(report));
       }
       SaveCheckpoint();
-      if (division_.Share(changed)) {
-        return RoundsEnd::kChanged;
+      if (division_.Share(mended)) {
+        return RoundsEnd::kMended;
+      }
+      if (state_.unexplained != unexplained) {
+        unexplained = state_.unexplained;
+        priors = MakePriors(Reference(), context.set, context.views);
       }
     }
     return RoundsEnd::kDone;
