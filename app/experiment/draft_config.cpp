@@ -200,7 +200,7 @@ std::string DraftConfig(const FoundInput& input,
       "  object.colors: {{}}\n"
       "  # Photos tell a tinted light on a pale thing badly from a white light on a coloured one: "
       "the "
-      "light is kept near\n  # grey where they do not say. Leave the prior out where the light is "
+      "light is kept near\n  # grey where they do not say. Leave `neutral` out where the light is "
       "coloured.\n"
       "  surroundings.texels: {{priors: [{{log_smooth: {{weight: {}}}}}, {{neutral: {{weight: "
       "0.001}}}}]}}\n"

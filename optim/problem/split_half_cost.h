@@ -25,7 +25,8 @@ struct ImageCosts {
   [[nodiscard]] double Total() const { return colors + coverage; }
 };
 
-/// Deviation of a colour channel's residual. `with_noise`: also by the noise of the renderings.
+/// Deviation of a colour channel's residual. `with_noise`: also by the noise of the
+/// renderings, coverage included.
 double UnexplainedResidual(const ImageCosts& costs, bool with_noise);
 
 /// Adds one view. Returns each pixel's share of the total.

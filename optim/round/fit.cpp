@@ -198,6 +198,13 @@ class FitDriver {
                            std::max(kGaussianResidual, state_.unexplained));
   }
 
+  /// Whether a prior of the stage does.
+  [[nodiscard]] bool FollowsTheUnexplained(const StageSpec& stage) const {
+    return std::ranges::any_of(stage.free, [&](int index) {
+      return spec_.unknowns[static_cast<std::size_t>(index)].log_smooth_weight > 0.0;
+    });
+  }
+
   void BeginStage() {
     state_.round = 0;
     state_.level = 0;
@@ -430,8 +437,9 @@ class FitDriver {
       if (division_.Share(mended)) {
         return RoundsEnd::kMended;
       }
-      if (state_.unexplained != unexplained) {
+      if (state_.unexplained != unexplained && FollowsTheUnexplained(stage)) {
         unexplained = state_.unexplained;
+        priors = std::vector<PriorTerm>();  // first: of many texels they are large
         priors = MakePriors(Reference(), context.set, context.views);
       }
     }

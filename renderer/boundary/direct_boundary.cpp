@@ -179,7 +179,7 @@ void DirectBoundary::SampleWedgeFirst(const BoundaryDraw& draw, SplatBuffer& spl
   if (IsBlack(radiance) || !TraceDetectorEnd(context_, segment)) {
     return;
   }
-  const double pdf = pick.probability / (edge.Length() * 4.0 * WedgeAngle(edge));
+  const double pdf = pick.probability / (edge.Length() * 4.0 * context_.edges.Wedge(pick.edge));
   IndependentSampler sampler = draw.Independent();
   ConnectDetectors(context_,
                    segment,

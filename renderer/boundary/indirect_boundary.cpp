@@ -75,7 +75,7 @@ void IndirectBoundary::Sample(std::size_t /*way*/,
   if (IsBlack(radiance.back())) {
     return;
   }
-  const double pdf = pick.probability / (edge.Length() * 4.0 * WedgeAngle(edge));
+  const double pdf = pick.probability / (edge.Length() * 4.0 * context_.edges.Wedge(pick.edge));
   ConnectDetectors(context_, segment, radiance, draw.weight / pdf, sampler, splats);
 }
 

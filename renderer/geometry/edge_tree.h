@@ -33,6 +33,10 @@ class EdgeTree {
   [[nodiscard]] Pick SampleByWedge(double u) const;
 
   [[nodiscard]] const std::vector<BoundaryEdge>& edges() const { return tree_.edges; }
+  /// WedgeAngle of one of them.
+  [[nodiscard]] double Wedge(int edge) const {
+    return tree_.wedges[static_cast<std::size_t>(edge)];
+  }
   [[nodiscard]] bool Empty() const { return tree_.edges.empty(); }
   /// Sum of weight * length * wedge angle: SampleByWedge and the wedge's density give
   /// 1 / (4 * WedgeTotal) per metre and steradian, times weight.
