@@ -93,12 +93,32 @@ constexpr int kMostSamples = 64;      // if they are no more than these
 constexpr double kNumCandidates = 3;  // for the end of a stage
 constexpr double kNudge = 1e-7;
 
-/// Of one view at a stage's last scale: a + b * samples per pixel.
+/// Of photos of one size. A view's: a + b * samples per pixel.
 struct ViewSeconds {
   double linearize = 0.0, linearize_sample = 0.0;
   double render_sample = 0.0;
+  double step = 0.0;  ///< what is built anew where something has changed, by all views together
   [[nodiscard]] double Round(int spp, int trials) const {
     return linearize + spp * (linearize_sample + trials * render_sample);
+  }
+};
+constexpr std::array kViewFigures = {&ViewSeconds::linearize,
+                                     &ViewSeconds::linearize_sample,
+                                     &ViewSeconds::render_sample,
+                                     &ViewSeconds::step};
+
+/// Of two sizes of a stage's photos, in shares of the last one's pixels: what a size takes beside
+/// its pixels is told by the small one.
+struct SizedSeconds {
+  double small_pixels = 0.0;  ///< 0: nothing but pixels takes time
+  ViewSeconds small, last;
+  [[nodiscard]] ViewSeconds At(double pixels) const {
+    const double share = (pixels - small_pixels) / (1.0 - small_pixels);
+    ViewSeconds seconds;
+    for (const auto figure : kViewFigures) {
+      seconds.*figure = std::max(0.0, small.*figure + share * (last.*figure - small.*figure));
+    }
+    return seconds;
   }
 };
 
@@ -122,8 +142,7 @@ double BytesOfValues(const renderer::ParameterLayout& layout) {
 struct MeasuredViews {
   int few = 1, more = 1;  ///< samples per pixel
   ProblemSize of_few, of_more;
-  ViewSeconds seconds;         ///< from both
-  double seconds_of_step = 0;  ///< what is built anew where something has changed, by all views
+  ViewSeconds seconds;  ///< from both
 };
 
 /// Where the smallest of steps leads that changes every scalar.
@@ -174,7 +193,7 @@ MeasuredViews MeasureViews(SceneImageSource& source,
                         (count * halves.a.spp);
   ProblemSize again;
   const double of_step = measure(Nudged(values, set), few, again);
-  measured.seconds_of_step = count * std::max(0.0, of_step - of_few);
+  times.step = count * std::max(0.0, of_step - of_few);
   return measured;
 }
 
@@ -202,7 +221,7 @@ struct ViewCounts {
 double RoundSeconds(const ViewSeconds& times, const ViewCounts& counts, int spp) {
   const double validation =
       (counts.all - counts.fitted) * std::min(spp, kValidationSpp) * times.render_sample;
-  return counts.fitted * times.Round(spp, 1) + validation;
+  return times.step + counts.fitted * times.Round(spp, 1) + validation;
 }
 
 /// Fills the times of a stage.
@@ -210,22 +229,17 @@ void ForecastTimes(const FitSpec& spec,
                    int stage_index,
                    const StagePlan& plan,
                    const ViewCounts& counts,
-                   const ViewSeconds& times,
-                   double seconds_of_step,
+                   const SizedSeconds& sizes,
                    int smallest_side,
                    StageMemory& memory) {
   const StageSpec& stage = plan.stage;
   for (const LevelPlan& level : plan.levels) {
-    const double pixels = std::pow(level.scale / stage.image_scale, 2);
-    // Surfaces have as many triangles as there are pixels for.
-    const double of_step = seconds_of_step * (plan.kind.few ? 1.0 : pixels);
+    const ViewSeconds times = sizes.At(std::pow(level.scale / stage.image_scale, 2));
     for (int round = 0; round < level.most_rounds; ++round) {
-      memory.most_s +=
-          of_step + pixels * RoundSeconds(times, counts, MostSamples(plan, level, round));
+      memory.most_s += RoundSeconds(times, counts, MostSamples(plan, level, round));
     }
     for (int round = 0; round < level.likely_rounds; ++round) {
-      const double seconds =
-          of_step + pixels * RoundSeconds(times, counts, LikelySamples(plan, level, round));
+      const double seconds = RoundSeconds(times, counts, LikelySamples(plan, level, round));
       if (&level == &plan.levels.front() && round == 0) memory.first_round_s = seconds;
       memory.likely_s += seconds;
     }
@@ -234,6 +248,7 @@ void ForecastTimes(const FitSpec& spec,
   const double last_pixels = std::pow(last.image_scale / stage.image_scale, 2);
   const bool is_last = stage_index + 1 == static_cast<int>(spec.stages.size());
   const double side_px = last.image_scale * smallest_side;
+  const ViewSeconds& times = sizes.last;
   const int draft = FitEvaluation::DraftSpp(side_px);
   const int pictures =
       (is_last ? FitEvaluation::SppOfPictures(side_px) : draft) + (stage_index == 0 ? draft : 0);
@@ -297,6 +312,35 @@ LinearSolverChoice SolverOf(LinearSolverChoice choice, std::size_t num_scalars) 
     return LinearSolverChoice::kSparseGram;
   }
   return choice;
+}
+
+/// With the level's first and last samples. `options`: of the stage's last size.
+template <class Samples>
+ViewSeconds SecondsOfLevel(const renderer::Scene& scene,
+                           const ObservationSet& observations,
+                           const FitSpec& spec,
+                           const StagePlan& plan,
+                           const LevelPlan& level,
+                           ImageProblemOptions options,
+                           Samples samples_of) {
+  const Probe probe(scene, observations, spec, plan.stage, level.scale);
+  const std::unique_ptr<SceneImageSource> source = probe.MakeSource(spec);
+  const std::vector<double> values = probe.set->layout().Gather(probe.refined);
+  const int few = LikelySamples(plan, level, 0);
+  const int more = LikelySamples(plan, level, std::max(0, level.likely_rounds - 1));
+  options.linear_solver = SolverOf(spec.linear_solver, probe.set->NumScalars());
+  options.samples = samples_of(few);
+  ImageProblem(*source, probe.views, *probe.set, options).Linearize(values);
+  return MeasureViews(*source,
+                      probe.views,
+                      *probe.set,
+                      options,
+                      values,
+                      few,
+                      std::max(kMoreSamples * few, std::min(more, kMostSamples)),
+                      samples_of,
+                      ForecastParts::kMemoryAndTimes)
+      .seconds;
 }
 
 /// From photos of one size to those of `pixels` times as many, with `unknowns` times the numbers.
@@ -457,18 +501,25 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   memory.items = ForecastMemory(size, memory.solver);
   memory.items.insert(memory.items.begin(), {loaded, {"scenes", scene_bytes}});
   if (num_scalars > 0.0 && parts == ForecastParts::kMemoryAndTimes) {
-    ViewSeconds times = measured.seconds;
-    for (double ViewSeconds::*part :
-         {&ViewSeconds::linearize, &ViewSeconds::linearize_sample, &ViewSeconds::render_sample}) {
-      times.*part *= more_pixels;
+    ViewSeconds last = measured.seconds;
+    for (const auto figure : kViewFigures) {
+      // Surfaces have as many triangles as there are pixels for.
+      if (figure != &ViewSeconds::step || !few) last.*figure *= more_pixels;
+    }
+    SizedSeconds sizes{0.0, {}, last};
+    const LevelPlan& first = plan.levels.front();
+    if (const double small_scale = std::min(first.scale, measured_scale); small_scale < scale) {
+      sizes.small_pixels = std::pow(small_scale / scale, 2);
+      sizes.small = small_scale < measured_scale
+                        ? SecondsOfLevel(scene, observations, spec, plan, first, options, samples_of)
+                        : measured.seconds;
     }
     ForecastTimes(
         spec,
         stage,
         plan,
         {static_cast<double>(fitted.size()), static_cast<double>(observations.views.size())},
-        times,
-        measured.seconds_of_step * (few ? 1.0 : more_pixels),
+        sizes,
         SmallestSide(observations),
         memory);
   }
