@@ -6,6 +6,7 @@
 #include "renderer/boundary/boundary_pass.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
+#include "renderer/derivative/derivative_accumulator.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/pixel_estimator.h"
 
@@ -35,6 +36,51 @@ PathContext MakeContext(const World& world,
           options.antithetic};
 }
 
+/// What a pixel of radiance `value` gains by the camera's response to it.
+void AddByGains(const Camera& camera,
+                const ActiveParameters::CameraBlocks& blocks,
+                int x,
+                int y,
+                const Rgb& value,
+                DerivativeAccumulator& entries) {
+  const double r2 = camera.VignettingRadius2(x, y);
+  const double falloff = camera.vignetting.At(r2);
+  if (blocks.exposure >= 0) {
+    entries.Entry(blocks.exposure)[0] =
+        Rgba(value * Rgb{camera.red, 1.0, camera.blue} * falloff, 0.0);
+  }
+  if (blocks.white_balance >= 0) {
+    auto& d = entries.Entry(blocks.white_balance);
+    d[0] = Rgba(value.r * camera.gain * falloff, 0.0, 0.0, 0.0);
+    d[1] = Rgba(0.0, 0.0, value.b * camera.gain * falloff, 0.0);
+  }
+  const Rgb seen = value * camera.ChannelGains() * falloff;
+  if (blocks.vignetting >= 0) {
+    auto& d = entries.Entry(blocks.vignetting);
+    d[0] = Rgba(seen * r2, 0.0);
+    d[1] = Rgba(seen * (r2 * r2), 0.0);
+    d[2] = Rgba(seen * (r2 * r2 * r2), 0.0);
+  }
+  if (camera.vignetting.IsNone()) {
+    return;
+  }
+  // The radius by what it is measured with, per unit of the sensor's own pixels.
+  const Rgb by_r2 = seen * (camera.vignetting.LogSlope(r2) / camera.SquaredHalfDiagonal());
+  const double a = (x + 0.5 - camera.cx) / camera.fx, b = (y + 0.5 - camera.cy) / camera.fy;
+  const double scale_x = blocks.scale_x / camera.fx, scale_y = blocks.scale_y / camera.fy;
+  if (blocks.principal_point >= 0) {
+    auto& d = entries.Entry(blocks.principal_point);
+    d[0] += Rgba(by_r2 * (-2.0 * a * scale_x), 0.0);
+    d[1] += Rgba(by_r2 * (-2.0 * b * scale_y), 0.0);
+  }
+  if (blocks.focal >= 0) {
+    const double width = 0.5 * camera.width / camera.fx, height = 0.5 * camera.height / camera.fy;
+    auto& d = entries.Entry(blocks.focal);
+    d[0] += Rgba(by_r2 * (2.0 * (r2 * width * width - a * a) * scale_x), 0.0);
+    d[1] += Rgba(by_r2 * (2.0 * (r2 * height * height - b * b) * scale_y), 0.0);
+  }
+}
+
 }  // namespace
 
 Renderer::Renderer(Scene scene) : world_(std::make_unique<World>(std::move(scene))) {}
@@ -60,14 +106,13 @@ Film Renderer::RenderPrimal(const Camera& camera,
   PATHFIT_CHECK(options.spp > 0);
   const CameraModel model(camera);
   const PathContext context = MakeContext(*world_, model, options);
-  const Rgb gains = camera.ChannelGains();
   Film film(camera.width, camera.height);
   RenderStats sum;
   ForEachRow(camera.height, services, sum, [&](int y, RenderStats& row_stats) {
     PixelEstimator pixels(context, model, options);
     for (int x = 0; x < camera.width; ++x) {
       Rgba value = pixels.Estimate(x, y, row_stats);
-      value = Rgba(value.Color() * gains, value.a);
+      value = Rgba(value.Color() * camera.PixelGains(x, y), value.a);
       film.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
                   static_cast<std::size_t>(x)] = value;
     }
@@ -91,8 +136,6 @@ Film Renderer::RenderDerivative(const Camera& camera,
   const ActiveParameters active = ActiveParameters::Make(scene(), layout, model, sensor);
   const NearMotion near_motion(*world_, context.lights, active, options);
   const AdjointContext adjoint{context, model, active, options.form, &near_motion};
-  const Rgb gains = camera.ChannelGains();
-  const Rgb per_sample = gains / options.spp;
   Film film = options.with_image ? Film(camera.width, camera.height) : Film();
   RenderStats sum;
   const bool derives = options.terms.Has(DerivativeTerm::kInterior);
@@ -116,21 +159,15 @@ Film Renderer::RenderDerivative(const Camera& camera,
       const std::int64_t pixel = static_cast<std::int64_t>(y) * camera.width + x;
       const Rgba value =
           derives ? interior_of.Estimate(x, y, row_stats) : pixels.Estimate(x, y, row_stats);
+      const Rgb gains = camera.PixelGains(x, y);
+      const Rgb per_sample = gains / options.spp;
       for (ParameterDerivative& entry : entries.Entries()) {
         for (Rgba& d : entry.d) {
-          d = Rgba(d.Color() * per_sample, d.a * (camera.gain / options.spp));
+          d = Rgba(d.Color() * per_sample, d.a / options.spp);
         }
       }
       if (derives && !IsBlack(value.Color())) {
-        if (active.camera.exposure >= 0) {
-          entries.Entry(active.camera.exposure)[0] =
-              Rgba(value.Color() * Rgb{camera.red, 1.0, camera.blue}, 0.0);
-        }
-        if (active.camera.white_balance >= 0) {
-          auto& d = entries.Entry(active.camera.white_balance);
-          d[0] = Rgba(value.r * camera.gain, 0.0, 0.0, 0.0);
-          d[1] = Rgba(0.0, 0.0, value.b * camera.gain, 0.0);
-        }
+        AddByGains(camera, active.camera, x, y, value.Color(), entries);
       }
       if (!entries.Entries().empty()) {
         sink.Add(pixel, entries.Entries());

@@ -117,7 +117,9 @@ renderer::ParameterLayout UnionLayout(const renderer::Scene& scene,
   renderer::ParameterLayout layout(scene);
   for (const Direction& direction : directions) {
     for (const renderer::ParameterGroup& group : direction.layout.groups()) {
-      if (layout.FirstBlock(group.kind, group.object) < 0) layout.Add(group.kind, group.object);
+      if (layout.FirstBlock(group.kind, group.object) < 0) {
+        layout.Add(group.kind, group.object, group.sharing);
+      }
     }
   }
   return layout;
@@ -155,12 +157,12 @@ Target LoadTarget(CommandContext& context, const std::string& stage) {
   return {std::move(config), std::move(experiment)};
 }
 
-/// Lit by the picture alone, its up being that of the cameras; all exposures are 1.
+/// Lit by the picture alone, its up being that of the cameras, which show radiance as it is.
 void Relight(const fs::path& picture, renderer::Scene& scene) {
   renderer::EnvironmentEmitter light = ReadUprightEnvironment(picture, "--env", UpDirection(scene));
   scene.emitters = {{"environment", renderer::LightFrame::kWorld, {}, std::move(light)}};
   for (renderer::Camera& camera : scene.sensors) {
-    camera.gain = camera.red = camera.blue = 1.0;
+    camera.ForgetResponse();
     camera.lights_off.clear();
   }
 }

@@ -204,6 +204,7 @@ struct SensorConfig {
   std::array<double, 2> focal_px{0.0, 0.0};  ///< orthographic: pixels per metre
   std::array<double, 2> principal_point_px{0.0, 0.0};
   renderer::LensDistortion distortion;
+  renderer::Vignetting vignetting;
   bool look_at = true;
   Triple origin{0.0, 0.0, 1.0}, target{0.0, 0.0, 0.0}, up{0.0, 1.0, 0.0};
   std::array<std::array<double, 4>, 4> world_from_camera{};  ///< rows, if not look_at

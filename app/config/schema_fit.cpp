@@ -314,6 +314,13 @@ SchemaNode UnknownsSchema() {
                                "finer than the one before. Meshes with borders or with given "
                                "textures on them stay as they are; the log says which.") |
                            DefaultIs("`levels`, but `keep` for files with UVs"),
+                       ByCheck(binding::Make(SchemaNode::Type::kBool, "shared") |
+                               Doc("What `camera.` has, of all photos. `true`: pictures of one "
+                                   "size that begin with the same lens have one lens (focal, "
+                                   "principal_point, distortion, tangential, vignetting), those of "
+                                   "one camera that stood still its place, too. `false`: each has "
+                                   "its own.")) |
+                           DefaultIs("`true` where that can be"),
                        ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
                            DefaultIs(fmt::format(
                                "`laplacian` of weight {} for vertices, `total_variation` "

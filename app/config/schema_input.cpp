@@ -142,7 +142,7 @@ SchemaNode ExposureSchema() {
                       "it "
                       "and differ. `gain_rgb`: and factors of red and blue, the unknown "
                       "`white_balance`, for cameras that choose their own.") |
-                  Refuse({{"gain_rgb_vignette", "; write gain_rgb"}}),
+                  Refuse({{"gain_rgb_vignette", "; write gain_rgb, and free camera.vignetting"}}),
               Key("prior_sigma_ev", &InputConfig::exposure, &optim::ExposurePrior::sigma_ev) |
                   Doc("How far from its start an exposure is believed to be, and a factor of white "
                       "balance.") |

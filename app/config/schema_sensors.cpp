@@ -99,6 +99,22 @@ SchemaNode DistortionSchema() {
          Doc("Brown's lens distortion.") | Always() | When("type", {"perspective"});
 }
 
+SchemaNode VignettingSchema() {
+  const auto coefficient = [](const char* key, double renderer::Vignetting::*value) {
+    return Key(key, value) | Doc("Of the 2nd, 4th or 6th power of the distance from the principal "
+                                 "point; -0.3 darkens the corners by 26 %.");
+  };
+  return MapOf("vignetting",
+               {coefficient("v1", &renderer::Vignetting::v1),
+                coefficient("v2", &renderer::Vignetting::v2),
+                coefficient("v3", &renderer::Vignetting::v3)},
+               &SensorConfig::vignetting) |
+         Doc("How the lens darkens its pictures: times exp(v1 r^2 + v2 r^4 + v3 r^6), where r is "
+             "1 in the corners and 0 at the principal point. It belongs to the whole picture, "
+             "before `crop_px`.") |
+         Always();
+}
+
 void CompleteIntrinsics(SensorConfig& sensor, const CheckedMap& map) {
   const double width = sensor.size_px[0];
   const double height = sensor.size_px[1];
@@ -172,6 +188,7 @@ SchemaNode SensorsSchema() {
                           "0.5, 0.5.") |
                       Unit("pixels") | DefaultIs("middle of the picture"),
                   DistortionSchema(),
+                  VignettingSchema(),
                   PoseSchema(),
                   Key("crop_px", &SensorConfig::crop_px) |
                       Doc("Part to render: x, y, width, height.") | From(0, 32768) |

@@ -303,14 +303,17 @@ void GiveDefaultPriors(const ExperimentConfig& config, Experiment& experiment) {
 }
 
 /// What may be meant otherwise.
-void RemarkOnUnknowns(const ExperimentConfig& config, Experiment& experiment) {
+void RemarkOnUnknowns(Experiment& experiment) {
   for (const optim::UnknownSpec& unknown : experiment.fit.unknowns) {
-    const bool is_camera = renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kSensors;
-    if (config.input && !config.input->sensor.empty() && is_camera && !unknown.hold &&
-        !optim::IsOfExposure(unknown.kind)) {
-      experiment.warnings.push_back(unknown.name +
-                                    ": each photo has one of its own, although one "
-                                    "camera took them all");
+    if (!unknown.sharing.empty() && !unknown.hold) {
+      const std::set<int> different(unknown.sharing.begin(), unknown.sharing.end());
+      experiment.assumptions.push_back(
+          different.size() == 1
+              ? fmt::format("{} is one for all {} photos.", unknown.name, unknown.sharing.size())
+              : fmt::format("{}: {} for {} photos, one for each size and lens at the start.",
+                            unknown.name,
+                            different.size(),
+                            unknown.sharing.size()));
     }
     if (unknown.kind != ParameterKind::kVertexPositions || unknown.hold) continue;
     const auto& mesh = experiment.scene.meshes[static_cast<std::size_t>(unknown.object)];
@@ -387,7 +390,7 @@ Experiment BuildExperiment(const ExperimentConfig& config, optim::Ranks& ranks) 
   experiment.observations.black_background = !renderer::ShowsEnvironment(experiment.scene);
   experiment.fit = BuildFitSpec(config, experiment.scene);
   GiveDefaultPriors(config, experiment);
-  RemarkOnUnknowns(config, experiment);
+  RemarkOnUnknowns(experiment);
   WarnOfUnseenLights(experiment);
   experiment.attributions = FindAttributions(experiment.input_files);
   return experiment;

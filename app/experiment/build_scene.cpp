@@ -28,6 +28,7 @@ renderer::Camera BuildSensor(const SensorConfig& config) {
   camera.cx = config.principal_point_px[0];
   camera.cy = config.principal_point_px[1];
   camera.distortion = config.distortion;
+  camera.vignetting = config.vignetting;
   camera.projection = config.projection;
   camera.filter = config.filter;
   camera.gain = std::exp2(config.exposure_ev);

@@ -88,6 +88,7 @@ std::vector<Camera> OrbitCameras(const renderer::Scene& scene, int count) {
   Camera camera = scene.sensors.front();
   const Vec3 first = renderer::CameraPose(camera).translation - ball.centre;
   camera.distortion = {};
+  camera.vignetting = {};
   camera.fx = camera.fy = std::sqrt(camera.fx * camera.fy);
   camera.cx = 0.5 * camera.width;
   camera.cy = 0.5 * camera.height;

@@ -9,13 +9,13 @@
 namespace pathfit::app {
 namespace {
 
+using renderer::kAllSensors;
 using renderer::ObjectList;
 using renderer::ParameterKind;
 using renderer::ParameterTraits;
 using renderer::Scene;
 
 // All sensors at once; also what a single sensor is often called.
-constexpr const char* kAllSensors = "camera";
 
 // The rows of which each is the first of its kind.
 std::vector<const ParameterTraits*> Kinds() {

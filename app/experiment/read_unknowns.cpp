@@ -326,6 +326,44 @@ void CheckStartPrior(const YamlEntry& entry,
                       "or a texture; give a mean"});
 }
 
+/// By sensor the first one that has the property in common with it; empty: none can have.
+std::vector<int> SharingOf(const ParameterTraits& traits,
+                           const ExperimentConfig& config,
+                           const renderer::Scene& scene) {
+  const bool stood_still = config.input && !config.input->sensor.empty();
+  if (traits.list != renderer::ObjectList::kSensors || optim::IsOfExposure(traits.kind) ||
+      !(traits.of_lens || stood_still)) {
+    return {};
+  }
+  std::vector<int> first_of;
+  for (const renderer::Camera& sensor : scene.sensors) {
+    const auto first = std::ranges::find_if(scene.sensors, [&](const renderer::Camera& other) {
+      return renderer::HaveSameLens(sensor, other);
+    });
+    first_of.push_back(static_cast<int>(first - scene.sensors.begin()));
+  }
+  return first_of;
+}
+
+void ReadSharing(const YamlEntry& entry,
+                 const ParameterTraits& traits,
+                 const ExperimentConfig& config,
+                 const renderer::Scene& scene,
+                 optim::UnknownSpec& unknown,
+                 std::vector<Problem>& problems) {
+  const std::vector<int> possible =
+      unknown.object < 0 ? SharingOf(traits, config, scene) : std::vector<int>();
+  const YamlNode* shared = entry.value.Find("shared");
+  if (shared == nullptr || shared->text == "true") unknown.sharing = possible;
+  if (shared == nullptr || !possible.empty()) return;
+  problems.push_back(
+      {shared->place,
+       "unknowns." + entry.key + ".shared",
+       traits.list == renderer::ObjectList::kSensors
+           ? fmt::format("the photos have no {} in common", traits.property)
+           : fmt::format("only photos share what their camera has, not {}", traits.property)});
+}
+
 /// An unknown of one object, whose name is known, from its entry, which may be that of more.
 void ReadOne(const YamlEntry& entry,
              const ExperimentConfig& config,
@@ -343,6 +381,7 @@ void ReadOne(const YamlEntry& entry,
   const ParameterTraits& traits = TraitsOf(found.parameter, scene);
   std::vector<Problem> own;
   UnknownReader(entry, traits, PriorsOf(traits), own).Read(unknown);
+  ReadSharing(entry, traits, config, scene, unknown, own);
   // Of many objects with one entry each would have the same.
   for (Problem& problem : own) {
     const bool is_known = std::ranges::any_of(problems, [&](const Problem& known) {
@@ -448,6 +487,9 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
       }
       const bool log = first.parameterization == optim::Parameterization::kLog;
       if (alike(&UnknownSpec::parameterization)) fill("transform", log ? "log" : "identity");
+    }
+    if (!SharingOf(renderer::TraitsOf(first.kind), config, scene).empty() && first.object < 0) {
+      fill("shared", first.sharing.empty() ? "false" : "true");
     }
     const bool is_vertices = first.kind == ParameterKind::kVertexPositions;
     if (is_vertices) {

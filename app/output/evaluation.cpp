@@ -142,7 +142,7 @@ void LightBy(const EvaluationOptions& options, const Vec3& up, Scene& scene) {
   scene.emitters.push_back({"sky", renderer::LightFrame::kWorld, {}, sky});
   scene.environment_visible = false;
   for (Camera& camera : scene.sensors) {
-    camera.gain = 1.0;
+    camera.ForgetResponse();
     camera.lights_off.clear();
   }
 }

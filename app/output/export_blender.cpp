@@ -285,6 +285,9 @@ std::vector<std::string> BlenderGaps(const Scene& scene) {
   if (std::ranges::any_of(scene.sensors, [](const Camera& c) { return !c.distortion.IsNone(); })) {
     gaps.emplace_back("Blender's cameras have no lens distortion: its pictures are undistorted");
   }
+  if (std::ranges::any_of(scene.sensors, [](const Camera& c) { return !c.vignetting.IsNone(); })) {
+    gaps.emplace_back("Blender's cameras have no vignetting: its pictures are evenly bright");
+  }
   if (differs([](const Camera& c) { return c.width; }) ||
       differs([](const Camera& c) { return c.height; })) {
     gaps.emplace_back("the photos have several sizes; Blender renders all in that of the first");

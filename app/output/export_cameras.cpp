@@ -107,6 +107,11 @@ std::string TransformsJson(const std::vector<Camera>& cameras,
       frame["p1"] = c.distortion.p1;
       frame["p2"] = c.distortion.p2;
     }
+    if (!c.vignetting.IsNone()) {
+      frame["v1"] = c.vignetting.v1;
+      frame["v2"] = c.vignetting.v2;
+      frame["v3"] = c.vignetting.v3;
+    }
     frame["transform_matrix"] = MatrixRows(renderer::CameraPose(c));
     frames.push_back(std::move(frame));
   }
@@ -142,6 +147,9 @@ std::string CameraListYaml(const std::vector<Camera>& cameras,
                           d.k3,
                           d.p1,
                           d.p2);
+    }
+    if (const renderer::Vignetting& v = c.vignetting; !v.IsNone()) {
+      text += fmt::format("  vignetting: {{v1: {}, v2: {}, v3: {}}}\n", v.v1, v.v2, v.v3);
     }
     text += "  world_from_camera:\n";
     for (const Json& row : MatrixRows(renderer::CameraPose(c))) {

@@ -75,12 +75,13 @@ struct Value {
 };
 
 using Words = std::span<const std::string_view>;
-constexpr std::array<std::string_view, 6> kLensKeys = {
-    "type", "size_px", "focal_px", "principal_point_px", "distortion", "axes"};
+constexpr std::array<std::string_view, 7> kLensKeys = {
+    "type", "size_px", "focal_px", "principal_point_px", "distortion", "vignetting", "axes"};
 constexpr std::array<std::string_view, 2> kFileKeys = {"metres_per_unit", "cameras"};
 constexpr std::array<std::string_view, 4> kCameraKeys = {
     "image", "mask", "world_from_camera", "look_at"};
 constexpr std::array<std::string_view, 5> kBrownKeys = {"k1", "k2", "k3", "p1", "p2"};
+constexpr std::array<std::string_view, 3> kVignettingKeys = {"v1", "v2", "v3"};
 constexpr std::array<std::string_view, 3> kLookAtKeys = {"origin", "target", "up"};
 
 /// The values of a map, whose keys must be among `known`.
@@ -108,6 +109,10 @@ class Entries {
   [[nodiscard]] const Value* Find(const char* key) const {
     const auto found = values_.find(key);
     return found == values_.end() ? nullptr : &found->second;
+  }
+  [[nodiscard]] double NumberOrZero(const char* key) const {
+    const Value* value = Find(key);
+    return value == nullptr ? 0.0 : value->Number();
   }
 
  private:
@@ -146,12 +151,17 @@ class Lens {
     }
     if (const Value* distortion = Find("distortion")) {
       const Entries terms(*distortion, kBrownKeys);
-      const auto term = [&](const char* key) {
-        const Value* value = terms.Find(key);
-        return value == nullptr ? 0.0 : value->Number();
-      };
-      camera.distortion = {
-          .k1 = term("k1"), .k2 = term("k2"), .k3 = term("k3"), .p1 = term("p1"), .p2 = term("p2")};
+      camera.distortion = {.k1 = terms.NumberOrZero("k1"),
+                           .k2 = terms.NumberOrZero("k2"),
+                           .k3 = terms.NumberOrZero("k3"),
+                           .p1 = terms.NumberOrZero("p1"),
+                           .p2 = terms.NumberOrZero("p2")};
+    }
+    if (const Value* vignetting = Find("vignetting")) {
+      const Entries terms(*vignetting, kVignettingKeys);
+      camera.vignetting = {.v1 = terms.NumberOrZero("v1"),
+                           .v2 = terms.NumberOrZero("v2"),
+                           .v3 = terms.NumberOrZero("v3")};
     }
   }
   /// Whether the camera's axes are x right, y down, z forward.

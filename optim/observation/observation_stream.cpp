@@ -23,6 +23,7 @@ struct Parts<renderer::Camera> {
     visit(camera.cx);
     visit(camera.cy);
     visit(camera.distortion);
+    visit(camera.vignetting);
     visit(camera.world_from_camera);
     visit(camera.rotation);
     visit(camera.filter);

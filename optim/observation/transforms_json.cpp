@@ -52,7 +52,7 @@ class Intrinsics {
   const JsonEntry& file_;
 };
 
-void ReadDistortion(const Intrinsics& source, const JsonEntry& frame, renderer::Camera& camera) {
+void ReadLensTerms(const Intrinsics& source, const JsonEntry& frame, renderer::Camera& camera) {
   const std::string model = source.Model();
   const std::initializer_list<const char*> known = {
       "", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "ORTHOGRAPHIC"};
@@ -73,6 +73,9 @@ void ReadDistortion(const Intrinsics& source, const JsonEntry& frame, renderer::
                        .k3 = source.NumberOr("k3", 0.0),
                        .p1 = source.NumberOr("p1", 0.0),
                        .p2 = source.NumberOr("p2", 0.0)};
+  camera.vignetting = {.v1 = source.NumberOr("v1", 0.0),
+                       .v2 = source.NumberOr("v2", 0.0),
+                       .v3 = source.NumberOr("v3", 0.0)};
   if (model == "ORTHOGRAPHIC") camera.projection = renderer::ProjectionKind::kOrthographic;
   if (model.ends_with("PINHOLE") && !camera.distortion.IsNone()) {
     throw IoError(
@@ -113,7 +116,7 @@ void ReadIntrinsics(const JsonEntry& frame, const JsonEntry& file, ImportedCamer
   imported.has_principal_point = cx.has_value();
   camera.cx = cx.value_or(0.0);
   camera.cy = cy.value_or(0.0);
-  ReadDistortion(source, frame, camera);
+  ReadLensTerms(source, frame, camera);
 }
 
 renderer::Transform ReadMatrix(const JsonEntry& frame, const char* key) {

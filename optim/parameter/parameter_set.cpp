@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "optim/parameter/promotion.h"
 #include "renderer/core/check.h"
@@ -23,6 +24,31 @@ constexpr double kSmallestOuterAngle = 0.01, kLargestOuterAngle = 1.55;
 
 bool IsOfSensors(renderer::ParameterKind kind) {
   return renderer::TraitsOf(kind).list == renderer::ObjectList::kSensors;
+}
+
+struct SensorGroup {
+  int first;
+  std::vector<int> sharing;
+};
+
+/// Those with one of `sensors` among them, in the order of these. `first_of`: UnknownSpec::sharing.
+std::vector<SensorGroup> GroupsOfSensors(const std::vector<int>& first_of,
+                                         const std::vector<int>& sensors) {
+  std::vector<SensorGroup> groups;
+  for (const int sensor : sensors) {
+    const int first = first_of.empty() ? sensor : first_of.at(static_cast<std::size_t>(sensor));
+    if (std::ranges::find(groups, first, &SensorGroup::first) == groups.end()) {
+      groups.push_back({first, {}});
+    }
+  }
+  for (SensorGroup& group : groups) {
+    for (int other = 0; other < static_cast<int>(first_of.size()); ++other) {
+      if (other != group.first && first_of[static_cast<std::size_t>(other)] == group.first) {
+        group.sharing.push_back(other);
+      }
+    }
+  }
+  return groups;
 }
 
 double OneMinusCos(double x) {
@@ -59,9 +85,11 @@ ParameterSet::ParameterSet(const renderer::Scene& scene,
   for (const int index : order) {
     const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
     if (IsOfSensors(unknown.kind) && unknown.object < 0) {
-      for (const int sensor : sensors) AddGroup(scene, unknown, index, sensor, exposure);
+      for (const SensorGroup& group : GroupsOfSensors(unknown.sharing, sensors)) {
+        AddGroup(scene, unknown, index, group.first, group.sharing, exposure);
+      }
     } else {
-      AddGroup(scene, unknown, index, unknown.object, exposure);
+      AddGroup(scene, unknown, index, unknown.object, {}, exposure);
     }
   }
 }
@@ -70,8 +98,9 @@ void ParameterSet::AddGroup(const renderer::Scene& scene,
                             const UnknownSpec& unknown,
                             int index,
                             int object,
+                            std::vector<int> sharing,
                             const ExposureModel& exposure) {
-  layout_.Add(unknown.kind, object);
+  layout_.Add(unknown.kind, object, std::move(sharing));
   unknown_of_group_.push_back(index);
   const renderer::ParameterGroup& group = layout_.groups().back();
   const bool is_gain = IsOfExposure(unknown.kind);

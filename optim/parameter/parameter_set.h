@@ -29,8 +29,8 @@ double StartOfGain(const ExposureModel& exposure, renderer::ParameterKind kind, 
 class ParameterSet {
  public:
   /// `active`: indices into `unknowns`; those held or replaced (IsReplaced) are left out.
-  /// `sensors`: those that an unknown of all sensors frees. Throws SceneError for an index out of
-  /// range or an unknown the scene does not have.
+  /// `sensors`: those that an unknown of all sensors frees, with others that share it. Throws
+  /// SceneError for an index out of range or an unknown the scene does not have.
   ParameterSet(const renderer::Scene& scene,
                const std::vector<UnknownSpec>& unknowns,
                const std::vector<int>& active,
@@ -111,6 +111,7 @@ class ParameterSet {
                 const UnknownSpec& unknown,
                 int index,
                 int object,
+                std::vector<int> sharing,
                 const ExposureModel& exposure);
 
   renderer::ParameterLayout layout_;

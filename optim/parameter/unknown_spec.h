@@ -72,6 +72,9 @@ struct UnknownSpec {
   std::string name;  ///< "axe.vertices", "sky.texels", "exposure", "camera.position"
   renderer::ParameterKind kind = renderer::ParameterKind::kVertexPositions;
   int object = 0;  ///< -1 for what sensors have: each of them
+  /// Of all sensors: by sensor the first one that has the same numbers, such as the lens of one
+  /// camera; empty: each has its own.
+  std::vector<int> sharing;
   Parameterization parameterization = Parameterization::kIdentity;
   double lower =
       -std::numeric_limits<double>::infinity();  ///< per scalar, in units of the parameter

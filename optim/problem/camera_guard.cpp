@@ -1,5 +1,6 @@
 #include "optim/problem/camera_guard.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -12,7 +13,7 @@ CameraGuard::CameraGuard(const renderer::Scene& scene, const ParameterSet& set) 
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
     if (renderer::TraitsOf(group.kind).list == renderer::ObjectList::kSensors) {
       renderer::ParameterLayout layout(sensors_);
-      layout.Add(group.kind, group.object);
+      layout.Add(group.kind, group.object, group.sharing);
       groups_.push_back(
           {std::move(layout), static_cast<std::size_t>(group.first_scalar), group.NumScalars()});
     }
@@ -27,8 +28,12 @@ bool CameraGuard::Admits(const std::vector<double>& values) const {
   }
   try {
     for (const Group& group : groups_) {
-      const int sensor = group.layout.groups().front().object;
-      const renderer::CameraModel model(trial.sensors[static_cast<std::size_t>(sensor)]);
+      const renderer::ParameterGroup& what = group.layout.groups().front();
+      const auto check = [&trial](int sensor) {
+        const renderer::CameraModel model(trial.sensors[static_cast<std::size_t>(sensor)]);
+      };
+      check(what.object);
+      std::ranges::for_each(what.sharing, check);
     }
   } catch (const renderer::SceneError&) {
     return false;

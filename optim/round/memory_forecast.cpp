@@ -510,9 +510,10 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     const LevelPlan& first = plan.levels.front();
     if (const double small_scale = std::min(first.scale, measured_scale); small_scale < scale) {
       sizes.small_pixels = std::pow(small_scale / scale, 2);
-      sizes.small = small_scale < measured_scale
-                        ? SecondsOfLevel(scene, observations, spec, plan, first, options, samples_of)
-                        : measured.seconds;
+      sizes.small =
+          small_scale < measured_scale
+              ? SecondsOfLevel(scene, observations, spec, plan, first, options, samples_of)
+              : measured.seconds;
     }
     ForecastTimes(
         spec,

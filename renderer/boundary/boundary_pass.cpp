@@ -156,7 +156,7 @@ class Runner {
           }
         }
         splats.stats.edge_samples += (end - begin) * rays;
-        splats.Scale(context_.camera.camera().ChannelGains());
+        splats.ApplyGains(context_.camera.camera());
       });
       FeedSink(buffers);
       for (const SplatBuffer& splats : buffers) {

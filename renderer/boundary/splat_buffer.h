@@ -62,11 +62,15 @@ class SplatBuffer {
       entries_.push_back(d);
     }
   }
-  /// Once, after all samples: colours times `gains`.
-  void Scale(const Rgb& gains) {
-    for (ParameterDerivative& e : entries_) {
-      for (Rgba& d : e.d) {
-        d = Rgba(d.Color() * gains, d.a);
+  /// Once, after all samples: colours times the gains of their pixels.
+  void ApplyGains(const Camera& camera) {
+    for (const Entry& s : splats_) {
+      const Rgb gains = camera.PixelGains(static_cast<int>(s.pixel % camera.width),
+                                          static_cast<int>(s.pixel / camera.width));
+      for (ParameterDerivative& e : std::span(entries_).subspan(s.first, s.count)) {
+        for (Rgba& d : e.d) {
+          d = Rgba(d.Color() * gains, d.a);
+        }
       }
     }
   }

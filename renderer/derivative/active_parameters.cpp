@@ -81,6 +81,7 @@ CameraBlocks BlocksOfCamera(const Scene& scene,
   }
   b.exposure = layout.FirstBlock(ParameterKind::kExposure, sensor);
   b.white_balance = layout.FirstBlock(ParameterKind::kWhiteBalance, sensor);
+  b.vignetting = layout.FirstBlock(ParameterKind::kVignetting, sensor);
   b.position = layout.FirstBlock(ParameterKind::kCameraPosition, sensor);
   b.rotation = layout.FirstBlock(ParameterKind::kCameraRotation, sensor);
   b.focal = layout.FirstBlock(ParameterKind::kFocal, sensor);

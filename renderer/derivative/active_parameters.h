@@ -44,15 +44,17 @@ struct ActiveParameters {
     bool moves = false;      ///< position, rotation, or carried by a moving camera
   };
   struct CameraBlocks {
-    std::int32_t exposure = -1, white_balance = -1, position = -1, rotation = -1, focal = -1,
-                 principal_point = -1, radial = -1, tangential = -1;
+    std::int32_t exposure = -1, white_balance = -1, vignetting = -1, position = -1, rotation = -1,
+                 focal = -1, principal_point = -1, radial = -1, tangential = -1;
     Mat3 rotation_jacobian;
     Vec3 center;
     double scale_x = 1.0, scale_y = 1.0;  ///< pixels of the rendered camera per sensor pixel
     bool moves = false;                   ///< position or rotation
     bool intrinsics = false;              ///< focal, principal point or distortion
     [[nodiscard]] bool Any() const { return moves || intrinsics; }
-    [[nodiscard]] bool HasGains() const { return exposure >= 0 || white_balance >= 0; }
+    [[nodiscard]] bool HasGains() const {
+      return exposure >= 0 || white_balance >= 0 || vignetting >= 0;
+    }
   };
   std::vector<MeshBlocks> meshes;
   std::vector<MaterialBlocks> materials;

@@ -149,6 +149,10 @@ struct Row : ParameterTraits {
     by_vertex_colors = true;
     return *this;
   }
+  Row& OfLens() {
+    of_lens = true;
+    return *this;
+  }
   Row& Around(double (*deviation)(const Scene&)) {
     believed = deviation;
     return *this;
@@ -582,6 +586,7 @@ std::vector<ParameterTraits> MakeRows() {
       Row::Sensors(Kind::kFocal, "focal", "xy", [](auto& s) { return One(s.fx, 2); })
           .Measured("px")
           .Moving(Moves::kEdges)
+          .OfLens()
           .Around([](const Scene& scene) {
             return kCameraShare * MeanOf(scene, [](const Camera& s) { return s.fx; });
           })
@@ -590,6 +595,7 @@ std::vector<ParameterTraits> MakeRows() {
           Kind::kPrincipalPoint, "principal_point", "xy", [](auto& s) { return One(s.cx, 2); })
           .Measured("px")
           .Moving(Moves::kEdges)
+          .OfLens()
           .Around([](const Scene& scene) {
             return 0.01 * MeanOf(scene, [](const Camera& s) { return s.width; });
           })
@@ -602,6 +608,7 @@ std::vector<ParameterTraits> MakeRows() {
                      return One(s.distortion.k1, 3);
                    })
           .Moving(Moves::kEdges)
+          .OfLens()
           .Around([](const Scene&) { return 0.05; })
           .Of("perspective")
           .Free(),
@@ -613,14 +620,21 @@ std::vector<ParameterTraits> MakeRows() {
                      return One(s.distortion.p1, 2);
                    })
           .Moving(Moves::kEdges)
+          .OfLens()
           .Around([](const Scene&) { return 0.01; })
           .Of("perspective")
+          .Free(),
+      Row::Sensors(
+          Kind::kVignetting, "vignetting", "123", [](auto& s) { return One(s.vignetting.v1, 3); })
+          .OfLens()
+          .Around([](const Scene&) { return 0.3; })
           .Free(),
   };
 }
 
 // Numbers that are one block above must stand side by side.
 static_assert(offsetof(LensDistortion, k3) == offsetof(LensDistortion, k1) + 2 * sizeof(double) &&
+              offsetof(Vignetting, v3) == offsetof(Vignetting, v1) + 2 * sizeof(double) &&
               offsetof(LensDistortion, p2) == offsetof(LensDistortion, p1) + sizeof(double) &&
               offsetof(SpotEmitter, outer_angle) ==
                   offsetof(SpotEmitter, inner_angle) + sizeof(double));

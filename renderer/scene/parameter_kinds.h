@@ -40,6 +40,7 @@ enum class ParameterKind {
   kPrincipalPoint,        ///< cx, cy
   kRadialDistortion,      ///< k1, k2, k3
   kTangentialDistortion,  ///< p1, p2
+  kVignetting,            ///< v1, v2, v3
   kCount                  ///< how many kinds there are, none itself
 };
 
@@ -95,6 +96,8 @@ struct ParameterTraits {
 
   /// Whether there are so many as the surface has vertices or texels, else a few of the object.
   bool of_surface = false;
+  /// Of sensors: whether it is the lens, which one camera has in all its pictures.
+  bool of_lens = false;
   /// Deviation of the belief around the start if no other is asked for; null: none is held.
   double (*believed)(const Scene&) = nullptr;
 
@@ -145,6 +148,9 @@ inline bool MovesMeshes(ParameterKind kind) { return TraitsOf(kind).moves == Mov
 inline bool MovesInImages(ParameterKind kind) {
   return MovesMeshes(kind) || (MovesEdges(kind) && TraitsOf(kind).list == ObjectList::kSensors);
 }
+
+/// Stands for all sensors in names.
+inline constexpr const char* kAllSensors = "camera";
 
 /// One of the things a scene has that may change. Names: OBJECT.PROPERTY.
 struct ParameterRef {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <utility>
 
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
@@ -12,6 +13,21 @@ namespace {
 
 bool Fits(const ParameterGroup& group, std::int32_t num_blocks, int block_size) {
   return group.num_blocks == num_blocks && group.block_size == block_size;
+}
+
+/// To one of the objects that have the group's numbers.
+void WriteGroup(const ParameterGroup& group, int object, const double* next, Scene& scene) {
+  const auto blocks = TraitsOf(group.kind, scene, object).edit(scene, object);
+  PATHFIT_CHECK(Fits(group, blocks.num_blocks, blocks.block_size));
+  if (blocks.stride == static_cast<std::size_t>(blocks.block_size)) {
+    std::copy_n(next, static_cast<std::size_t>(blocks.num_blocks) * blocks.stride, blocks.first);
+    return;
+  }
+  // The scalar texels: their three channels are one number.
+  for (std::int32_t b = 0; b < blocks.num_blocks; ++b) {
+    double* item = blocks[b].data();
+    std::fill(item, item + blocks.stride, *next++);
+  }
 }
 
 }  // namespace
@@ -42,6 +58,7 @@ ParameterLayout::ParameterLayout(const Scene& scene) {
         const auto blocks = row.read(scene, object);
         groups_of[i].push_back({row.kind,
                                 object,
+                                {},
                                 names[i] + "." + row.property,
                                 row.components,
                                 0,
@@ -54,22 +71,16 @@ ParameterLayout::ParameterLayout(const Scene& scene) {
   objects_ = std::move(objects);
 }
 
-void ParameterLayout::Add(ParameterKind kind, int object) {
+const ParameterGroup& ParameterLayout::PossibleGroup(ParameterKind kind, int object) const {
   const ParameterTraits& traits = TraitsOf(kind);
   const auto* list =
       objects_ == nullptr ? nullptr : &objects_->lists[static_cast<std::size_t>(traits.list)];
-  if (list != nullptr && object == -1 && traits.list == ObjectList::kSensors) {
-    for (std::size_t i = 0; i < list->size(); ++i) {
-      Add(kind, static_cast<int>(i));
-    }
-    return;
-  }
   if (list == nullptr || object < 0 || static_cast<std::size_t>(object) >= list->size()) {
     throw SceneError(std::string("no object ") + std::to_string(object) + " with parameter '" +
                      traits.property + "'");
   }
   const auto& possible = (*list)[static_cast<std::size_t>(object)];
-  ParameterGroup group = *std::find_if(
+  const ParameterGroup& group = *std::find_if(
       possible.begin(), possible.end(), [&](const auto& g) { return g.kind == kind; });
   if (group.num_blocks == 0) {
     throw SceneError("'" + group.name + "' does not exist in this scene");
@@ -77,6 +88,30 @@ void ParameterLayout::Add(ParameterKind kind, int object) {
   if (FirstBlock(kind, object) >= 0) {
     throw SceneError("'" + group.name + "' is listed twice");
   }
+  return group;
+}
+
+void ParameterLayout::Add(ParameterKind kind, int object, std::vector<int> sharing) {
+  const ObjectList list = TraitsOf(kind).list;
+  const std::size_t num_objects =
+      objects_ == nullptr ? 0 : objects_->lists[static_cast<std::size_t>(list)].size();
+  if (object == -1 && list == ObjectList::kSensors && num_objects > 0) {
+    for (std::size_t i = 0; i < num_objects; ++i) {
+      Add(kind, static_cast<int>(i));
+    }
+    return;
+  }
+  ParameterGroup group = PossibleGroup(kind, object);
+  for (const int other : sharing) {
+    const ParameterGroup& shared = PossibleGroup(kind, other);
+    if (!Fits(group, shared.num_blocks, shared.block_size)) {
+      throw SceneError("'" + shared.name + "' is not of the size of '" + group.name + "'");
+    }
+  }
+  if (list == ObjectList::kSensors && num_objects > 1 && sharing.size() + 1 == num_objects) {
+    group.name = std::string(kAllSensors) + "." + TraitsOf(kind).property;
+  }
+  group.sharing = std::move(sharing);
   group.first_block = num_blocks_;
   group.first_scalar = num_scalars_;
   num_blocks_ += group.num_blocks;
@@ -90,7 +125,8 @@ bool ParameterLayout::AnyKind(bool (*is)(ParameterKind)) const {
 
 std::int32_t ParameterLayout::FirstBlock(ParameterKind kind, int object) const {
   const auto found = std::find_if(groups_.begin(), groups_.end(), [&](const auto& g) {
-    return g.kind == kind && g.object == object;
+    return g.kind == kind &&
+           (g.object == object || std::ranges::find(g.sharing, object) != g.sharing.end());
   });
   return found == groups_.end() ? -1 : found->first_block;
 }
@@ -151,20 +187,10 @@ void ParameterLayout::Gather(const Scene& scene, std::vector<double>& values) co
 
 void ParameterLayout::Scatter(const std::vector<double>& values, Scene& scene) const {
   PATHFIT_CHECK(values.size() == static_cast<std::size_t>(num_scalars_));
-  const double* next = values.data();
   for (const ParameterGroup& group : groups_) {
-    const auto blocks = TraitsOf(group.kind, scene, group.object).edit(scene, group.object);
-    PATHFIT_CHECK(Fits(group, blocks.num_blocks, blocks.block_size));
-    if (blocks.stride == static_cast<std::size_t>(blocks.block_size)) {
-      const std::size_t count = static_cast<std::size_t>(blocks.num_blocks) * blocks.stride;
-      std::copy(next, next + count, blocks.first);
-      next += count;
-      continue;
-    }
-    // The scalar texels: their three channels are one number.
-    for (std::int32_t b = 0; b < blocks.num_blocks; ++b) {
-      double* item = blocks[b].data();
-      std::fill(item, item + blocks.stride, *next++);
+    WriteGroup(group, group.object, values.data() + group.first_scalar, scene);
+    for (const int other : group.sharing) {
+      WriteGroup(group, other, values.data() + group.first_scalar, scene);
     }
   }
 }

@@ -15,6 +15,7 @@ namespace pathfit::renderer {
 struct ParameterGroup {
   ParameterKind kind = ParameterKind::kVertexPositions;
   int object = 0;                 ///< into the kind's list of the scene
+  std::vector<int> sharing;       ///< further objects that have the same numbers
   std::string name;               ///< "axe.vertices"
   const char* components = "";    ///< a letter each; empty: one number
   std::int32_t first_block = 0;   ///< blocks are numbered through all groups of a layout
@@ -48,17 +49,18 @@ class ParameterLayout {
   /// vertices.
   explicit ParameterLayout(const Scene& scene);
 
-  /// Appends a group; object -1 stands for every sensor, each a group of its own. Throws SceneError
-  /// if the scene has no such object, if the object lacks the property, or if it is in the layout
-  /// already.
-  void Add(ParameterKind kind, int object);
+  /// Appends a group; object -1 stands for every sensor, each a group of its own. `sharing`:
+  /// further objects whose numbers are the same ones, such as pictures by one lens; what the scene
+  /// says of `object` counts for all. Throws SceneError if the scene has no such object, if one
+  /// lacks the property or has it in another size, or if it is in the layout already.
+  void Add(ParameterKind kind, int object, std::vector<int> sharing = {});
 
   [[nodiscard]] const std::vector<ParameterGroup>& groups() const { return groups_; }
   [[nodiscard]] std::int32_t NumBlocks() const { return num_blocks_; }
   [[nodiscard]] std::int64_t NumScalars() const { return num_scalars_; }
   /// Whether a group is of such a kind.
   [[nodiscard]] bool AnyKind(bool (*is)(ParameterKind)) const;
-  /// First block of a kind of an object, -1 if it is not active.
+  /// First block of a kind of an object, be it shared, -1 if it is not active.
   [[nodiscard]] std::int32_t FirstBlock(ParameterKind kind, int object) const;
   /// The group that a block belongs to; `block` must be in [0, NumBlocks()).
   [[nodiscard]] const ParameterGroup& GroupOfBlock(std::int32_t block) const;
@@ -79,6 +81,9 @@ class ParameterLayout {
 
  private:
   struct Objects;
+  /// What the scene could have, and has not in the layout yet.
+  [[nodiscard]] const ParameterGroup& PossibleGroup(ParameterKind kind, int object) const;
+
   std::shared_ptr<const Objects> objects_;
   std::vector<ParameterGroup> groups_;
   std::int32_t num_blocks_ = 0;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "renderer/core/error.h"
 
@@ -19,9 +20,27 @@ constexpr double kMaxRotation = 1e6;
 constexpr double kMaxFilterRadius = 8.0;
 constexpr double kMinSigma = 1e-3;
 constexpr double kMaxSigma = 1e3;
+constexpr double kLargestVignetting = 20.0;
 
 void Require(bool condition, const Camera& camera, const char* what) {
   if (!condition) throw SceneError("camera '" + camera.name + "': " + what);
+}
+
+/// Of its logarithm either way, among radii as dense as they need to be for a cubic.
+double LargestVignetting(const Camera& c) {
+  if (c.vignetting.IsNone()) return 0.0;
+  double farthest = 0.0;
+  for (const int x : {0, c.width - 1}) {
+    for (const int y : {0, c.height - 1}) {
+      farthest = std::max(farthest, c.VignettingRadius2(x, y));
+    }
+  }
+  constexpr int kRadii = 64;
+  double largest = 0.0;
+  for (int i = 0; i <= kRadii; ++i) {
+    largest = std::max(largest, std::abs(c.vignetting.LogAt(farthest * i / kRadii)));
+  }
+  return largest;
 }
 
 void ValidateCamera(const Camera& c) {
@@ -49,6 +68,10 @@ void ValidateCamera(const Camera& c) {
   Require(std::isfinite(c.red) && c.red > 0.0 && std::isfinite(c.blue) && c.blue > 0.0,
           c,
           "factors of white balance must be positive");
+  Require(std::isfinite(c.vignetting.v1) && std::isfinite(c.vignetting.v2) &&
+              std::isfinite(c.vignetting.v3) && LargestVignetting(c) <= kLargestVignetting,
+          c,
+          "vignetting must be a factor within exp(-20) and exp(20)");
   const Mat3& m = c.world_from_camera.linear;
   Require(IsFinite(m.x) && IsFinite(m.y) && IsFinite(m.z), c, "pose must be finite");
   Require(IsWithinBounds(c.world_from_camera.translation),
@@ -84,6 +107,14 @@ Transform CameraPose(const Camera& camera) {
 
 bool IsOff(const std::vector<int>& lights_off, int emitter) {
   return std::binary_search(lights_off.begin(), lights_off.end(), emitter);
+}
+
+bool HaveSameLens(const Camera& a, const Camera& b) {
+  const auto lens = [](const Camera& c) {
+    return std::tie(
+        c.projection, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.distortion, c.vignetting);
+  };
+  return lens(a) == lens(b);
 }
 
 CameraModel::CameraModel(const Camera& camera)
@@ -224,6 +255,10 @@ Camera CroppedCamera(const Camera& camera, int x0, int y0, int width, int height
   out.height = height;
   out.cx -= x0;
   out.cy -= y0;
+  const double share = out.SquaredHalfDiagonal() / camera.SquaredHalfDiagonal();
+  out.vignetting.v1 *= share;
+  out.vignetting.v2 *= share * share;
+  out.vignetting.v3 *= share * share * share;
   return out;
 }
 

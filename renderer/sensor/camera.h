@@ -10,6 +10,7 @@
 #include "renderer/math/transform.h"
 #include "renderer/math/vector.h"
 #include "renderer/sensor/lens_distortion.h"
+#include "renderer/sensor/vignetting.h"
 
 namespace pathfit::renderer {
 
@@ -56,16 +57,41 @@ struct Camera {
   PixelFilter filter;
   double gain = 1.0;             ///< exposure: pixel value per unit radiance, > 0
   double red = 1.0, blue = 1.0;  ///< white balance: factors of these channels beside gain, > 0
+  Vignetting vignetting;         ///< none by default; a factor of at most e^20 either way
   /// Lights of the scene that are switched off while this camera takes its picture: indices into
   /// Scene::emitters, ascending. Empty: all shine.
   std::vector<int> lights_off;
 
-  /// Pixel value per unit radiance of each channel.
+  /// Pixel value per unit radiance of each channel, without vignetting.
   [[nodiscard]] Rgb ChannelGains() const { return {gain * red, gain, gain * blue}; }
+  /// The same of one pixel.
+  [[nodiscard]] Rgb PixelGains(int x, int y) const {
+    return vignetting.IsNone() ? ChannelGains()
+                               : ChannelGains() * vignetting.At(VignettingRadius2(x, y));
+  }
+  /// Squared distance of a pixel's centre from the principal point, both in focal lengths, over
+  /// that of half the image's diagonal: of whole pictures at all resolutions alike.
+  [[nodiscard]] double VignettingRadius2(int x, int y) const {
+    const double a = (x + 0.5 - cx) / fx, b = (y + 0.5 - cy) / fy;
+    return (a * a + b * b) / SquaredHalfDiagonal();
+  }
+  /// Of the image, in focal lengths.
+  [[nodiscard]] double SquaredHalfDiagonal() const {
+    const double a = width / fx, b = height / fy;
+    return 0.25 * (a * a + b * b);
+  }
+  /// Pixel values are radiance again: no exposure, white balance or vignetting.
+  void ForgetResponse() {
+    gain = red = blue = 1.0;
+    vignetting = {};
+  }
 };
 
 /// Whether a light is among those of Camera::lights_off.
 bool IsOff(const std::vector<int>& lights_off, int emitter);
+
+/// Whether two pictures may be by the same lens: of one size, all that shapes their image alike.
+bool HaveSameLens(const Camera& a, const Camera& b);
 
 /// world_from_camera with `rotation` applied, about the camera's centre: where the camera is. The
 /// camera need not be valid.
@@ -83,7 +109,7 @@ class CameraModel {
  public:
   /// Throws SceneError for non-positive sizes or focal lengths, non-finite numbers, a pose that is
   /// not a rotation, a filter out of range, a distortion that folds inside the image (with the
-  /// filter's reach beyond its border), or a distorted parallel camera.
+  /// filter's reach beyond its border), vignetting out of range, or a distorted parallel camera.
   explicit CameraModel(const Camera& camera);
 
   /// The camera as it was given.
@@ -163,7 +189,8 @@ class CameraModel {
 /// The filter keeps its size in pixels. Sizes must be positive.
 Camera ScaledCamera(const Camera& camera, int width, int height);
 /// The part of the image of the given size whose top-left pixel is pixel (x0, y0) of `camera`: only
-/// the principal point and the size change. The part may reach beyond the image.
+/// the principal point and the size change, and the numbers of the vignetting, which goes by that.
+/// The part may reach beyond the image.
 Camera CroppedCamera(const Camera& camera, int x0, int y0, int width, int height);
 
 }  // namespace pathfit::renderer

@@ -4,7 +4,7 @@ set(PATHFIT_PUBLIC_HEADERS
   # Scenes: values that are copied and compared.
   renderer/core/shared_vector.h renderer/math/vector.h renderer/math/rgb.h renderer/math/transform.h renderer/math/frame.h renderer/math/warp.h
   renderer/geometry/mesh.h renderer/geometry/ray.h renderer/texture/texture.h renderer/bsdf/bsdf.h
-  renderer/emitter/emitter.h renderer/sensor/lens_distortion.h renderer/sensor/camera.h renderer/scene/scene.h
+  renderer/emitter/emitter.h renderer/sensor/lens_distortion.h renderer/sensor/vignetting.h renderer/sensor/camera.h renderer/scene/scene.h
   # Meshes and images: made, mended, read and written.
   renderer/geometry/mesh_primitives.h renderer/geometry/mesh_normals.h renderer/geometry/mesh_repair.h
   renderer/image/image.h renderer/image/color.h

@@ -1,7 +1,10 @@
 #include "renderer/renderer.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -125,6 +128,138 @@ TEST(Renderer, DerivativeWithoutImageHasTheSameBits) {
   check(ParameterKind::kCameraPosition, 0);
   check(ParameterKind::kExposure, 0);
   check(ParameterKind::kWhiteBalance, 0);
+  check(ParameterKind::kVignetting, 0);
+}
+
+TEST(Renderer, ExposureDoesNotScaleTheDerivativeOfCoverage) {
+  Scene scene = tests::BallAndWall();
+  scene.meshes.pop_back();
+  scene.sensors = {tests::CameraAt({0.2, 0.3, 4.0}, {0, 0, 0}, 28.0, 16, 16)};
+  scene.environment_visible = false;
+  const Renderer renderer(scene);
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kObjectTranslation, 0);
+  Camera camera = scene.sensors[0];
+  camera.filter = {PixelFilter::Shape::kTent, 1.0};
+  for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
+    RenderOptions options;
+    options.spp = 4;
+    options.sppe = 4.0;
+    options.form = form;
+    const auto coverage = [&](double gain) {
+      camera.gain = gain;
+      const auto pixels = static_cast<std::size_t>(camera.width * camera.height);
+      tests::RecordingSink sink(pixels);
+      renderer.RenderDerivative(camera, 0, options, layout, sink);
+      std::vector<double> sums(3 * pixels);
+      for (std::size_t p = 0; p < pixels; ++p) {
+        for (const ParameterDerivative& entry : sink.pixels[p]) {
+          for (std::size_t i = 0; i < 3; ++i) sums[3 * p + i] += entry.d[i].a;
+        }
+      }
+      return sums;
+    };
+    const std::vector<double> once = coverage(1.0), exposed = coverage(4.0);
+    EXPECT_GT(*std::ranges::max_element(once), 0.0);
+    for (std::size_t i = 0; i < once.size(); ++i) EXPECT_NEAR(exposed[i], once[i], 1e-12);
+  }
+}
+
+/// Of the same samples: all terms by their pixels, and by how the lens itself darkens them.
+TEST(Renderer, VignettingScalesPixelsAndTheirDerivatives) {
+  const Scene scene = tests::BallAndWall();
+  const Renderer renderer(scene);
+  const std::vector<ParameterKind> kinds = {ParameterKind::kVertexPositions,
+                                            ParameterKind::kExposure,
+                                            ParameterKind::kWhiteBalance,
+                                            ParameterKind::kFocal,
+                                            ParameterKind::kPrincipalPoint,
+                                            ParameterKind::kVignetting};
+  ParameterLayout layout(scene);
+  for (const ParameterKind kind : kinds) layout.Add(kind, 0);
+  // Half the sensor's size: derivatives are by the sensor's pixels.
+  const Camera& full = scene.sensors[0];
+  Camera plain = ScaledCamera(full, full.width / 2, full.height / 2);
+  plain.gain = 1.7;
+  plain.red = 1.3;
+  Camera dark = plain;
+  dark.vignetting = {-0.4, 0.15, -0.1};
+  RenderOptions options;
+  options.spp = 4;
+  options.sppe = 4.0;
+  const auto width = static_cast<std::size_t>(plain.width);
+  const std::size_t pixels = width * static_cast<std::size_t>(plain.height);
+  const auto sums = [&](const Camera& camera, Film& film) {
+    tests::RecordingSink sink(pixels);
+    film = renderer.RenderDerivative(camera, 0, options, layout, sink);
+    std::vector<std::array<Rgba, 3>> sum(pixels * static_cast<std::size_t>(layout.NumBlocks()));
+    for (std::size_t p = 0; p < pixels; ++p) {
+      for (const ParameterDerivative& entry : sink.pixels[p]) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          sum[p * static_cast<std::size_t>(layout.NumBlocks()) +
+              static_cast<std::size_t>(entry.block)][i] += entry.d[i];
+        }
+      }
+    }
+    return sum;
+  };
+  Film film, dark_film;
+  const auto plain_sum = sums(plain, film);
+  const auto dark_sum = sums(dark, dark_film);
+  EXPECT_EQ(renderer.RenderPrimal(dark, options).pixels, dark_film.pixels);
+  // By the sensor's numbers, of one pixel.
+  const auto by_lens = [&](ParameterKind kind, int x, int y) {
+    std::array<double, 3> d{};
+    Scene moved = scene;
+    ParameterLayout one(scene);
+    one.Add(kind, 0);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(one.NumScalars()); ++i) {
+      const auto at = [&](double step) {
+        moved.sensors[0].vignetting = dark.vignetting;
+        std::vector<double> values = one.Gather(scene);
+        if (kind == ParameterKind::kVignetting) {
+          values = {dark.vignetting.v1, dark.vignetting.v2, dark.vignetting.v3};
+        }
+        values[i] += step;
+        one.Scatter(values, moved);
+        const Camera camera = ScaledCamera(moved.sensors[0], plain.width, plain.height);
+        return camera.vignetting.At(camera.VignettingRadius2(x, y));
+      };
+      constexpr double kStep = 1e-5;
+      d[i] = (at(kStep) - at(-kStep)) / (2.0 * kStep);
+      moved.sensors[0] = scene.sensors[0];
+    }
+    return d;
+  };
+  double largest = 0.0;
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const int x = static_cast<int>(p % width), y = static_cast<int>(p / width);
+    const double falloff = dark.vignetting.At(dark.VignettingRadius2(x, y));
+    const Rgba& color = film.pixels[p];
+    EXPECT_NEAR(dark_film.pixels[p].r, color.r * falloff, 1e-12);
+    EXPECT_EQ(dark_film.pixels[p].a, color.a);
+    for (const ParameterGroup& group : layout.groups()) {
+      const std::array<double, 3> own = group.kind == ParameterKind::kVertexPositions ||
+                                                group.kind == ParameterKind::kExposure ||
+                                                group.kind == ParameterKind::kWhiteBalance
+                                            ? std::array<double, 3>{}
+                                            : by_lens(group.kind, x, y);
+      for (std::int32_t b = group.first_block; b < group.first_block + group.num_blocks; ++b) {
+        const std::size_t at =
+            p * static_cast<std::size_t>(layout.NumBlocks()) + static_cast<std::size_t>(b);
+        for (std::size_t i = 0; i < 3; ++i) {
+          const Rgba before = group.kind == ParameterKind::kVignetting ? Rgba{} : plain_sum[at][i];
+          const Rgba& after = dark_sum[at][i];
+          largest = std::max(largest, std::abs(own[i] * color.g));
+          EXPECT_NEAR(after.r, before.r * falloff + own[i] * color.r, 1e-8) << group.name << i;
+          EXPECT_NEAR(after.g, before.g * falloff + own[i] * color.g, 1e-8) << group.name << i;
+          EXPECT_NEAR(after.b, before.b * falloff + own[i] * color.b, 1e-8) << group.name << i;
+          EXPECT_EQ(after.a, before.a) << group.name << i;
+        }
+      }
+    }
+  }
+  EXPECT_GT(largest, 0.1);
 }
 
 TEST_F(RendererOfAllParameters, TermsAddUp) {

@@ -116,13 +116,21 @@ TEST_F(OneCamera, AnUnknownThatShinesInNoFittedPhotoIsAWarning) {
             "left.intensity: the light shines in no fitted p");
 }
 
-TEST_F(OneCamera, ThatIsUnknownIsOneOfEachPhoto) {
-  file_.Write("schema: 1\ninput:\n" + std::string(kInput) + kScene +
-              "unknowns: {camera.position: {}}\n");
+TEST_F(OneCamera, HasOnePlaceAndOneLens) {
+  file_.Write(
+      "schema: 1\ninput:\n" + std::string(kInput) + kScene +
+      "unknowns: {camera.position: {}, camera.focal: {}, camera.rotation: {shared: false}}\n");
   const Experiment experiment = BuildExperiment(LoadExperimentConfig(file_.path(), {}));
-  ASSERT_EQ(experiment.warnings.size(), 1U);
-  EXPECT_EQ(experiment.warnings[0],
-            "camera.position: each photo has one of its own, although one camera took them all");
+  EXPECT_TRUE(experiment.warnings.empty());
+  const std::size_t num_photos = experiment.observations.views.size();
+  for (const std::size_t i : {0U, 1U}) {
+    EXPECT_EQ(experiment.fit.unknowns[i].sharing, std::vector<int>(num_photos, 0)) << i;
+  }
+  EXPECT_TRUE(experiment.fit.unknowns[2].sharing.empty());
+  EXPECT_NE(std::ranges::find(
+                experiment.assumptions,
+                "camera.position is one for all " + std::to_string(num_photos) + " photos."),
+            experiment.assumptions.end());
 }
 
 TEST_F(OneCamera, APhotoWithoutLightIsAWarning) {

@@ -311,6 +311,35 @@ TEST(ReadUnknowns, MistakesOfFormsAreSaidAtTheirPlace) {
   expect("wall.metallic: {as: texture}", "metallic_roughness");
 }
 
+TEST(ReadUnknowns, PhotosOfOneSizeAndLensHaveOne) {
+  renderer::Scene scene = Build(kScene).scene;
+  scene.sensors.resize(1);
+  scene.sensors.resize(4, scene.sensors[0]);
+  for (std::size_t i = 1; i < 4; ++i) scene.sensors[i].name += std::to_string(i);
+  scene.sensors[2].width += 1;
+  const auto read = [&](const std::string& unknowns) {
+    return ReadUnknowns(LoadText(kFitConfig, {"unknowns=" + unknowns, "stages=[]"}), scene).specs;
+  };
+  for (const char* property :
+       {"focal", "principal_point", "distortion", "tangential", "vignetting"}) {
+    const std::string name = std::string("camera.") + property;
+    EXPECT_EQ(read("{" + name + ": {}}")[0].sharing, (std::vector<int>{0, 0, 2, 0})) << name;
+    EXPECT_EQ(read("{" + name + ": {shared: true}}")[0].sharing.size(), 4U) << name;
+    EXPECT_TRUE(read("{" + name + ": {shared: false}}")[0].sharing.empty()) << name;
+  }
+  for (const char* name : {"camera.position", "camera.rotation", "front.focal"}) {
+    EXPECT_TRUE(read("{" + std::string(name) + ": {}}")[0].sharing.empty()) << name;
+  }
+  EXPECT_NE(ResolvedYaml(LoadText(kFitConfig, {"unknowns={camera.focal: {}}", "stages=[]"}), scene)
+                .find("shared: true  # default"),
+            std::string::npos);
+  EXPECT_EQ(ProblemOf(kScene, {"unknowns={camera.position: {shared: true}}"}),
+            "--set #1: unknowns.camera.position.shared: the photos have no position in common");
+  EXPECT_EQ(ProblemOf(kScene, {"unknowns={mug.vertices: {shared: false}}"}),
+            "--set #1: unknowns.mug.vertices.shared: only photos share what their camera has, not "
+            "vertices");
+}
+
 // Sensors are then called as the photos.
 TEST(ReadUnknowns, KnowsPhotosAndTheirExposures) {
   renderer::Scene scene = Build(kScene).scene;

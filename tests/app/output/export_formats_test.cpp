@@ -111,6 +111,7 @@ TEST_F(ExportFormatsTest, CamerasReadBackToTheSameBits) {
     camera.cx = 320.1;
     camera.cy = 239.7;
     camera.distortion = {.k1 = 0.1 / (1.0 + t), .k2 = -1e-3 * t, .k3 = 1e-7 * t, .p1 = 1e-4};
+    camera.vignetting = {-0.1 / 3.0 * t, 0.01, i == 1 ? 0.0 : -1e-3 / 7.0};
     camera.world_from_camera = {renderer::RotationFromVector({0.1 * t, std::sin(t), -0.03 * t}),
                                 {t / 7.0, -1.0 / 3.0, 2.0}};
     camera.rotation = {0.01 * std::cos(t), 0.3, 0.002 * t};  // two rotations' rounding
@@ -130,6 +131,7 @@ TEST_F(ExportFormatsTest, CamerasReadBackToTheSameBits) {
     EXPECT_EQ(camera.fx, cameras[i].fx);
     EXPECT_EQ(camera.cy, cameras[i].cy);
     EXPECT_EQ(camera.distortion.k3, cameras[i].distortion.k3);
+    EXPECT_EQ(camera.vignetting, cameras[i].vignetting);
   }
   EXPECT_EQ(TransformsJson(again, names, 1.0 / 3.0), renderer::ReadWholeFile(path));
   cameras[3].projection = renderer::ProjectionKind::kOrthographic;

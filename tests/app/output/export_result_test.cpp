@@ -83,6 +83,7 @@ void ExpectSame(const std::vector<Camera>& cameras, const optim::ImportedCameras
     EXPECT_EQ(a.cx, b.cx);
     EXPECT_EQ(a.cy, b.cy);
     EXPECT_EQ(a.distortion, b.distortion);
+    EXPECT_EQ(a.vignetting, b.vignetting);
     const renderer::Transform& p = a.world_from_camera;
     const renderer::Transform& q = b.world_from_camera;
     for (int k = 0; k < 3; ++k) {

@@ -261,6 +261,7 @@ cameras:
 - image: b.png
   focal_px: 200
   axes: opencv
+  vignetting: {v1: -0.25, v3: 0.125}
   distortion: {k1: 0.128, k2: 1.6384, p1: 0.16, p2: 0.32}
   world_from_camera:
   - [0, 1, 0, -2]
@@ -285,7 +286,8 @@ TEST_F(List, LandsOnTheKnownPixel) {
   EXPECT_TRUE(cameras.cameras[0].has_principal_point);
   ExpectProjectsTo(cameras.cameras[0], 150.5, 110.25);
   ExpectProjectsTo(cameras.cameras[1], 166.5, 93.25);  // with the lens
-  ExpectProjectsTo(cameras.cameras[2], 80.5, 62.75);   // right is -y, up -x
+  EXPECT_EQ(cameras.cameras[1].camera.vignetting, (renderer::Vignetting{-0.25, 0.0, 0.125}));
+  ExpectProjectsTo(cameras.cameras[2], 80.5, 62.75);  // right is -y, up -x
   Write("set/cameras.yml", kList);
   EXPECT_EQ(ImportCameras(top() / "set", "auto").cameras.size(), 3U);
 }
@@ -311,7 +313,7 @@ TEST_F(List, NamesFileLineColumnAndKeyOfWhatIsMalformed) {
            {"mask: m/a.png", "image: x", {"l.yaml:7:3: cameras[0].image is there twice"}},
            {"image: b.png", "mask: b.png", {"l.yaml:9:3: cameras[1] has no image"}},
            {"image: b.png", "image: [b.png]", {"l.yaml:9:10: cameras[1].image must be a text"}},
-           {"focal_px: 10", "focal_px: x", {"l.yaml:19:13: cameras[2].focal_px: 'x'"}},
+           {"focal_px: 10", "focal_px: x", {"l.yaml:20:13: cameras[2].focal_px: 'x'"}},
            {"focal_px: 10", "focal_px: -1", {"cameras[2].focal_px must be positive"}},
            {"focal_px: 10", "focal_px: [1, 2, 3]", {"must be a list of 2"}},
            {"focal_px: [200, 400]\n", "", {"cameras[0] has no focal_px"}},
@@ -325,7 +327,7 @@ TEST_F(List, NamesFileLineColumnAndKeyOfWhatIsMalformed) {
            {"axes: opencv", "axes: cv", {"'cv' is neither opengl nor opencv"}},
            {"{k1: 0.128", "{k4: 0.128", {"cameras[1].distortion.k4 is no key here"}},
            {"target: [-2, -3, 5], ", "", {"cameras[2].look_at needs origin and target"}},
-           {"[-2, -3, 5]", "[-2, -3, -1]", {"l.yaml:20:12: cameras[2].look_at: "}},
+           {"[-2, -3, 5]", "[-2, -3, -1]", {"l.yaml:21:12: cameras[2].look_at: "}},
            {"  look_at:", "  world_from_camera: [[1]]\n  look_at:", {"needs one of"}}}) {
     ExpectError("l.yaml", With(kList, from, to), parts);
   }

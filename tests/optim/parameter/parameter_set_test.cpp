@@ -43,6 +43,28 @@ TEST(ParameterSet, PutsVerticesFirstAndLeavesHeldUnknownsOut) {
   }
 }
 
+TEST(ParameterSet, OneLensIsFreedByAnyOfItsPhotosAndMovesAll) {
+  renderer::Scene scene = tests::BallAndWall();
+  scene.sensors.resize(5, scene.sensors[0]);
+  std::vector<UnknownSpec> unknowns(2);
+  unknowns[0].kind = ParameterKind::kFocal;
+  unknowns[1].kind = ParameterKind::kCameraPosition;
+  for (UnknownSpec& unknown : unknowns) unknown.object = -1;
+  unknowns[0].sharing = {0, 1, 0, 1, 4};
+  // Photo 0 is held out, and so is 4, which has a lens of its own.
+  const ParameterSet set(scene, unknowns, {0, 1}, {1, 2, 3}, {});
+  const auto& groups = set.layout().groups();
+  ASSERT_EQ(groups.size(), 5U);
+  EXPECT_EQ(groups[0].kind, ParameterKind::kCameraPosition);
+  EXPECT_EQ(set.layout().FirstBlock(ParameterKind::kCameraPosition, 0), -1);
+  EXPECT_EQ(set.layout().FirstBlock(ParameterKind::kFocal, 0),
+            set.layout().FirstBlock(ParameterKind::kFocal, 2));
+  EXPECT_EQ(set.layout().FirstBlock(ParameterKind::kFocal, 1),
+            set.layout().FirstBlock(ParameterKind::kFocal, 3));
+  EXPECT_EQ(set.layout().FirstBlock(ParameterKind::kFocal, 4), -1);
+  EXPECT_EQ(set.NumScalars(), 3U * 3U + 2U * 2U);
+}
+
 TEST(ParameterSet, MapsLogarithmsAndBoundsThere) {
   const renderer::Scene scene = tests::BallAndWall();  // the lamp is 4, 3, 2
   const ParameterSet set(scene, Unknowns(), {1, 0}, {0}, {{1.0}, 0.3, 3.0});

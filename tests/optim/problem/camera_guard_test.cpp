@@ -36,5 +36,19 @@ TEST(CameraGuard, RefusesCamerasThatCannotRender) {
   EXPECT_FALSE(admits(ParameterKind::kRadialDistortion, 1, -5.0)) << "folds";
 }
 
+TEST(CameraGuard, LooksAtAllThatShareALens) {
+  renderer::Scene scene = tests::BallAndWall();
+  scene.sensors.resize(2, scene.sensors.front());
+  scene.sensors[1].cx += 3.0 * scene.sensors[1].width;  // its corners are farther away
+  std::vector<optim::UnknownSpec> unknowns(1);
+  unknowns[0].kind = ParameterKind::kVignetting;
+  unknowns[0].object = -1;
+  unknowns[0].sharing = {0, 0};
+  const optim::ParameterSet set(scene, unknowns, {0}, {0, 1}, {});
+  const optim::CameraGuard guard(scene, set);
+  EXPECT_TRUE(guard.Admits({-0.01, 0.0, 0.0}));
+  EXPECT_FALSE(guard.Admits({-10.0, 0.0, 0.0})) << "too dark in the second";
+}
+
 }  // namespace
 }  // namespace pathfit

@@ -160,6 +160,30 @@ TEST_F(FitRecoversTest, ExposuresUpToTheFactorSharedWithTheLight) {
             kNumViews - 1);
 }
 
+/// Both move what the other moves, a little: the light of one photo says nothing of its corners.
+TEST_F(FitRecoversTest, TheLensOfAllPhotos) {
+  for (renderer::Camera& sensor : truth_.sensors) {
+    sensor.fx *= 1.03;
+    sensor.fy *= 1.03;
+    sensor.vignetting = {-0.35, 0.1, 0.0};
+  }
+  const renderer::Camera& right = truth_.sensors[0];
+  for (const ParameterKind kind : {ParameterKind::kFocal, ParameterKind::kVignetting}) {
+    Free(kind, -1).sharing.assign(kNumViews, 0);
+  }
+  const FitResult result = Fit(12);
+  EXPECT_EQ(result.standard_errors.count("camera.focal"), 1U);
+  for (const renderer::Camera& sensor : result.scene.sensors) {  // the held-out one, too
+    EXPECT_NEAR(sensor.fx, right.fx, 2e-3 * right.fx);
+    EXPECT_NEAR(sensor.fy, right.fy, 2e-3 * right.fy);
+    const double corner = sensor.VignettingRadius2(0, 0);
+    for (const double r2 : {0.1, 0.3, 0.3 * corner}) {
+      EXPECT_NEAR(sensor.vignetting.At(r2), right.vignetting.At(r2), 5e-3);
+    }
+    EXPECT_EQ(sensor.vignetting, result.scene.sensors[0].vignetting);
+  }
+}
+
 TEST_F(FitRecoversTest, WhiteBalancesUpToTheFactorsSharedWithTheLight) {
   for (int i = 0; i < kNumViews; ++i) {
     renderer::Camera& sensor = truth_.sensors[static_cast<std::size_t>(i)];

@@ -66,6 +66,33 @@ TEST(ParameterLayout, GatherUndoesScatter) {
   EXPECT_EQ(scene.sensors[0].gain, values.back());
 }
 
+TEST(ParameterLayout, PicturesByOneLensHaveItsNumbers) {
+  Scene scene = tests::BallAndWall();
+  scene.sensors.resize(4, scene.sensors[0]);
+  for (std::size_t i = 0; i < 4; ++i) scene.sensors[i].name = "photo_" + std::to_string(i);
+  ParameterLayout layout(scene);
+  layout.Add(ParameterKind::kFocal, 0, {2, 3});
+  layout.Add(ParameterKind::kFocal, 1);
+  layout.Add(ParameterKind::kVignetting, 2, {0, 1, 3});
+  ASSERT_EQ(layout.groups().size(), 3U);
+  EXPECT_EQ(layout.NumScalars(), 2 + 2 + 3);
+  for (const int sensor : {0, 2, 3}) {
+    EXPECT_EQ(layout.FirstBlock(ParameterKind::kFocal, sensor), 0) << sensor;
+  }
+  EXPECT_EQ(layout.FirstBlock(ParameterKind::kFocal, 1), 1);
+  EXPECT_EQ(layout.FirstBlock(ParameterKind::kVignetting, 3), 2);
+  EXPECT_EQ(layout.ScalarName(0, 1), "photo_0.focal.y");
+  EXPECT_EQ(layout.ScalarName(2, 0), "camera.vignetting.1") << "of all sensors";
+  const std::vector<double> values = {50.0, 51.0, 60.0, 61.0, -0.1, -0.2, -0.3};
+  layout.Scatter(values, scene);
+  EXPECT_EQ(layout.Gather(scene), values);
+  EXPECT_EQ(scene.sensors[3].fy, 51.0);
+  EXPECT_EQ(scene.sensors[1].fy, 61.0);
+  EXPECT_EQ(scene.sensors[1].vignetting.v3, -0.3);
+  EXPECT_THROW(layout.Add(ParameterKind::kFocal, 3), SceneError) << "shared already";
+  EXPECT_THROW(layout.Add(ParameterKind::kPrincipalPoint, 0, {4}), SceneError);
+}
+
 TEST(ParameterLayout, RefusesWhatIsNotThereOrListedTwice) {
   const Scene scene = tests::BallAndWall();
   ParameterLayout layout(scene);

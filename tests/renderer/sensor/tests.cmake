@@ -3,3 +3,4 @@ pathfit_test(renderer/sensor/camera_test LABEL unit LINK pathfit_renderer Ceres:
 pathfit_test(renderer/sensor/camera_derivatives_test LABEL unit LINK pathfit_renderer Ceres::ceres)
 pathfit_test(renderer/sensor/camera_equivalence_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/sensor/pixel_filter_test LABEL unit LINK pathfit_renderer)
+pathfit_test(renderer/sensor/vignetting_test LABEL unit LINK pathfit_renderer)
