@@ -205,9 +205,13 @@ std::string DraftConfig(const FoundInput& input,
       "  surroundings.texels: {{priors: [{{log_smooth: {{weight: {}}}}}, {{neutral: {{weight: "
       "0.001}}}}]}}\n"
       "  exposure: {{}}\n"
+      "  # A lens that is not known to a pixel may change, too: one for all photos of a size.\n"
+      "  # camera.focal: {{}}\n"
+      "  # camera.principal_point: {{}}\n"
+      "  # camera.vignetting: {{}}\n"
       "\nstages:\n"
       "  - {{name: light, free: [surroundings.texels, exposure]}}\n"
-      "  - {{name: all, free: [object.vertices, object.colors, surroundings.texels, exposure]}}\n",
+      "  - {{name: all, free: all}}\n",
       optim::kDefaultLogSmooth);
   return text;
 }

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <variant>
 
+#include "optim/parameter/parameter_set.h"
 #include "optim/parameter/promotion.h"
 #include "renderer/math/median.h"
 #include "renderer/scene/parameter_layout.h"
@@ -22,7 +24,15 @@ constexpr double kAtBoundRelative = 1e-6;
 
 renderer::ParameterLayout LayoutOf(const optim::UnknownSpec& unknown, const Scene& scene) {
   renderer::ParameterLayout layout(scene);
-  layout.Add(unknown.kind, unknown.object);
+  if (unknown.object >= 0) {
+    layout.Add(unknown.kind, unknown.object);
+    return layout;
+  }
+  std::vector<int> sensors(scene.sensors.size());
+  std::iota(sensors.begin(), sensors.end(), 0);
+  for (const optim::SensorGroup& group : optim::GroupsOfSensors(unknown, sensors)) {
+    layout.Add(unknown.kind, group.first, group.sharing);
+  }
   return layout;
 }
 

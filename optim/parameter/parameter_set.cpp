@@ -26,14 +26,22 @@ bool IsOfSensors(renderer::ParameterKind kind) {
   return renderer::TraitsOf(kind).list == renderer::ObjectList::kSensors;
 }
 
-struct SensorGroup {
-  int first;
-  std::vector<int> sharing;
-};
+double OneMinusCos(double x) {
+  const double s = std::sin(0.5 * x);
+  return 2.0 * s * s;
+}
 
-/// Those with one of `sensors` among them, in the order of these. `first_of`: UnknownSpec::sharing.
-std::vector<SensorGroup> GroupsOfSensors(const std::vector<int>& first_of,
+}  // namespace
+
+double StartOfGain(const ExposureModel& exposure, renderer::ParameterKind kind, int sensor) {
+  return kind == renderer::ParameterKind::kExposure
+             ? std::log(exposure.start_gains.at(static_cast<std::size_t>(sensor)))
+             : 0.0;
+}
+
+std::vector<SensorGroup> GroupsOfSensors(const UnknownSpec& unknown,
                                          const std::vector<int>& sensors) {
+  const std::vector<int>& first_of = unknown.sharing;
   std::vector<SensorGroup> groups;
   for (const int sensor : sensors) {
     const int first = first_of.empty() ? sensor : first_of.at(static_cast<std::size_t>(sensor));
@@ -49,19 +57,6 @@ std::vector<SensorGroup> GroupsOfSensors(const std::vector<int>& first_of,
     }
   }
   return groups;
-}
-
-double OneMinusCos(double x) {
-  const double s = std::sin(0.5 * x);
-  return 2.0 * s * s;
-}
-
-}  // namespace
-
-double StartOfGain(const ExposureModel& exposure, renderer::ParameterKind kind, int sensor) {
-  return kind == renderer::ParameterKind::kExposure
-             ? std::log(exposure.start_gains.at(static_cast<std::size_t>(sensor)))
-             : 0.0;
 }
 
 ParameterSet::ParameterSet(const renderer::Scene& scene,
@@ -85,7 +80,7 @@ ParameterSet::ParameterSet(const renderer::Scene& scene,
   for (const int index : order) {
     const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(index)];
     if (IsOfSensors(unknown.kind) && unknown.object < 0) {
-      for (const SensorGroup& group : GroupsOfSensors(unknown.sharing, sensors)) {
+      for (const SensorGroup& group : GroupsOfSensors(unknown, sensors)) {
         AddGroup(scene, unknown, index, group.first, group.sharing, exposure);
       }
     } else {

@@ -22,6 +22,15 @@ struct ExposureModel {
 /// Logarithm of the gain, or of white balances' factors, that the run began with.
 double StartOfGain(const ExposureModel& exposure, renderer::ParameterKind kind, int sensor);
 
+/// Sensors that have what an unknown of all sensors frees in common: the first, and the others.
+struct SensorGroup {
+  int first;
+  std::vector<int> sharing;
+};
+/// Those with one of `sensors` among them, in the order of these.
+std::vector<SensorGroup> GroupsOfSensors(const UnknownSpec& unknown,
+                                         const std::vector<int>& sensors);
+
 /// The scalars that move in a stage. Two flat vectors with the same offsets: values x in units of
 /// the scene (ParameterLayout's order) and unknowns theta, what the solver moves
 /// (Parameterization). Groups are ordered by kind, vertices first, so that a pixel's nearest

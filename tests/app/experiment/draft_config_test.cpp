@@ -110,6 +110,22 @@ TEST_F(DraftConfigTest, FindsPhotosCamerasAndMasks) {
   for (const ViewStart& view : start.views) EXPECT_GT(view.iou, 0.85) << "a hull";
 }
 
+TEST_F(DraftConfigTest, NamesTheLensWhichMayChangeToo) {
+  WriteSet(top(), Cameras::kTransforms);
+  const fs::path path = top() / "draft.yaml";
+  std::string text = DraftConfig(FindInput({.photos = top()}), path, "ball", {});
+  for (std::size_t at = 0; (at = text.find("# camera.", at)) != std::string::npos;) {
+    text.erase(at, 2);
+  }
+  std::ofstream(path) << text;
+  const optim::FitSpec fit = BuildExperiment(LoadExperimentConfig(path, {})).fit;
+  ASSERT_EQ(fit.unknowns.size(), 7U);
+  for (std::size_t i = 4; i < 7; ++i) {
+    EXPECT_EQ(fit.unknowns[i].sharing, std::vector<int>(kViews, 0)) << fit.unknowns[i].name;
+  }
+  EXPECT_EQ(fit.stages.back().free.size(), 7U);
+}
+
 TEST_F(DraftConfigTest, FindsCamerasAbovePhotosAndStartsFromASphereWithoutMasks) {
   WriteSet(top() / "a set, it's odd", Cameras::kColmap);
   std::ofstream(top() / "a set, it's odd/images/extra.jpg") << "no camera";

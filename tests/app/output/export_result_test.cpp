@@ -579,6 +579,30 @@ TEST(ParameterTable, CamerasAreAGroupAndPlacesHaveComponents) {
   EXPECT_EQ(rows[3].unit, "m");
 }
 
+TEST(ParameterTable, ALensOfAllPhotosHasItsNumbersOnce) {
+  const renderer::Scene start = MakeScene(MakeObservations(3, 64, 48));
+  renderer::Scene result = start;
+  for (Camera& sensor : result.sensors) sensor.vignetting = {-0.25, 0.125, 0.5};
+  optim::FitSpec spec;
+  spec.unknowns.resize(1);
+  spec.unknowns[0].name = "camera.vignetting";
+  spec.unknowns[0].kind = renderer::ParameterKind::kVignetting;
+  spec.unknowns[0].object = -1;
+  spec.unknowns[0].sharing = {0, 0, 0};
+  const std::vector<ParameterSummary> rows =
+      SummarizeParameters(spec, start, result, {{"camera.vignetting", {0.01, 0.02, 0.03}}});
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[1].name, "camera.vignetting.2");
+  EXPECT_EQ(rows[1].num_scalars, 1);
+  EXPECT_EQ(rows[1].initial, 0.0);
+  EXPECT_EQ(rows[1].value, 0.125);
+  EXPECT_EQ(rows[1].standard_error, 0.02);
+  spec.unknowns[0].sharing = {0, 0, 2};
+  const std::vector<ParameterSummary> lenses = SummarizeParameters(spec, start, result);
+  ASSERT_EQ(lenses.size(), 1U) << "two lenses are a group";
+  EXPECT_EQ(lenses[0].num_scalars, 6);
+}
+
 TEST(ParameterTable, HasScalarsAndGroups) {
   const optim::ObservationSet set = MakeObservations(5, 64, 48);
   const renderer::Scene start = MakeScene(set);
