@@ -356,12 +356,14 @@ void ReadSharing(const YamlEntry& entry,
   const YamlNode* shared = entry.value.Find("shared");
   if (shared == nullptr || shared->text == "true") unknown.sharing = possible;
   if (shared == nullptr || !possible.empty()) return;
-  problems.push_back(
-      {shared->place,
-       "unknowns." + entry.key + ".shared",
-       traits.list == renderer::ObjectList::kSensors
-           ? fmt::format("the photos have no {} in common", traits.property)
-           : fmt::format("only photos share what their camera has, not {}", traits.property)});
+  std::string text = fmt::format("the photos have no {} in common", traits.property);
+  if (traits.list != renderer::ObjectList::kSensors) {
+    text = fmt::format("only photos share what their camera has, not {}", traits.property);
+  } else if (unknown.object >= 0) {
+    text = fmt::format(
+        "this is that of one photo alone; write {}.{}", renderer::kAllSensors, traits.property);
+  }
+  problems.push_back({shared->place, "unknowns." + entry.key + ".shared", std::move(text)});
 }
 
 /// An unknown of one object, whose name is known, from its entry, which may be that of more.

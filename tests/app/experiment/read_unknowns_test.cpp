@@ -335,6 +335,9 @@ TEST(ReadUnknowns, PhotosOfOneSizeAndLensHaveOne) {
             std::string::npos);
   EXPECT_EQ(ProblemOf(kScene, {"unknowns={camera.position: {shared: true}}"}),
             "--set #1: unknowns.camera.position.shared: the photos have no position in common");
+  EXPECT_EQ(ProblemOf(kScene, {"unknowns={front.focal: {shared: true}}"}),
+            "--set #1: unknowns.front.focal.shared: this is that of one photo alone; write "
+            "camera.focal");
   EXPECT_EQ(ProblemOf(kScene, {"unknowns={mug.vertices: {shared: false}}"}),
             "--set #1: unknowns.mug.vertices.shared: only photos share what their camera has, not "
             "vertices");
