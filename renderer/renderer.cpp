@@ -43,6 +43,9 @@ void AddByGains(const Camera& camera,
                 int y,
                 const Rgb& value,
                 DerivativeAccumulator& entries) {
+  if (!blocks.HasGains() && camera.vignetting.IsNone()) {
+    return;
+  }
   const double r2 = camera.VignettingRadius2(x, y);
   const double falloff = camera.vignetting.At(r2);
   if (blocks.exposure >= 0) {

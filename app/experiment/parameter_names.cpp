@@ -15,8 +15,6 @@ using renderer::ParameterKind;
 using renderer::ParameterTraits;
 using renderer::Scene;
 
-// All sensors at once; also what a single sensor is often called.
-
 // The rows of which each is the first of its kind.
 std::vector<const ParameterTraits*> Kinds() {
   std::vector<const ParameterTraits*> kinds;
@@ -72,6 +70,7 @@ std::vector<std::pair<std::string, int>> ObjectsOf(const ParameterTraits& kind,
   for (std::size_t i = 0; i < names.size(); ++i) {
     objects.emplace_back(names[i], static_cast<int>(i));
   }
+  // A single sensor is often called so, too.
   if (kind.list == ObjectList::kSensors && !names.empty() && !Contains(names, kAllSensors)) {
     objects.emplace_back(kAllSensors, -1);
   }

@@ -327,11 +327,12 @@ void CheckStartPrior(const YamlEntry& entry,
 }
 
 /// By sensor the first one that has the property in common with it; empty: none can have.
-std::vector<int> SharingOf(const ParameterTraits& traits,
+std::vector<int> SharingOf(const optim::UnknownSpec& unknown,
                            const ExperimentConfig& config,
                            const renderer::Scene& scene) {
+  const ParameterTraits& traits = renderer::TraitsOf(unknown.kind);
   const bool stood_still = config.input && !config.input->sensor.empty();
-  if (traits.list != renderer::ObjectList::kSensors || optim::IsOfExposure(traits.kind) ||
+  if (unknown.object >= 0 || optim::IsOfExposure(unknown.kind) ||
       !(traits.of_lens || stood_still)) {
     return {};
   }
@@ -351,8 +352,7 @@ void ReadSharing(const YamlEntry& entry,
                  const renderer::Scene& scene,
                  optim::UnknownSpec& unknown,
                  std::vector<Problem>& problems) {
-  const std::vector<int> possible =
-      unknown.object < 0 ? SharingOf(traits, config, scene) : std::vector<int>();
+  const std::vector<int> possible = SharingOf(unknown, config, scene);
   const YamlNode* shared = entry.value.Find("shared");
   if (shared == nullptr || shared->text == "true") unknown.sharing = possible;
   if (shared == nullptr || !possible.empty()) return;
@@ -490,7 +490,7 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
       const bool log = first.parameterization == optim::Parameterization::kLog;
       if (alike(&UnknownSpec::parameterization)) fill("transform", log ? "log" : "identity");
     }
-    if (!SharingOf(renderer::TraitsOf(first.kind), config, scene).empty() && first.object < 0) {
+    if (!SharingOf(first, config, scene).empty()) {
       fill("shared", first.sharing.empty() ? "false" : "true");
     }
     const bool is_vertices = first.kind == ParameterKind::kVertexPositions;

@@ -1,6 +1,5 @@
 #include "optim/problem/camera_guard.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -14,6 +13,8 @@ CameraGuard::CameraGuard(const renderer::Scene& scene, const ParameterSet& set) 
     if (renderer::TraitsOf(group.kind).list == renderer::ObjectList::kSensors) {
       renderer::ParameterLayout layout(sensors_);
       layout.Add(group.kind, group.object, group.sharing);
+      moving_.insert(group.object);
+      moving_.insert(group.sharing.begin(), group.sharing.end());
       groups_.push_back(
           {std::move(layout), static_cast<std::size_t>(group.first_scalar), group.NumScalars()});
     }
@@ -27,13 +28,8 @@ bool CameraGuard::Admits(const std::vector<double>& values) const {
     group.layout.Scatter({first, first + static_cast<std::ptrdiff_t>(group.count)}, trial);
   }
   try {
-    for (const Group& group : groups_) {
-      const renderer::ParameterGroup& what = group.layout.groups().front();
-      const auto check = [&trial](int sensor) {
-        const renderer::CameraModel model(trial.sensors[static_cast<std::size_t>(sensor)]);
-      };
-      check(what.object);
-      std::ranges::for_each(what.sharing, check);
+    for (const int sensor : moving_) {
+      const renderer::CameraModel model(trial.sensors[static_cast<std::size_t>(sensor)]);
     }
   } catch (const renderer::SceneError&) {
     return false;

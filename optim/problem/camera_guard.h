@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <vector>
 
 #include "optim/parameter/parameter_set.h"
@@ -23,6 +24,7 @@ class CameraGuard {
   };
   renderer::Scene sensors_;  ///< nothing else
   std::vector<Group> groups_;
+  std::set<int> moving_;  ///< sensors that have one of the groups, alone or with others
 };
 
 }  // namespace pathfit::optim

@@ -110,7 +110,7 @@ constexpr std::array kViewFigures = {&ViewSeconds::linearize,
 /// Of two sizes of a stage's photos, in shares of the last one's pixels: what a size takes beside
 /// its pixels is told by the small one.
 struct SizedSeconds {
-  double small_pixels = 0.0;  ///< 0: nothing but pixels takes time
+  double small_pixels = 0.0;  ///< 0: there is the last size alone
   ViewSeconds small, last;
   [[nodiscard]] ViewSeconds At(double pixels) const {
     const double share = (pixels - small_pixels) / (1.0 - small_pixels);

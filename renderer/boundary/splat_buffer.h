@@ -64,9 +64,12 @@ class SplatBuffer {
   }
   /// Once, after all samples: colours times the gains of their pixels.
   void ApplyGains(const Camera& camera) {
+    Rgb gains = camera.ChannelGains();
     for (const Entry& s : splats_) {
-      const Rgb gains = camera.PixelGains(static_cast<int>(s.pixel % camera.width),
-                                          static_cast<int>(s.pixel / camera.width));
+      if (!camera.vignetting.IsNone()) {
+        gains = camera.PixelGains(static_cast<int>(s.pixel % camera.width),
+                                  static_cast<int>(s.pixel / camera.width));
+      }
       for (ParameterDerivative& e : std::span(entries_).subspan(s.first, s.count)) {
         for (Rgba& d : e.d) {
           d = Rgba(d.Color() * gains, d.a);

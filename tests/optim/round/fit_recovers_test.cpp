@@ -160,7 +160,7 @@ TEST_F(FitRecoversTest, ExposuresUpToTheFactorSharedWithTheLight) {
             kNumViews - 1);
 }
 
-/// Both move what the other moves, a little: the light of one photo says nothing of its corners.
+/// What all photos have in common, also where they are held out.
 TEST_F(FitRecoversTest, TheLensOfAllPhotos) {
   for (renderer::Camera& sensor : truth_.sensors) {
     sensor.fx *= 1.03;
