@@ -249,6 +249,7 @@ void VisitFields(State& state, const Visitor& visit) {
   visit("growths", state.growths);
   visit("wall_s", state.wall_s);
   visit("radius_factor", state.radius_factor);
+  visit("step_share", state.step_share);
   visit("damping", state.damping);
   visit("rejected_in_row", state.rejected_in_row);
   visit("split", state.split);

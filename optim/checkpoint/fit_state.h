@@ -54,7 +54,9 @@ struct FitState {
   [[nodiscard]] int RoundsOfLevel() const { return round - level_start; }
 
   double radius_factor = 1.0;  ///< on the noise-derived trust radius, shrunk by rejections
-  double damping = 0.0;        ///< kappa of the proximal metric (round/round_policy.h)
+  /// Of the step that many unknowns want by the model, what lowers the cost most.
+  double step_share = 1.0;
+  double damping = 0.0;  ///< kappa of the proximal metric (round/round_policy.h)
   int rejected_in_row = 0;
   renderer::SampleBudget split = kStartSplit;  ///< for the next round, per interior sample
   std::vector<double> costs;                   ///< of the level's rounds, at their start

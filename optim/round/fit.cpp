@@ -225,6 +225,7 @@ class FitDriver {
       state_.damping = kStartDamping;
     }
     state_.rejected_in_row = 0;
+    state_.step_share = 1.0;
     state_.costs.clear();
     state_.held_out_costs.clear();
     state_.promised_cost = 0.0;

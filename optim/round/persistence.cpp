@@ -59,7 +59,8 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
   require(state.stage < num_stages || state.round == 0, "rounds after the last stage");
   require(state.wall_s >= 0.0 && std::isfinite(state.wall_s) && state.radius_factor > 0.0 &&
               std::isfinite(state.promised_cost) && std::isfinite(state.radius_factor) &&
-              state.damping > 0.0 && std::isfinite(state.damping),
+              state.step_share > 0.0 && state.step_share <= 1.0 && state.damping > 0.0 &&
+              std::isfinite(state.damping),
           "step control or time out of range");
   for (const auto budget : renderer::kBoundaryBudgets) {
     require(state.split.*budget > 0.0 && std::isfinite(state.split.*budget),

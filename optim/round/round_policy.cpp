@@ -195,6 +195,7 @@ void AdaptStepControl(const SolveOutcome& outcome, bool keeps_radius, FitState& 
       radius_change = 2.0;
     }
   }
+  state.step_share = outcome.step_share;
   state.damping = std::clamp(state.damping * damping_change, kMinDamping, kMaxDamping);
   double factor = state.radius_factor;
   if (keeps_radius) {

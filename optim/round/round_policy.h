@@ -90,9 +90,9 @@ inline constexpr double kStartDamping = 1e-3;  ///< kappa in a stage's first rou
 /// moves little until the steps have shown that their model holds.
 inline constexpr double kStartRadiusFactor = 1e-3;
 
-/// Adapts radius_factor, kappa and the count of rejections to how the round went: a step that did
-/// what the model said loosens both, a poor one or a rejection tightens them. `keeps_radius`: the
-/// next round begins from the radius that this one ended with.
+/// Adapts radius_factor, step_share, kappa and the count of rejections to how the round went: a
+/// step that did what the model said loosens both, a poor one or a rejection tightens them.
+/// `keeps_radius`: the next round begins from the radius that this one ended with.
 void AdaptStepControl(const SolveOutcome& outcome, bool keeps_radius, FitState& state);
 
 /// Why the stage's level (of num_levels) ends after the rounds in `state`; empty = it goes on.

@@ -151,6 +151,7 @@ SolveOutcome Solve(const StageContext& context,
   options.radius =
       TrustRadius(problem.UsesGram() ? 0.0 : report.noise_relative, state.radius_factor);
   options.shared_radius_factor = TrustRadius(0.0, state.radius_factor) / options.radius;
+  options.step_share = state.step_share;
   options.restrain = [&](std::vector<double>& trial) {
     context.set.DropTurnsAboutAxes(values, trial);
     return guard.Restrain(trial) && cameras.Admits(trial) && motion.Admits(trial);
@@ -347,12 +348,15 @@ void CountSigns(const StageContext& context,
   bool needs_more = FitsNoise(state, report.cost_total);  // by the costs before
   state.costs.push_back(report.cost_total);
   // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
-  // whatever the model promises of each step.
-  const bool is_flat = stage.stop_relative_cost > 0.0 && report.accepted && problem.UsesGram() &&
-                       IsMoreThanNoise(before, context.views.num_channels) &&
-                       (-report.cost_change_rel < stage.stop_relative_cost ||
-                        NoLongerFalls(state.costs, stage.stop_relative_cost));
-  state.flat = is_flat && !moves ? state.flat + 1 : 0;
+  // whatever the model promises of each step. Many unknowns lower even the cost of the samples that
+  // their step is made from, which it fits, hardly at all.
+  const bool may_end = stage.stop_relative_cost > 0.0 && report.accepted;
+  bool is_flat = may_end && -report.cost_change_rel < stage.stop_relative_cost;
+  if (problem.UsesGram()) {
+    is_flat = (is_flat || (may_end && NoLongerFalls(state.costs, stage.stop_relative_cost))) &&
+              IsMoreThanNoise(before, context.views.num_channels);
+  }
+  state.flat = is_flat && !(moves && problem.UsesGram()) ? state.flat + 1 : 0;
   // Small steps that still pay lead on: weakly determined directions move little that is seen.
   const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;
   // Steps of many unknowns are short while noise limits them, which says nothing.

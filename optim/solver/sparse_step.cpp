@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include <Eigen/Dense>
 
@@ -23,6 +24,12 @@ namespace {
 constexpr double kLeastDamping = 1e-6;  // of a scaled diagonal, over the radius
 constexpr double kLargestDamping = 1e32;
 constexpr double kLeastRelativeDecrease = 1e-3;
+
+// A part of a step that lowers the cost most is worth another trial below this, and taken as no
+// less than that.
+constexpr double kWorthATrial = 0.7;
+constexpr double kLeastPart = 0.1;
+constexpr double kLeastShare = 0.1;  // that rounds begin with
 
 // Groups of more blocks are of a surface or a picture, whose texels noise may move far.
 constexpr std::int32_t kMaxSharedBlocks = 8;
@@ -189,15 +196,16 @@ class SparseRound {
     double radius = options_.radius;
     double divisor = 2.0;
     bool is_positive = false;
+    outcome.step_share = options_.step_share;
     for (int i = 0; i <= kMaxRejections && !outcome.accepted; ++i) {
       outcome.radius = radius;
-      const double predicted = FindStep(radius);
-      if (predicted > 0.0) {
+      if (FindStep(radius)) {
         is_positive = true;
         ++outcome.trials;
-        const double decrease = Try(cost, outcome.theta);
-        outcome.relative_decrease = decrease / predicted;
-        outcome.accepted = outcome.relative_decrease > kLeastRelativeDecrease;
+        Trial trial = TryShares(cost, outcome.step_share);
+        outcome.relative_decrease = trial.RelativeDecrease();
+        outcome.accepted = IsGood(trial);
+        outcome.theta = std::move(trial.theta);
       }
       radius /= divisor;
       divisor *= 2.0;
@@ -220,9 +228,36 @@ class SparseRound {
            PriorCost(proximal_, set_, theta);
   }
 
-  /// Into step_; returns by how much the quadratic model falls, which is not positive if there is
-  /// none.
-  double FindStep(double radius) {
+  /// What the quadratic model says of a way from the start: a share t of it changes the cost by
+  /// t * linear + t^2 / 2 * square.
+  struct WayModel {
+    double linear = 0.0, square = 0.0;
+    [[nodiscard]] double Decrease() const { return -linear - 0.5 * square; }
+  };
+  struct Trial {
+    bool is_rendered = false;
+    Vector theta;           ///< where it led, as it was restrained
+    double decrease = 0.0;  ///< of the cost
+    WayModel model;         ///< of the way there
+    [[nodiscard]] double RelativeDecrease() const {
+      return is_rendered && model.Decrease() > 0.0 ? decrease / model.Decrease() : -1.0;
+    }
+    /// Of the way, to the minimum of the parabola with the model's slope and the trial's cost: the
+    /// slope is exact, and the matrix lacks what noise it hides.
+    [[nodiscard]] double BestShare() const {
+      const double half_square = -model.linear - decrease;
+      return is_rendered && model.linear < 0.0 && half_square > 0.0
+                 ? -0.5 * model.linear / half_square
+                 : 1.0;
+    }
+  };
+
+  static bool IsGood(const Trial& trial) {
+    return trial.RelativeDecrease() > kLeastRelativeDecrease;
+  }
+
+  /// Into step_; false if the quadratic model does not fall by it.
+  bool FindStep(double radius) {
     const PairedBlocks& paired = matrix_.paired();
     Vector damping, gradient = paired.Shorten(gradient_), step;
     damping.reserve(paired.NumScalars());
@@ -240,11 +275,8 @@ class SparseRound {
                                                               options_.eta,
                                                               kMaxConjugateSteps,
                                                               step)) {
-      return 0.0;
+      return false;
     }
-    Vector product;
-    matrix_.Multiply(step, product);
-    double linear = Dot(gradient, step), square = Dot(step, product);
     step_.assign(gradient_.size(), 0.0);
     auto next = step.begin();
     paired.ForPaired([&](std::size_t first, std::size_t end) {
@@ -256,11 +288,34 @@ class SparseRound {
       for (std::size_t i = first; i < end; ++i) {
         const double diagonal = matrix_.spread_diagonal()[i];
         step_[i] = -gradient_[i] / (diagonal + Damping(diagonal, radius));
-        linear += gradient_[i] * step_[i];
-        square += diagonal * step_[i] * step_[i];
       }
     });
-    return -linear - 0.5 * square;
+    return ModelOf([this](std::size_t i) { return step_[i]; }).Decrease() > 0.0;
+  }
+
+  /// Of the way whose scalars `way(i)` gives.
+  template <class Way>
+  [[nodiscard]] WayModel ModelOf(const Way& way) const {
+    const PairedBlocks& paired = matrix_.paired();
+    WayModel model;
+    Vector short_way, product;
+    short_way.reserve(paired.NumScalars());
+    paired.ForPaired([&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) {
+        short_way.push_back(way(i));
+        model.linear += gradient_[i] * short_way.back();
+      }
+    });
+    matrix_.Multiply(short_way, product);
+    model.square = Dot(short_way, product);
+    paired.ForSpread([&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) {
+        const double x = way(i);
+        model.linear += gradient_[i] * x;
+        model.square += matrix_.spread_diagonal()[i] * x * x;
+      }
+    });
+    return model;
   }
 
   /// What is added to a cell of the diagonal.
@@ -270,31 +325,55 @@ class SparseRound {
            (radius * scale * scale);
   }
 
-  /// The fall of the cost by the step within the bounds, and the point that was rendered; negative
-  /// if it may not be.
-  double Try(double cost, Vector& trial) {
-    trial = theta_;
-    for (std::size_t i = 0; i < trial.size(); ++i) {
+  /// By `share` of the step, and where the cost says that much less is better, by that. Leaves in
+  /// `share` what would have been best.
+  Trial TryShares(double cost, double& share) {
+    Trial trial = Try(cost, share);
+    if (trial.BestShare() < kWorthATrial) {
+      const double first = share;
+      const double decrease = trial.decrease;
+      const bool is_good = IsGood(trial);
+      share *= std::max(kLeastPart, trial.BestShare());
+      trial = {};  // its memory, before the next one
+      trial = Try(cost, share);
+      if (is_good && !(trial.decrease >= decrease)) {
+        share = first;  // again: what is rendered last is what the problem knows
+        trial = {};
+        trial = Try(cost, share);
+      }
+    }
+    share = std::clamp(share * trial.BestShare(), kLeastShare, 1.0);
+    return trial;
+  }
+
+  /// By a share of the step within the bounds.
+  Trial Try(double cost, double share) {
+    Trial trial;
+    trial.theta = theta_;
+    for (std::size_t i = 0; i < theta_.size(); ++i) {
       const auto [lower, upper] = BoundsOfStep(set_, theta_, i);
-      trial[i] = std::clamp(trial[i] + step_[i], lower, upper);
+      trial.theta[i] = std::clamp(theta_[i] + share * step_[i], lower, upper);
     }
     const auto start = renderer::Clock::now();
-    double decrease = -1.0;
     try {
-      Vector values = set_.ValuesFromTheta(trial);
+      Vector values = set_.ValuesFromTheta(trial.theta);
       const Vector wanted = values;
       if (!options_.restrain || options_.restrain(values)) {
-        problem_.EvalTrial(values);
-        decrease = cost - Cost(trial);
         if (values != wanted) {
-          trial = set_.ThetaFromValues(values);
+          trial.theta = set_.ThetaFromValues(values);
         }
+        problem_.EvalTrial(values);
+        trial.decrease = cost - Cost(trial.theta);
+        trial.is_rendered = true;
       }
     } catch (const renderer::SceneError&) {
       // The step leads out of what can be rendered.
     }
     render_s_ += renderer::SecondsSince(start);
-    return decrease;
+    if (trial.is_rendered) {
+      trial.model = ModelOf([&](std::size_t i) { return trial.theta[i] - theta_[i]; });
+    }
+    return trial;
   }
 
   ImageProblem& problem_;

@@ -30,6 +30,8 @@ struct SolveOptions {
   /// others: most pixels tell them, so that their part of a step has little noise. Sparse normal
   /// equations only.
   double shared_radius_factor = 1.0;
+  /// Of a step by the model, what is tried first. Sparse normal equations only.
+  double step_share = 1.0;
   double eta = 0.01;  ///< relative accuracy of conjugate gradients
   /// Whether a trial (values in units of the scene) may be rendered at all, where it may change it
   /// first: what is rendered and accepted is the changed one. Empty = always.
@@ -42,6 +44,7 @@ struct SolveOutcome {
   int trials = 0;
   double relative_decrease = 0.0;  ///< actual over predicted, of the accepted step
   double radius = 0.0;             ///< of the last trial
+  double step_share = 1.0;         ///< for the next round, by what the trials cost
   double linear_s = 0.0;           ///< wall time outside of rendering
   double render_s = 0.0;           ///< wall time of the trials' renderings
   std::string failure;             ///< the solver's own words if it gave up; empty = it did not

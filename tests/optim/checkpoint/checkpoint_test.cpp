@@ -52,6 +52,7 @@ class CheckpointTest : public testing::Test {
     state.round = 4;
     state.wall_s = 1.0 / 3.0;
     state.radius_factor = 0.1;
+    state.step_share = 0.4;
     state.damping = std::nextafter(1e-3, 1.0);
     state.rejected_in_row = 2;
     state.level = 2;
@@ -127,6 +128,7 @@ TEST_F(CheckpointTest, ReturnsEveryBit) {
   EXPECT_EQ(read.rounds.rows.views[1].residuals, state.rounds.rows.views[1].residuals);
   EXPECT_EQ(read.rounds.rows.views[1].jacobians, state.rounds.rows.views[1].jacobians);
   EXPECT_EQ(read.radius_factor, state.radius_factor);
+  EXPECT_EQ(read.step_share, state.step_share);
   EXPECT_EQ(read.damping, state.damping);
   EXPECT_EQ(read.rejected_in_row, 2);
   EXPECT_EQ(read.level, 2);

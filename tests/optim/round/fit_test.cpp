@@ -176,6 +176,18 @@ TEST_F(FitTest, EndsWhereTheCostNoLongerFallsThoughEachPixelIsNoise) {
   EXPECT_EQ(observer.stages.back().stop_reason, "cost no longer falls");
 }
 
+TEST_F(FitTest, EndsWhereManyUnknownsHardlyFitTheirOwnSamplesBetter) {
+  spec_.linear_solver = optim::LinearSolverChoice::kSparseGram;
+  spec_.stages.resize(1);
+  optim::StageSpec& stage = spec_.stages[0];
+  stage.coarse_to_fine = false;
+  stage.max_rounds = 40;
+  stage.stop_relative_cost = 0.999;
+  RecordingObserver observer;
+  EXPECT_EQ(Fit(observer).rounds, 2) << "means of rounds take six";
+  EXPECT_EQ(observer.stages.back().stop_reason, "cost no longer falls");
+}
+
 TEST_F(FitTest, ContinuesToTheSameBitsAcrossMendedMeshes) {
   spec_.unknowns[0].mesh_detail = optim::MeshDetail::kLevels;
   spec_.stages = {spec_.stages[1]};
@@ -230,6 +242,7 @@ TEST_F(FitTest, RefusesStatesThatNoFitCanHaveWritten) {
   refuses([](optim::FitState& state) { state.round = -1; });
   refuses([](optim::FitState& state) { state.costs.push_back(1.0); });
   refuses([](optim::FitState& state) { state.damping = std::nan(""); });
+  refuses([](optim::FitState& state) { state.step_share = 0.0; });
   refuses([](optim::FitState& state) { state.promised_cost = std::nan(""); });
   refuses([](optim::FitState& state) { state.average.newer.weight = std::nan(""); });
   refuses([](optim::FitState& state) { state.average.newer_start = 2000000000; });
