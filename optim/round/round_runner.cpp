@@ -348,8 +348,8 @@ void CountSigns(const StageContext& context,
   bool needs_more = FitsNoise(state, report.cost_total);  // by the costs before
   state.costs.push_back(report.cost_total);
   // What the scene cannot explain leaves a cost at which badly determined unknowns wander on,
-  // whatever the model promises of each step. Many unknowns lower even the cost of the samples that
-  // their step is made from, which it fits, hardly at all.
+  // whatever the model promises of each step. A step of many unknowns also fits the noise of its
+  // own samples: if even their cost hardly falls, it leads nowhere.
   const bool may_end = stage.stop_relative_cost > 0.0 && report.accepted;
   bool is_flat = may_end && -report.cost_change_rel < stage.stop_relative_cost;
   if (problem.UsesGram()) {

@@ -256,7 +256,8 @@ class SparseRound {
     return trial.RelativeDecrease() > kLeastRelativeDecrease;
   }
 
-  /// Into step_; false if the quadratic model does not fall by it.
+  /// Into step_; false if there is none that lowers the quadratic model. Conjugate gradients lower
+  /// the damped one, and so this one where the step goes down at all.
   bool FindStep(double radius) {
     const PairedBlocks& paired = matrix_.paired();
     Vector damping, gradient = paired.Shorten(gradient_), step;
@@ -290,12 +291,11 @@ class SparseRound {
         step_[i] = -gradient_[i] / (diagonal + Damping(diagonal, radius));
       }
     });
-    return ModelOf([this](std::size_t i) { return step_[i]; }).Decrease() > 0.0;
+    return Dot(gradient_, step_) < 0.0;
   }
 
-  /// Of the way whose scalars `way(i)` gives.
-  template <class Way>
-  [[nodiscard]] WayModel ModelOf(const Way& way) const {
+  [[nodiscard]] WayModel ModelOfWayTo(const Vector& theta) const {
+    const auto way = [&](std::size_t i) { return theta[i] - theta_[i]; };
     const PairedBlocks& paired = matrix_.paired();
     WayModel model;
     Vector short_way, product;
@@ -371,7 +371,7 @@ class SparseRound {
     }
     render_s_ += renderer::SecondsSince(start);
     if (trial.is_rendered) {
-      trial.model = ModelOf([&](std::size_t i) { return trial.theta[i] - theta_[i]; });
+      trial.model = ModelOfWayTo(trial.theta);
     }
     return trial;
   }

@@ -40,8 +40,8 @@ struct SolveOptions {
 
 struct SolveOutcome {
   bool accepted = false;
-  std::vector<double> theta;  ///< the accepted point, or the start
-  int trials = 0;
+  std::vector<double> theta;       ///< the accepted point, or the start
+  int trials = 0;                  ///< radii that were tried
   double relative_decrease = 0.0;  ///< actual over predicted, of the accepted step
   double radius = 0.0;             ///< of the last trial
   double step_share = 1.0;         ///< for the next round, by what the trials cost
@@ -51,7 +51,8 @@ struct SolveOutcome {
 };
 
 /// One Levenberg-Marquardt step from `theta`, where `problem` has been linearised: trials shrink
-/// the radius until one is accepted. Deterministic: one thread, samples fixed. On return
+/// the radius until one is accepted; of sparse normal equations each may be tried again with less
+/// of the step. Deterministic: one thread, samples fixed. On return
 /// problem.costs() are those of the last trial, which is the accepted one if any. Throws what
 /// rendering throws (a SceneError only refuses the trial) and NumericalError if the start cannot be
 /// evaluated.
