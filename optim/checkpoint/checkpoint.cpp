@@ -245,6 +245,7 @@ void VisitFields(State& state, const Visitor& visit) {
   visit("round", state.round);
   visit("level", state.level);
   visit("level_start", state.level_start);
+  visit("restarts", state.restarts);
   visit("accepted", state.accepted);
   visit("growths", state.growths);
   visit("wall_s", state.wall_s);

@@ -48,6 +48,7 @@ struct FitState {
   int round = 0;            ///< finished rounds of the current stage
   int level = 0;            ///< of the stage's image scales (ScalesOfStage), coarsest first
   int level_start = 0;      ///< rounds of the stage before this level
+  int restarts = 0;         ///< of the level, from meshes without needles
   int accepted = 0;         ///< rounds of the stage with a step
   int growths = 0;          ///< of the samples, in the level or, if nothing moves, before it, too
   double wall_s = 0.0;

@@ -42,6 +42,11 @@ std::vector<int> Range(std::size_t count) {
 // what the quadratic model holds for.
 constexpr double kReachOfLogs = 0.1;
 
+// How often a level looks for needles, and begins again without them.
+constexpr int kRoundsPerLook = 5;
+constexpr int kMostRestarts = 2;
+constexpr double kMostRise = 4.0;  // of the cost: points that photos show cost more
+
 int CountMovingVertices(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
   std::size_t sum = 0;
   for (const renderer::ParameterGroup& group : layout.groups()) {
@@ -224,6 +229,7 @@ class FitDriver {
     if (state_.level == 0) {
       state_.damping = kStartDamping;
     }
+    state_.restarts = 0;
     state_.rejected_in_row = 0;
     state_.step_share = 1.0;
     state_.costs.clear();
@@ -422,6 +428,9 @@ class FitDriver {
       if (controls_.cancel != nullptr && controls_.cancel->load() && division_.IsFirst()) {
         throw renderer::Cancelled();
       }
+      if (BeginAgain(stage, context.views, context.image_scale, num_levels)) {
+        return RoundsEnd::kMended;
+      }
       const double before = WallSeconds();
       const bool is_late =
           spec_.time_limit_s > 0.0 && before - earlier_wall_s_ + round_s_ > spec_.time_limit_s;
@@ -474,6 +483,46 @@ class FitDriver {
     state_.scene = std::move(*mended);
     state_.level_scene = state_.scene;
     state_.rounds = RoundSums();  // of other unknowns
+    return true;
+  }
+
+  /// Whether a level before the last begins again, without needles: where the first large steps
+  /// have crumpled a coarse mesh its rounds move nothing more, and finer ones refine the crumples.
+  /// Points that photos show are told from them by what it costs to go without.
+  bool BeginAgain(const StageSpec& stage, const FitViews& views, double scale, int num_levels) {
+    const int rounds = state_.RoundsOfLevel();
+    if (rounds == 0 || rounds % kRoundsPerLook != 0 || state_.restarts >= kMostRestarts ||
+        state_.level + 1 >= num_levels) {
+      return false;
+    }
+    std::optional<renderer::Scene> blunted =
+        BluntSceneOfLevel(state_.scene, spec_, stage.free, views, scale);
+    if (!blunted) {
+      return false;
+    }
+    std::vector<ComparedScene> scenes;
+    scenes.push_back(ToCompare(state_.scene, stage, views));
+    scenes.push_back(ToCompare(*blunted, stage, views));
+    const std::vector<EvaluatedCost> costs =
+        CompareCosts(scenes,
+                     views,
+                     spec_.loss,
+                     evaluation_.Samples(state_.stage, FitEvaluation::kFirstSpp),
+                     division_)
+            .costs;
+    if (costs[1].Total() > kMostRise * costs[0].Total()) {
+      return false;
+    }
+    if (division_.IsFirst()) {
+      observer_.OnMessage("stage '" + stage.name +
+                          "': points one triangle wide, of which photos show nothing, are smoothed "
+                          "away, and the level begins again");
+      state_.scene = std::move(*blunted);
+      const int restarts = state_.restarts + 1;
+      BeginLevel();
+      state_.restarts = restarts;
+    }
+    SaveCheckpoint();
     return true;
   }
 

@@ -182,19 +182,43 @@ class Leveller {
 
   /// False: there is nothing to mend, or it cannot be.
   bool Mend(int index) {
+    // Textures that can be made again wait for the next level: each time they lose some sharpness.
+    if (UsesUvs(levels_.scene, index, {})) return false;
+    return Replace(index, [](const Mesh& mesh, double wanted) {
+      std::optional<Mesh> made = MendEdges(mesh, wanted);
+      if (!made) return made;
+      renderer::Unfold(*made);
+      // New triangles that had to be smoothed that far are worse than worn ones.
+      if (SurfaceDistance(mesh, *made) > kMostMended * wanted) made.reset();
+      return made;
+    });
+  }
+
+  /// False: there are few needles, or none can be taken off.
+  bool Blunt(int index) {
+    return Replace(index, [](const Mesh& mesh, double wanted) -> std::optional<Mesh> {
+      if (renderer::CountNeedles(mesh) < kManyNeedles) return std::nullopt;
+      Mesh made = Remesh(mesh, kBlunting * wanted);
+      renderer::Unfold(made);
+      made = Remesh(made, wanted);
+      renderer::Unfold(made);
+      return made;
+    });
+  }
+
+ private:
+  /// In the place of a mesh what `make` returns for it and the wanted edge. False: nothing, or the
+  /// mesh has to stay.
+  template <class Make>
+  bool Replace(int index, const Make& make) {
     renderer::SceneMesh& item = levels_.scene.meshes[static_cast<std::size_t>(index)];
     const auto topology = renderer::MeshTopology::Build(item.mesh);
     if (!Obstacle(levels_.scene, index, unknowns_, topology).empty()) return false;
-    // Textures that can be made again wait for the next level: each time they lose some sharpness.
-    if (UsesUvs(levels_.scene, index, {})) return false;
     const double wanted = WantedEdge(item);
     if (wanted == 0.0) return false;
     try {
-      std::optional<Mesh> made = MendEdges(item.mesh, wanted);
+      std::optional<Mesh> made = make(item.mesh, wanted);
       if (!made) return false;
-      renderer::Unfold(*made);
-      // New triangles that had to be smoothed that far are worse than worn ones.
-      if (SurfaceDistance(item.mesh, *made) > kMostMended * wanted) return false;
       renderer::ValidateMesh(*made, item.name);
       item.mesh = std::move(*made);
       return true;
@@ -203,7 +227,6 @@ class Leveller {
     }
   }
 
- private:
   void Say(const renderer::SceneMesh& item, const std::string& text) {
     levels_.messages.push_back("mesh '" + item.name + "': " + text);
   }
@@ -238,6 +261,20 @@ class Leveller {
   MeshLevels& levels_;
 };
 
+std::optional<Scene> ReplaceMeshes(const Scene& scene,
+                                   const std::vector<UnknownSpec>& unknowns,
+                                   const std::vector<int>& free,
+                                   const FitViews& views,
+                                   bool (Leveller::*replace)(int)) {
+  MeshLevels levels{scene, {}};
+  Leveller leveller(unknowns, views, levels);
+  bool any = false;
+  for (const int mesh : MeshesOfLevels(unknowns, free)) {
+    any = (leveller.*replace)(mesh) || any;
+  }
+  return any ? std::optional(std::move(levels.scene)) : std::nullopt;
+}
+
 }  // namespace
 
 MeshLevels RefineMeshes(Scene scene,
@@ -256,13 +293,14 @@ std::optional<Scene> MendMeshes(const Scene& scene,
                                 const std::vector<UnknownSpec>& unknowns,
                                 const std::vector<int>& free,
                                 const FitViews& views) {
-  MeshLevels levels{scene, {}};
-  Leveller leveller(unknowns, views, levels);
-  bool mended = false;
-  for (const int mesh : MeshesOfLevels(unknowns, free)) {
-    mended = leveller.Mend(mesh) || mended;
-  }
-  return mended ? std::optional(std::move(levels.scene)) : std::nullopt;
+  return ReplaceMeshes(scene, unknowns, free, views, &Leveller::Mend);
+}
+
+std::optional<Scene> BluntMeshes(const Scene& scene,
+                                 const std::vector<UnknownSpec>& unknowns,
+                                 const std::vector<int>& free,
+                                 const FitViews& views) {
+  return ReplaceMeshes(scene, unknowns, free, views, &Leveller::Blunt);
 }
 
 renderer::MeshFolds CountFolds(const Scene& scene, const renderer::ParameterLayout& layout) {

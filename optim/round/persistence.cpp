@@ -51,10 +51,10 @@ void ValidateState(const FitState& state, const FitSpec& spec, const std::string
           "stage " + std::to_string(state.stage) + "; allowed: 0 to " + std::to_string(num_stages));
   require(state.round >= 0 && state.step >= state.round && state.sequence >= 0 &&
               state.rejected_in_row >= 0 && state.average.newer_start >= 1 && state.level >= 0 &&
-              state.level_start >= 0 && state.level_start <= state.round && state.accepted >= 0 &&
-              state.accepted <= state.round && state.growths >= 0 && state.growths <= state.round &&
-              state.within_error >= 0 && state.still >= 0 && state.flat >= 0 &&
-              state.average.newer_start <= std::max(1, state.RoundsOfLevel()),
+              state.level_start >= 0 && state.restarts >= 0 && state.level_start <= state.round &&
+              state.accepted >= 0 && state.accepted <= state.round && state.growths >= 0 &&
+              state.growths <= state.round && state.within_error >= 0 && state.still >= 0 &&
+              state.flat >= 0 && state.average.newer_start <= std::max(1, state.RoundsOfLevel()),
           "a count of rounds out of range");
   require(state.stage < num_stages || state.round == 0, "rounds after the last stage");
   require(state.wall_s >= 0.0 && std::isfinite(state.wall_s) && state.radius_factor > 0.0 &&

@@ -388,6 +388,13 @@ class Promoter {
   std::map<const UnknownSpec*, bool> is_free_;
 };
 
+/// Of the photos of the fit's stages over those of `scale`.
+double LargestOver(const FitSpec& spec, double scale) {
+  double largest = scale;
+  for (const StageSpec& stage : spec.stages) largest = std::max(largest, stage.image_scale);
+  return largest / scale;
+}
+
 }  // namespace
 
 SceneLevel PromoteSurfaces(const Scene& before,
@@ -406,13 +413,23 @@ SceneLevel SceneOfLevel(const Scene& before,
                         const std::vector<int>& free,
                         const FitViews& views,
                         double scale) {
-  double largest = scale;
-  for (const StageSpec& stage : spec.stages) largest = std::max(largest, stage.image_scale);
   MeshLevels meshes = RefineMeshes(before, spec.unknowns, free, views);
-  SceneLevel level =
-      PromoteSurfaces(before, std::move(meshes.scene), spec.unknowns, free, views, largest / scale);
+  SceneLevel level = PromoteSurfaces(
+      before, std::move(meshes.scene), spec.unknowns, free, views, LargestOver(spec, scale));
   level.messages.insert(level.messages.begin(), meshes.messages.begin(), meshes.messages.end());
   return level;
+}
+
+std::optional<Scene> BluntSceneOfLevel(const Scene& before,
+                                       const FitSpec& spec,
+                                       const std::vector<int>& free,
+                                       const FitViews& views,
+                                       double scale) {
+  std::optional<Scene> meshes = BluntMeshes(before, spec.unknowns, free, views);
+  if (!meshes) return std::nullopt;
+  return PromoteSurfaces(
+             before, std::move(*meshes), spec.unknowns, free, views, LargestOver(spec, scale))
+      .scene;
 }
 
 }  // namespace pathfit::optim

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,13 @@ SceneLevel SceneOfLevel(const renderer::Scene& before,
                         const std::vector<int>& free,
                         const FitViews& views,
                         double scale);
+
+/// That with which a level of crumpled meshes may begin again (BluntMeshes). Empty: none is.
+std::optional<renderer::Scene> BluntSceneOfLevel(const renderer::Scene& before,
+                                                 const FitSpec& spec,
+                                                 const std::vector<int>& free,
+                                                 const FitViews& views,
+                                                 double scale);
 
 inline constexpr double kTexelsPerPixel = 1.0;
 inline constexpr int kLargestTexture = 2048;

@@ -149,4 +149,23 @@ MeshFolds Unfold(Mesh& mesh) {
   return *fewest;
 }
 
+int CountNeedles(const Mesh& mesh) {
+  std::vector<Vec3> sums(mesh.positions.size());
+  std::vector<double> areas(mesh.positions.size(), 0.0);
+  for (const Triangle& triangle : mesh.triangles) {
+    const Vec3 area =
+        Cross(mesh.positions[Index(triangle[1])] - mesh.positions[Index(triangle[0])],
+              mesh.positions[Index(triangle[2])] - mesh.positions[Index(triangle[0])]);
+    for (const std::int32_t v : triangle) {
+      sums[Index(v)] += area;
+      areas[Index(v)] += Norm(area);
+    }
+  }
+  int count = 0;
+  for (std::size_t v = 0; v < sums.size(); ++v) {
+    if (Norm(sums[v]) < kNeedleShare * areas[v]) ++count;
+  }
+  return count;
+}
+
 }  // namespace pathfit::renderer

@@ -34,4 +34,10 @@ MeshFolds Unfold(Mesh& mesh);
 
 inline constexpr int kMaxUnfoldPasses = 24;
 
+/// Vertices at points one triangle wide: the areas around them, as vectors, cancel to less than
+/// kNeedleShare of their sum (a cone of half the angle asin(kNeedleShare) has as much).
+int CountNeedles(const Mesh& mesh);
+
+inline constexpr double kNeedleShare = 0.55;
+
 }  // namespace pathfit::renderer

@@ -57,6 +57,7 @@ class CheckpointTest : public testing::Test {
     state.rejected_in_row = 2;
     state.level = 2;
     state.level_start = 1;
+    state.restarts = 2;
     state.accepted = 3;
     state.within_error = 4;
     state.still = 5;
@@ -133,6 +134,7 @@ TEST_F(CheckpointTest, ReturnsEveryBit) {
   EXPECT_EQ(read.rejected_in_row, 2);
   EXPECT_EQ(read.level, 2);
   EXPECT_EQ(read.level_start, 1);
+  EXPECT_EQ(read.restarts, 2);
   EXPECT_EQ(read.accepted, 3);
   EXPECT_EQ(read.within_error, 4);
   EXPECT_EQ(read.still, 5);

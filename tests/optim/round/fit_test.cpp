@@ -14,6 +14,7 @@
 #include "optim/round/memory_forecast.h"
 #include "optim/round/mesh_levels.h"
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_folds.h"
 #include "tests/optim/round/synthetic_fit.h"
 
 namespace pathfit {
@@ -102,7 +103,10 @@ class FitTest : public testing::Test {
 
   /// Stopped after each round and resumed, the fit ends as it does in one go.
   void ExpectSameBitsFromEveryRound(const FitResult& straight) const {
-    for (int round = 1; round <= straight.rounds; ++round) {
+    ExpectSameBitsFromRounds(1, straight.rounds, straight);
+  }
+  void ExpectSameBitsFromRounds(int first_round, int last_round, const FitResult& straight) const {
+    for (int round = first_round; round <= last_round; ++round) {
       FitControls controls;
       controls.checkpoint_folder = folder_ / std::to_string(round);
       RecordingObserver first;
@@ -203,6 +207,65 @@ TEST_F(FitTest, ContinuesToTheSameBitsAcrossMendedMeshes) {
   // Not the mean over vertices, of which the spike has more now.
   EXPECT_LT(straight.stages.back().cost_after, 0.7 * straight.stages.back().cost_before);
   ExpectSameBitsFromEveryRound(straight);
+}
+
+class NeedleTest : public FitTest {
+ protected:
+  /// A ball with needles: those of one side, which its photo shows, or of the other, and a photo
+  /// that no shape explains.
+  void PullNeedles(bool seen) {
+    start_ = tests::BallScene(1, 2, 64);
+    observations_ = tests::Photograph(start_, 16);
+    spec_.unknowns[0].mesh_detail = optim::MeshDetail::kLevels;
+    spec_.stages = {spec_.stages[1]};
+    spec_.stages[0].free = {0};
+    spec_.stages[0].max_rounds = 15;
+    spec_.stages[0].stop_relative_cost = 0.0;
+    start_ =
+        optim::RefineMeshes(start_, spec_.unknowns, {0}, optim::MakeFitViews(observations_, 0.5))
+            .scene;
+    const renderer::Vec3 to_camera = Normalized(renderer::CameraModel(start_.sensors[0]).Origin());
+    std::vector<renderer::Vec3> pulled;
+    for (renderer::Vec3& p : start_.meshes[0].mesh.positions.Edit()) {
+      const bool is_apart = std::ranges::all_of(
+          pulled, [&p](const renderer::Vec3& other) { return Norm(Normalized(p) - other) > 0.5; });
+      if (is_apart && (Dot(p, to_camera) > 0.0) == seen) {
+        pulled.push_back(Normalized(p));
+        p = p * 1.35;
+      }
+    }
+    if (seen) {
+      observations_ = tests::Photograph(start_, 16);
+    } else {
+      tests::EditPhotos(
+          [](renderer::Image& photo) {
+            for (float& value : photo.data) value *= 0.7F;
+          },
+          observations_);
+    }
+    ASSERT_GE(renderer::CountNeedles(start_.meshes[0].mesh), optim::kManyNeedles);
+  }
+  static bool BeganAgain(const RecordingObserver& observer) {
+    return std::ranges::any_of(observer.messages, [](const std::string& text) {
+      return text.find("the level begins again") != std::string::npos;
+    });
+  }
+};
+
+TEST_F(NeedleTest, OfWhichPhotosShowNothingAreSmoothedAwayInALevelBegunAgain) {
+  PullNeedles(false);
+  RecordingObserver observer;
+  const FitResult straight = Fit(observer);
+  EXPECT_TRUE(BeganAgain(observer));
+  EXPECT_LT(renderer::CountNeedles(straight.scene.meshes[0].mesh), optim::kManyNeedles);
+  ExpectSameBitsFromRounds(4, 7, straight);
+}
+
+TEST_F(NeedleTest, ThatPhotosShowStay) {
+  PullNeedles(true);
+  RecordingObserver observer;
+  Fit(observer);
+  EXPECT_FALSE(BeganAgain(observer));
 }
 
 TEST_F(FitTest, ResumingAFinishedFitReturnsItsScene) {

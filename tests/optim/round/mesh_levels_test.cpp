@@ -206,6 +206,30 @@ TEST_F(MeshLevelsTest, MendsBetweenRoundsWhatMayHaveOtherTriangles) {
   EXPECT_FALSE(mended()) << "has a border";
 }
 
+TEST_F(MeshLevelsTest, BluntsMeshesWithManyNeedles) {
+  const auto blunted = [this] {
+    return optim::BluntMeshes(scene_, vertices_, {0}, optim::MakeFitViews(observations_, 0.5));
+  };
+  scene_ = At(0.5).scene;
+  const double edge = EdgesOf(scene_.meshes[0].mesh).mean;
+  std::vector<Vec3> pulled;
+  for (Vec3& p : scene_.meshes[0].mesh.positions.Edit()) {
+    if (std::ranges::any_of(pulled, [&p](const Vec3& o) { return Norm(p - o) < 0.6; })) continue;
+    EXPECT_FALSE(blunted()) << pulled.size() << " needles";
+    pulled.push_back(p);
+    p = p * 1.3;
+    if (static_cast<int>(pulled.size()) == optim::kManyNeedles) break;
+  }
+  ASSERT_EQ(renderer::CountNeedles(scene_.meshes[0].mesh), optim::kManyNeedles);
+  const auto made = blunted();
+  ASSERT_TRUE(made);
+  EXPECT_LT(renderer::CountNeedles(made->meshes[0].mesh), optim::kManyNeedles);
+  EXPECT_NEAR(EdgesOf(made->meshes[0].mesh).mean, edge, 0.1 * edge);
+  EXPECT_EQ(made->meshes[0].mesh.colors.size(), made->meshes[0].mesh.positions.size());
+  vertices_[0].mesh_detail = MeshDetail::kKeep;
+  EXPECT_FALSE(blunted());
+}
+
 TEST_F(MeshLevelsTest, WhatCannotBeRemeshedStaysAndIsSaid) {
   const auto stays = [this](const std::string& why) {
     const optim::MeshLevels levels = At(1.0);

@@ -209,6 +209,31 @@ TEST_F(SurfaceLevelsTest, BetweenRoundsAMeshWithATextureKeepsItsTriangles) {
   EXPECT_FALSE(optim::MendMeshes(textured, unknowns_, {2}, views).has_value());
 }
 
+TEST_F(SurfaceLevelsTest, BluntedMeshesHaveTheirTexturesMadeAgain) {
+  UnknownSpec& vertices = unknowns_.emplace_back();
+  vertices.name = "ball.vertices";
+  vertices.mesh_detail = optim::MeshDetail::kLevels;
+  optim::FitSpec spec;
+  spec.unknowns = unknowns_;
+  spec.stages.resize(1);
+  const optim::FitViews views = optim::MakeFitViews(observations_, 0.5);
+  const auto blunt = [&](const Scene& scene) {
+    return optim::BluntSceneOfLevel(scene, spec, {2}, views, 0.5);
+  };
+  Scene plain = optim::RefineMeshes(scene_, unknowns_, {2}, views).scene;
+  EXPECT_FALSE(blunt(Promote(plain, 0.5).scene));
+  std::vector<Vec3> pulled;
+  for (Vec3& p : plain.meshes[0].mesh.positions.Edit()) {
+    if (std::ranges::any_of(pulled, [&p](const Vec3& o) { return Norm(p - o) < 0.6; })) continue;
+    pulled.push_back(p);
+    p = p * 1.3;
+  }
+  const auto made = blunt(Promote(plain, 0.5).scene);
+  ASSERT_TRUE(made);
+  renderer::ValidateScene(*made);
+  EXPECT_TRUE(renderer::IsAtlas(*made, 0));
+}
+
 TEST_F(SurfaceLevelsTest, UvsOfTheirOwnAreKept) {
   scene_.meshes[0].mesh = renderer::MakeRectangle();
   scene_.materials[0].vertex_colors = false;

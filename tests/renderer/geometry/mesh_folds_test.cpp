@@ -6,6 +6,7 @@
 
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/mesh_primitives.h"
+#include "renderer/geometry/mesh_topology.h"
 #include "renderer/geometry/triangle_tree.h"
 
 namespace pathfit::renderer {
@@ -46,6 +47,18 @@ TEST(MeshFolds, OfTwoPiecesThatPassThroughEachOther) {
     two.triangles.push_back(t);
   }
   EXPECT_EQ(CountFolds(two).Total(), 0) << "that is how models are built";
+}
+
+TEST(MeshFolds, NeedlesArePointsOneTriangleWide) {
+  Mesh ball = MakeIcosphere(3, 1.0);
+  EXPECT_EQ(CountNeedles(ball), 0);
+  EXPECT_EQ(CountNeedles(MakeCube()), 0);
+  const double edge = MeshTopology::Build(ball).MeanEdgeLength(ball);
+  const Vec3 foot = ball.positions[100];
+  ball.positions[100] = foot * (1.0 + edge);
+  EXPECT_EQ(CountNeedles(ball), 0) << "a cone of half the angle 41 degrees";
+  ball.positions[100] = foot * (1.0 + 1.8 * edge);
+  EXPECT_EQ(CountNeedles(ball), 1) << "of 26 degrees";
 }
 
 TEST(TriangleTree, FindsTheNearestPointAsASearchThroughAllDoes) {
