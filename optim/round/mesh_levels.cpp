@@ -197,7 +197,9 @@ class Leveller {
   /// False: there are few needles, or none can be taken off.
   bool Blunt(int index) {
     return Replace(index, [](const Mesh& mesh, double wanted) -> std::optional<Mesh> {
-      if (renderer::CountNeedles(mesh) < kManyNeedles) return std::nullopt;
+      const double many =
+          std::max(1.0 * kManyNeedles, kManyPerVertex * static_cast<double>(mesh.positions.size()));
+      if (renderer::CountNeedles(mesh) < many) return std::nullopt;
       Mesh made = Remesh(mesh, kBlunting * wanted);
       renderer::Unfold(made);
       made = Remesh(made, wanted);

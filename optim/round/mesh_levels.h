@@ -36,10 +36,10 @@ std::optional<renderer::Scene> MendMeshes(const renderer::Scene& scene,
                                           const FitViews& views);
 
 /// The scene with those of these meshes that noise has crumpled made anew: such as have
-/// kManyNeedles needles or more (renderer::CountNeedles) get edges kBlunting times as long as the
-/// level wants, and then as long, so that what is one triangle wide is gone. Whether photos show it
-/// the caller has to ask. As with RefineMeshes, textures made for them have to be made again.
-/// Empty: there is none. Depends on the arguments only.
+/// kManyNeedles needles (renderer::CountNeedles) or more, and kManyPerVertex, get edges kBlunting
+/// times as long as the level wants, and then as long, so that what is one triangle wide is gone.
+/// Whether photos show it the caller has to ask. As with RefineMeshes, textures made for them have
+/// to be made again. Empty: there is none. Depends on the arguments only.
 std::optional<renderer::Scene> BluntMeshes(const renderer::Scene& scene,
                                            const std::vector<UnknownSpec>& unknowns,
                                            const std::vector<int>& free,
@@ -57,6 +57,7 @@ void UnfoldNew(const renderer::Scene& before,
 inline constexpr double kEdgePixels = 2.5;
 inline constexpr double kMinVertices = 300.0;
 inline constexpr int kManyNeedles = 5;
+inline constexpr double kManyPerVertex = 0.01;
 inline constexpr double kBlunting = 1.6;
 
 }  // namespace pathfit::optim
