@@ -219,8 +219,8 @@ class FitDriver {
     BeginLevel();
   }
 
-  /// On the first rank; the others get the state that it leads to.
-  void BeginLevel() {
+  /// On the first rank; the others get the state that it leads to. `restarts`: of this level.
+  void BeginLevel(int restarts = 0) {
     if (!division_.IsFirst()) {
       return;
     }
@@ -229,7 +229,7 @@ class FitDriver {
     if (state_.level == 0) {
       state_.damping = kStartDamping;
     }
-    state_.restarts = 0;
+    state_.restarts = restarts;
     state_.rejected_in_row = 0;
     state_.step_share = 1.0;
     state_.costs.clear();
@@ -428,7 +428,7 @@ class FitDriver {
       if (controls_.cancel != nullptr && controls_.cancel->load() && division_.IsFirst()) {
         throw renderer::Cancelled();
       }
-      if (BeginAgain(stage, context.views, context.image_scale, num_levels)) {
+      if (BeginAgain(context, stage, num_levels)) {
         return RoundsEnd::kMended;
       }
       const double before = WallSeconds();
@@ -486,30 +486,22 @@ class FitDriver {
     return true;
   }
 
-  /// Whether a level before the last begins again, without needles: where the first large steps
-  /// have crumpled a coarse mesh its rounds move nothing more, and finer ones refine the crumples.
-  /// Points that photos show are told from them by what it costs to go without.
-  bool BeginAgain(const StageSpec& stage, const FitViews& views, double scale, int num_levels) {
+  /// Begins a level before the last again, without needles: where the first large steps have
+  /// crumpled a coarse mesh its rounds gain little, and finer ones refine the crumples. Points that
+  /// photos show are told from them by what it costs to go without. False: it goes on as it is.
+  bool BeginAgain(const StageContext& context, const StageSpec& stage, int num_levels) {
     const int rounds = state_.RoundsOfLevel();
     if (rounds == 0 || rounds % kRoundsPerLook != 0 || state_.restarts >= kMostRestarts ||
         state_.level + 1 >= num_levels) {
       return false;
     }
     std::optional<renderer::Scene> blunted =
-        BluntSceneOfLevel(state_.scene, spec_, stage.free, views, scale);
+        BluntSceneOfLevel(state_.scene, spec_, stage.free, context.views, context.image_scale);
     if (!blunted) {
       return false;
     }
-    std::vector<ComparedScene> scenes;
-    scenes.push_back(ToCompare(state_.scene, stage, views));
-    scenes.push_back(ToCompare(*blunted, stage, views));
     const std::vector<EvaluatedCost> costs =
-        CompareCosts(scenes,
-                     views,
-                     spec_.loss,
-                     evaluation_.Samples(state_.stage, FitEvaluation::kFirstSpp),
-                     division_)
-            .costs;
+        Compare({&state_.scene, &*blunted}, stage, context.views, FitEvaluation::kFirstSpp).costs;
     if (costs[1].Total() > kMostRise * costs[0].Total()) {
       return false;
     }
@@ -518,9 +510,7 @@ class FitDriver {
                           "': points one triangle wide, of which photos show nothing, are smoothed "
                           "away, and the level begins again");
       state_.scene = std::move(*blunted);
-      const int restarts = state_.restarts + 1;
-      BeginLevel();
-      state_.restarts = restarts;
+      BeginLevel(state_.restarts + 1);
     }
     SaveCheckpoint();
     return true;
@@ -595,12 +585,11 @@ class FitDriver {
   bool KeepBest(const StageSpec& stage, const FitViews& views, StageReport& report) {
     std::vector<Candidate> open = StageCandidates(stage, MakeModel(state_.scene, stage, views).set);
     for (const int spp : {FitEvaluation::kFirstSpp, FitEvaluation::kMostSpp}) {
-      std::vector<ComparedScene> scenes;
+      std::vector<const renderer::Scene*> scenes;
       for (const Candidate& candidate : open) {
-        scenes.push_back(ToCompare(candidate.scene, stage, views));
+        scenes.push_back(&candidate.scene);
       }
-      const CostComparison comparison = CompareCosts(
-          scenes, views, spec_.loss, evaluation_.Samples(state_.stage, spp), division_);
+      const CostComparison comparison = Compare(scenes, stage, views, spp);
       const std::vector<EvaluatedCost>& costs = comparison.costs;
       const auto best = static_cast<std::size_t>(
           std::min_element(costs.begin(),
@@ -632,10 +621,17 @@ class FitDriver {
     return false;
   }
 
-  [[nodiscard]] ComparedScene ToCompare(const renderer::Scene& scene,
-                                        const StageSpec& stage,
-                                        const FitViews& views) const {
-    return {evaluation_.MakeSource(scene, {}, views), PriorCostOf(scene, stage, views)};
+  [[nodiscard]] CostComparison Compare(const std::vector<const renderer::Scene*>& scenes,
+                                       const StageSpec& stage,
+                                       const FitViews& views,
+                                       int spp) {
+    std::vector<ComparedScene> compared;
+    for (const renderer::Scene* scene : scenes) {
+      compared.push_back(
+          {evaluation_.MakeSource(*scene, {}, views), PriorCostOf(*scene, stage, views)});
+    }
+    return CompareCosts(
+        compared, views, spec_.loss, evaluation_.Samples(state_.stage, spp), division_);
   }
 
   [[nodiscard]] double PriorCostOf(const renderer::Scene& scene,

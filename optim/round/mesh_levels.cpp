@@ -196,15 +196,16 @@ class Leveller {
 
   /// False: there are few needles, or none can be taken off.
   bool Blunt(int index) {
-    return Replace(index, [](const Mesh& mesh, double wanted) -> std::optional<Mesh> {
-      const double many =
-          std::max(1.0 * kManyNeedles, kManyPerVertex * static_cast<double>(mesh.positions.size()));
-      if (renderer::CountNeedles(mesh) < many) return std::nullopt;
-      Mesh made = Remesh(mesh, kBlunting * wanted);
+    const Mesh& mesh = levels_.scene.meshes[static_cast<std::size_t>(index)].mesh;
+    const double many =
+        std::max(1.0 * kManyNeedles, kManyPerVertex * static_cast<double>(mesh.positions.size()));
+    if (renderer::CountNeedles(mesh) < many) return false;
+    return Replace(index, [](const Mesh& needled, double wanted) {
+      Mesh made = Remesh(needled, kBlunting * wanted);
       renderer::Unfold(made);
       made = Remesh(made, wanted);
       renderer::Unfold(made);
-      return made;
+      return std::optional(std::move(made));
     });
   }
 

@@ -388,11 +388,16 @@ class Promoter {
   std::map<const UnknownSpec*, bool> is_free_;
 };
 
-/// Of the photos of the fit's stages over those of `scale`.
-double LargestOver(const FitSpec& spec, double scale) {
+/// For photos up to the largest of the fit's stages; those of `views` have `scale`.
+SceneLevel PromoteForLevel(const Scene& before,
+                           Scene scene,
+                           const FitSpec& spec,
+                           const std::vector<int>& free,
+                           const FitViews& views,
+                           double scale) {
   double largest = scale;
   for (const StageSpec& stage : spec.stages) largest = std::max(largest, stage.image_scale);
-  return largest / scale;
+  return PromoteSurfaces(before, std::move(scene), spec.unknowns, free, views, largest / scale);
 }
 
 }  // namespace
@@ -414,8 +419,7 @@ SceneLevel SceneOfLevel(const Scene& before,
                         const FitViews& views,
                         double scale) {
   MeshLevels meshes = RefineMeshes(before, spec.unknowns, free, views);
-  SceneLevel level = PromoteSurfaces(
-      before, std::move(meshes.scene), spec.unknowns, free, views, LargestOver(spec, scale));
+  SceneLevel level = PromoteForLevel(before, std::move(meshes.scene), spec, free, views, scale);
   level.messages.insert(level.messages.begin(), meshes.messages.begin(), meshes.messages.end());
   return level;
 }
@@ -427,9 +431,7 @@ std::optional<Scene> BluntSceneOfLevel(const Scene& before,
                                        double scale) {
   std::optional<Scene> meshes = BluntMeshes(before, spec.unknowns, free, views);
   if (!meshes) return std::nullopt;
-  return PromoteSurfaces(
-             before, std::move(*meshes), spec.unknowns, free, views, LargestOver(spec, scale))
-      .scene;
+  return PromoteForLevel(before, std::move(*meshes), spec, free, views, scale).scene;
 }
 
 }  // namespace pathfit::optim

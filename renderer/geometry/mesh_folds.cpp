@@ -153,12 +153,10 @@ int CountNeedles(const Mesh& mesh) {
   std::vector<Vec3> sums(mesh.positions.size());
   std::vector<double> areas(mesh.positions.size(), 0.0);
   for (const Triangle& triangle : mesh.triangles) {
-    const Vec3 area =
-        Cross(mesh.positions[Index(triangle[1])] - mesh.positions[Index(triangle[0])],
-              mesh.positions[Index(triangle[2])] - mesh.positions[Index(triangle[0])]);
+    const TriangleGeometry geometry = GeometryOf(mesh, triangle);
     for (const std::int32_t v : triangle) {
-      sums[Index(v)] += area;
-      areas[Index(v)] += Norm(area);
+      sums[Index(v)] += geometry.n * geometry.double_area;
+      areas[Index(v)] += geometry.double_area;
     }
   }
   int count = 0;

@@ -225,15 +225,10 @@ class NeedleTest : public FitTest {
         optim::RefineMeshes(start_, spec_.unknowns, {0}, optim::MakeFitViews(observations_, 0.5))
             .scene;
     const renderer::Vec3 to_camera = Normalized(renderer::CameraModel(start_.sensors[0]).Origin());
-    std::vector<renderer::Vec3> pulled;
-    for (renderer::Vec3& p : start_.meshes[0].mesh.positions.Edit()) {
-      const bool is_apart = std::ranges::all_of(
-          pulled, [&p](const renderer::Vec3& other) { return Norm(Normalized(p) - other) > 0.5; });
-      if (is_apart && (Dot(p, to_camera) > 0.0) == seen) {
-        pulled.push_back(Normalized(p));
-        p = p * 1.35;
-      }
-    }
+    tests::PullNeedles(start_.meshes[0].mesh, [&](const renderer::Vec3& p) {
+      const double depth = Dot(p, to_camera);
+      return seen ? depth > 0.0 : depth < -0.7;  // not even behind the outline
+    });
     if (seen) {
       observations_ = tests::Photograph(start_, 16);
     } else {

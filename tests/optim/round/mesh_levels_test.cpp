@@ -215,14 +215,15 @@ TEST_F(MeshLevelsTest, BluntsMeshesWithManyNeedles) {
   const auto many = static_cast<int>(std::ceil(
       optim::kManyPerVertex * static_cast<double>(scene_.meshes[0].mesh.positions.size())));
   ASSERT_GT(many, optim::kManyNeedles);
-  std::vector<Vec3> pulled;
-  for (Vec3& p : scene_.meshes[0].mesh.positions.Edit()) {
-    if (std::ranges::any_of(pulled, [&p](const Vec3& o) { return Norm(p - o) < 0.6; })) continue;
-    EXPECT_FALSE(blunted()) << pulled.size() << " needles";
-    pulled.push_back(p);
-    p = p * 1.3;
-    if (static_cast<int>(pulled.size()) == many) break;
+  const auto pull = [&, ball = scene_.meshes[0].mesh](int count) {
+    scene_.meshes[0].mesh = ball;
+    tests::PullNeedles(scene_.meshes[0].mesh, [&count](const Vec3&) { return count-- > 0; });
+  };
+  for (int count = 0; count < many; ++count) {
+    pull(count);
+    EXPECT_FALSE(blunted()) << count << " needles";
   }
+  pull(many);
   ASSERT_EQ(renderer::CountNeedles(scene_.meshes[0].mesh), many);
   const auto made = blunted();
   ASSERT_TRUE(made);

@@ -77,6 +77,12 @@ class SurfaceLevelsTest : public testing::Test {
     return optim::PromoteSurfaces(
         scene, scene, unknowns_, free, optim::MakeFitViews(observations_, scale), 1.0 / scale);
   }
+  /// Unknown 2.
+  void FreeVertices() {
+    UnknownSpec& vertices = unknowns_.emplace_back();
+    vertices.name = "ball.vertices";
+    vertices.mesh_detail = optim::MeshDetail::kLevels;
+  }
   [[nodiscard]] Scene WithOneColour() const {
     Scene scene = scene_;
     scene.materials[0].vertex_colors = false;
@@ -171,9 +177,7 @@ TEST_F(SurfaceLevelsTest, TexturesGrowWithThePhotosAndNeverShrink) {
 
 TEST_F(SurfaceLevelsTest, TexturesFollowTheMeshThroughItsLevels) {
   const Scene before = Promote(scene_, 1.0).scene;
-  UnknownSpec& vertices = unknowns_.emplace_back();
-  vertices.name = "ball.vertices";
-  vertices.mesh_detail = optim::MeshDetail::kLevels;
+  FreeVertices();
   optim::FitSpec spec;
   spec.unknowns = unknowns_;
   spec.stages.resize(1);
@@ -196,9 +200,7 @@ TEST_F(SurfaceLevelsTest, TexturesFollowTheMeshThroughItsLevels) {
 }
 
 TEST_F(SurfaceLevelsTest, BetweenRoundsAMeshWithATextureKeepsItsTriangles) {
-  UnknownSpec& vertices = unknowns_.emplace_back();
-  vertices.name = "ball.vertices";
-  vertices.mesh_detail = optim::MeshDetail::kLevels;
+  FreeVertices();
   const optim::FitViews views = optim::MakeFitViews(observations_, 0.5);
   Scene plain = optim::RefineMeshes(scene_, unknowns_, {2}, views).scene;
   // Stretched to thrice its length, which edges do not bear.
@@ -210,9 +212,7 @@ TEST_F(SurfaceLevelsTest, BetweenRoundsAMeshWithATextureKeepsItsTriangles) {
 }
 
 TEST_F(SurfaceLevelsTest, BluntedMeshesHaveTheirTexturesMadeAgain) {
-  UnknownSpec& vertices = unknowns_.emplace_back();
-  vertices.name = "ball.vertices";
-  vertices.mesh_detail = optim::MeshDetail::kLevels;
+  FreeVertices();
   optim::FitSpec spec;
   spec.unknowns = unknowns_;
   spec.stages.resize(1);
@@ -222,12 +222,7 @@ TEST_F(SurfaceLevelsTest, BluntedMeshesHaveTheirTexturesMadeAgain) {
   };
   Scene plain = optim::RefineMeshes(scene_, unknowns_, {2}, views).scene;
   EXPECT_FALSE(blunt(Promote(plain, 0.5).scene));
-  std::vector<Vec3> pulled;
-  for (Vec3& p : plain.meshes[0].mesh.positions.Edit()) {
-    if (std::ranges::any_of(pulled, [&p](const Vec3& o) { return Norm(p - o) < 0.6; })) continue;
-    pulled.push_back(p);
-    p = p * 1.3;
-  }
+  tests::PullNeedles(plain.meshes[0].mesh);
   const auto made = blunt(Promote(plain, 0.5).scene);
   ASSERT_TRUE(made);
   renderer::ValidateScene(*made);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -43,6 +44,23 @@ inline void Bump(renderer::Scene& scene) {
   for (renderer::Vec3& p : scene.meshes[0].mesh.positions) {
     p = Normalized(p) * BumpRadius(Normalized(p));
   }
+}
+
+/// Pulls vertices of the ball that are far from each other, and where(vertex), out to needles.
+template <class Where>
+void PullNeedles(renderer::Mesh& ball, const Where& where) {
+  std::vector<renderer::Vec3> pulled;
+  for (renderer::Vec3& p : ball.positions) {
+    const bool is_apart = std::ranges::all_of(
+        pulled, [&p](const renderer::Vec3& other) { return Norm(p - other) > 0.5; });
+    if (is_apart && where(p)) {
+      pulled.push_back(p);
+      p = p * 1.35;
+    }
+  }
+}
+inline void PullNeedles(renderer::Mesh& ball) {
+  PullNeedles(ball, [](const renderer::Vec3&) { return true; });
 }
 
 /// Mean distance of the vertices from the bumped ball, along the radius.
