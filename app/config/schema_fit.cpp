@@ -365,7 +365,10 @@ SchemaNode StagesSchema() {
                           "50 000 pixels.") |
                       From(2, kMost),
                   Key("max_spp", &StageSpec::max_spp) |
-                      Doc("Samples per pixel that no round passes.") | From(2, kMost),
+                      Doc("Samples per pixel that no round passes. A stage of many unknowns ends "
+                          "after seven rounds that would have needed more, unless "
+                          "stop.relative_cost is 0.") |
+                      From(2, kMost),
                   Key("spp_growth", &StageSpec::spp_growth) |
                       Doc("Factor of spp from one round to the next that needs more: in stages of "
                           "few unknowns until errors are small, where something moves after a "

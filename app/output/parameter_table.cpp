@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <span>
 #include <variant>
 
 #include "optim/parameter/parameter_set.h"
 #include "optim/parameter/promotion.h"
+#include "renderer/core/indices.h"
 #include "renderer/math/median.h"
 #include "renderer/scene/parameter_layout.h"
 
@@ -28,8 +28,7 @@ renderer::ParameterLayout LayoutOf(const optim::UnknownSpec& unknown, const Scen
     layout.Add(unknown.kind, unknown.object);
     return layout;
   }
-  std::vector<int> sensors(scene.sensors.size());
-  std::iota(sensors.begin(), sensors.end(), 0);
+  const std::vector<int> sensors = renderer::AllIndices(scene.sensors.size());
   for (const optim::SensorGroup& group : optim::GroupsOfSensors(unknown, sensors)) {
     layout.Add(unknown.kind, group.first, group.sharing);
   }

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <numeric>
 #include <variant>
 
 #include "optim/round/exposure_gauge.h"
 #include "renderer/core/error.h"
+#include "renderer/core/indices.h"
 #include "renderer/geometry/mesh_checks.h"
 
 namespace pathfit::optim {
@@ -231,8 +231,7 @@ std::optional<GaugeReport> ReportGauge(const FitSpec& spec,
                                        const ExposureModel& exposure,
                                        const Scene& start,
                                        const Scene& result) {
-  std::vector<int> sensors(result.sensors.size());
-  std::iota(sensors.begin(), sensors.end(), 0);
+  const std::vector<int> sensors = renderer::AllIndices(result.sensors.size());
   std::optional<GaugeReport> report;
   for (const StageSpec& stage : spec.stages) {
     const ParameterSet set(result, spec.unknowns, stage.free, sensors, exposure);

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "optim/problem/pixel_rows.h"
 #include "optim/ranks/film_stream.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
+#include "renderer/core/indices.h"
 
 namespace pathfit::optim {
 namespace {
@@ -202,12 +202,10 @@ ImageCosts FitEvaluation::Report(const SampleHalves& samples,
   }
   const FitViews& views = other ? *other : *views_;
   const auto source = MakeSource(scene, {}, views);
-  std::vector<int> all(views.levels.size());
-  std::iota(all.begin(), all.end(), 0);
   ImageCosts fitted;
   division_.ForEachThing<ReportedView>(
       Division::Kind::kReport,
-      all,
+      renderer::AllIndices(views.levels.size()),
       [&](std::size_t v, const auto& give) {
         give(RenderForReport(*source,
                              views,

@@ -4,7 +4,6 @@
 #include <array>
 #include <chrono>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -26,17 +25,12 @@
 #include "optim/round/texel_fill.h"
 #include "renderer/core/clock.h"
 #include "renderer/core/error.h"
+#include "renderer/core/indices.h"
 #include "renderer/core/process_memory.h"
 #include "renderer/derivative/derivative_limits.h"
 
 namespace pathfit::optim {
 namespace {
-
-std::vector<int> Range(std::size_t count) {
-  std::vector<int> indices(count);
-  std::iota(indices.begin(), indices.end(), 0);
-  return indices;
-}
 
 // Of a stage's last step: logarithms that would go farther are not told, and together they leave
 // what the quadratic model holds for.
@@ -105,8 +99,8 @@ class FitDriver {
         exposure_(MakeExposureModel(start, spec.exposure)),
         all_(start,
              spec.unknowns,
-             Range(spec.unknowns.size()),
-             Range(start.sensors.size()),
+             renderer::AllIndices(spec.unknowns.size()),
+             renderer::AllIndices(start.sensors.size()),
              exposure_),
         free_gains_(FreeGainsOf(spec.unknowns)),
         division_(controls.ranks, controls.cancel),
@@ -275,7 +269,8 @@ class FitDriver {
   }
 
   [[nodiscard]] ParameterSet FreeSet(const renderer::Scene& scene, const StageSpec& stage) const {
-    return {scene, spec_.unknowns, stage.free, Range(scene.sensors.size()), exposure_};
+    return {
+        scene, spec_.unknowns, stage.free, renderer::AllIndices(scene.sensors.size()), exposure_};
   }
 
   [[nodiscard]] bool IsFew(const ParameterSet& set) const {

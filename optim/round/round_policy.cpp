@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "renderer/sampler/counter_rng.h"
@@ -48,12 +49,27 @@ constexpr double kFallOfCoarseLevels = 0.1;
 constexpr double kFittedShare = 0.1;
 constexpr double kWidening = 4.0;  // of a kept radius after a good step
 
+int FirstSamples(const StageSpec& stage) {
+  return stage.samples.spp.value_or(std::min(StageBudget::kUsualSpp, stage.max_spp));
+}
+
 double MeanOf(const std::vector<double>& costs, std::size_t end) {
   double sum = 0.0;
   for (std::size_t i = end - kStopWindow; i < end; ++i) {
     sum += costs[i] / kStopWindow;
   }
   return sum;
+}
+
+/// Rounds of the level that ended with fewer samples than they wanted, since there were as many as
+/// may be; none where samples do not grow.
+int RoundsShortOfSamples(const StageSpec& stage, const FitState& state) {
+  const double growth = static_cast<double>(stage.max_spp) / FirstSamples(stage);
+  if (growth <= 1.0 || stage.spp_growth <= 1.0) {
+    return 0;
+  }
+  const double steps = std::ceil(std::log(growth) / std::log(stage.spp_growth));
+  return std::min(state.RoundsOfLevel(), state.growths) - static_cast<int>(steps);
 }
 
 /// Theta of the mean of two scenes of the same shapes; the rest of `b`.
@@ -122,7 +138,7 @@ bool FitsNoise(const FitState& state, double cost) {
 }
 
 int SamplesOfRound(const StageSpec& stage, int growths, double factor) {
-  const int first = stage.samples.spp.value_or(std::min(StageBudget::kUsualSpp, stage.max_spp));
+  const int first = FirstSamples(stage);
   const double grown = first * std::pow(std::max(1.0, stage.spp_growth), growths);
   const double limited =
       factor * std::min(grown, static_cast<double>(std::max(first, stage.max_spp)));
@@ -238,6 +254,9 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
     if (NoLongerFalls(state.held_out_costs, least)) {
       return "held-out photos gain no more";
     }
+    if (last && RoundsShortOfSamples(stage, state) >= kRoundsShortOfSamples) {
+      return "max_spp samples gain little more";
+    }
   }
   return "";
 }
@@ -246,6 +265,15 @@ bool NoLongerFalls(const std::vector<double>& costs, double least) {
   const std::size_t count = costs.size();
   return count >= 2 * kStopWindow &&
          MeanOf(costs, count) > (1.0 - least) * MeanOf(costs, count - kStopWindow);
+}
+
+bool NoLongerFalls(const std::vector<double>& costs, double least, double over_noise) {
+  if (NoLongerFalls(costs, least)) {
+    return true;
+  }
+  const double of_round = least / kStopWindow;
+  return costs.size() >= 2 && std::numbers::sqrt2 < of_round * over_noise &&
+         costs.back() > (1.0 - of_round) * costs[costs.size() - 2];
 }
 
 void AddIterate(AverageState& average,

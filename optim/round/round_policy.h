@@ -109,11 +109,17 @@ inline constexpr int kRoundsWithinError = 2;
 inline constexpr double kStillPixels = 0.1;
 
 inline constexpr int kStopWindow = 3;
+/// So many rounds of many unknowns, each of which wanted more samples than it may have, end a
+/// stage: they cost most and gain least.
+inline constexpr int kRoundsShortOfSamples = 7;
 inline constexpr int kMaxRejectedRounds = 4;
 
 /// Whether the mean cost of the last kStopWindow rounds is not below that of the ones before by
 /// more than the share `least`; not while there are too few.
 bool NoLongerFalls(const std::vector<double>& costs, double least);
+/// So, or whether the last cost is not below the one before by a round's part of `least`, where
+/// single costs, which are `over_noise` standard deviations each, tell as much.
+bool NoLongerFalls(const std::vector<double>& costs, double least, double over_noise);
 
 /// Adds the scene after round `round` (from 1) with the round's samples as weight, as a mean of the
 /// unknowns of `set`; all else is that of `scene`. A scene of other shapes (SameShapes) begins a

@@ -38,6 +38,7 @@ constexpr double kNothingLeft = 0.05;
 constexpr double kPayingStep = 0.03;
 constexpr double kHidingNoise = 0.5;
 constexpr double kSurelyMore = 10.0;  // standard deviations
+constexpr double kNoDeviation = 1e-300;
 
 using renderer::Clock;
 using renderer::SecondsSince;
@@ -161,12 +162,12 @@ SolveOutcome Solve(const StageContext& context,
   return SolveRound(problem, context.priors, proximal, theta, options);
 }
 
-/// Whether the photos' cost, which is a difference of two sums of `num_channels` squares, stands
-/// out of the noise of that difference.
-bool IsMoreThanNoise(const ImageCosts& costs, double num_channels) {
+/// The photos' cost, which is a difference of two sums of `num_channels` squares, in standard
+/// deviations of that difference.
+double CostOverNoise(const ImageCosts& costs, double num_channels) {
   const double deviation =
       2.0 * std::sqrt(costs.signal_squared * costs.noise_squared / std::max(1.0, num_channels));
-  return costs.signal_squared - costs.noise_squared > kSurelyMore * deviation;
+  return (costs.signal_squared - costs.noise_squared) / std::max(kNoDeviation, deviation);
 }
 
 double Norm(const double* values, int size) {
@@ -353,8 +354,9 @@ void CountSigns(const StageContext& context,
   const bool may_end = stage.stop_relative_cost > 0.0 && report.accepted;
   bool is_flat = may_end && -report.cost_change_rel < stage.stop_relative_cost;
   if (problem.UsesGram()) {
-    is_flat = (is_flat || (may_end && NoLongerFalls(state.costs, stage.stop_relative_cost))) &&
-              IsMoreThanNoise(before, context.views.num_channels);
+    const double over_noise = CostOverNoise(before, context.views.num_channels);
+    is_flat |= may_end && NoLongerFalls(state.costs, stage.stop_relative_cost, over_noise);
+    is_flat &= over_noise > kSurelyMore;
   }
   state.flat = is_flat && !(moves && problem.UsesGram()) ? state.flat + 1 : 0;
   // Small steps that still pay lead on: weakly determined directions move little that is seen.

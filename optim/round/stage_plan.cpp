@@ -1,18 +1,18 @@
 #include "optim/round/stage_plan.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "optim/parameter/parameter_set.h"
 #include "optim/problem/fit_views.h"
 #include "optim/problem/image_problem.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/round_policy.h"
+#include "renderer/core/indices.h"
 
 namespace pathfit::optim {
 namespace {
 
-// Medians of recorded fits: of the first level, those between, and the last.
+// Usual in recorded fits: of the first level, those between, and the last.
 constexpr int kFewRounds = 12;  // a stage that may have no more takes them all
 struct UsualRounds {
   int first, middle, last, only;
@@ -20,7 +20,7 @@ struct UsualRounds {
 constexpr UsualRounds kOfLights = {8, 8, 4, 10};  // few unknowns that move nothing
 constexpr UsualRounds kOfLamps = {5, 2, 5, 10};   // few that move lights only
 constexpr UsualRounds kOfPoses = {6, 3, 14, 10};  // few that move what is seen
-constexpr UsualRounds kOfShapes = {14, 8, 19, 16};
+constexpr UsualRounds kOfShapes = {14, 8, 14, 16};
 // Of few that move something: steps so far out of their error need no more samples.
 constexpr int kClearRounds = 2;
 
@@ -116,8 +116,7 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
                                   const FitSpec& spec) {
   const int side = SmallestSide(observations);
   const ExposureModel exposure = MakeExposureModel(scene, spec.exposure);
-  std::vector<int> all(scene.sensors.size());
-  std::iota(all.begin(), all.end(), 0);
+  const std::vector<int> all = renderer::AllIndices(scene.sensors.size());
   const double small = std::min(1.0, static_cast<double>(kSmallestSideOfShapes) / side);
   const double pixels = MakeFitViews(observations, small).num_channels / (3.0 * small * small);
   std::vector<StagePlan> plans;

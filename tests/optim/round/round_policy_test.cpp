@@ -150,6 +150,34 @@ TEST(StoppingRule, ManyUnknownsEndWhereHeldOutPhotosGainNoMore) {
   EXPECT_EQ(optim::StopReason(stage, state, 1), "") << "never";
 }
 
+TEST(StoppingRule, ManyUnknownsEndSomeRoundsAfterTheirSamplesCouldNotGrow) {
+  optim::StageSpec stage;
+  stage.samples.spp = 8;
+  stage.spp_growth = 1.5;
+  stage.max_spp = 64;  // after six growths
+  optim::FitState state;
+  state.round = 13;
+  for (int i = 0; i < state.round; ++i) state.costs.push_back(std::pow(0.95, i));
+  state.growths = 12;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "");
+  state.growths = 13;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "max_spp samples gain little more");
+  EXPECT_EQ(optim::StopReason(stage, state, 2), "") << "the next level begins with few again";
+  state.level_start = 2;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "") << "rounds of earlier levels do not count";
+  state.level_start = 0;
+  state.rounds.model.weight = 1.0;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "") << "few unknowns end by their errors";
+  state.rounds.model.weight = 0.0;
+  for (const auto change : {+[](optim::StageSpec& s) { s.samples.spp = 64; },
+                            +[](optim::StageSpec& s) { s.spp_growth = 1.0; },
+                            +[](optim::StageSpec& s) { s.stop_relative_cost = 0.0; }}) {
+    optim::StageSpec other = stage;
+    change(other);
+    EXPECT_EQ(optim::StopReason(other, state, 1), "") << "as many as the config says";
+  }
+}
+
 TEST(StoppingRule, CoarseLevelsEndWhenNothingMovesOrTheirShareIsUsed) {
   optim::StageSpec stage;
   stage.max_rounds = 40;
@@ -212,6 +240,15 @@ TEST(ScalesOfStage, WhatMovesOrMakesATextureBeginsWithSmallPhotos) {
   EXPECT_EQ(optim::SampleFactor(stage, 0.125, 1e9, {.moves = true}), 4.0);
   stage.samples.spp = 8;
   EXPECT_EQ(optim::SampleFactor(stage, 0.5, 1e5, {.few = true}), 1.0);
+}
+
+TEST(StoppingRule, SingleCostsTellWhereTheirNoiseIsSmall) {
+  const double least = 0.01;
+  EXPECT_TRUE(optim::NoLongerFalls({1.1, 1.0, 0.998}, least, 1e3));
+  EXPECT_FALSE(optim::NoLongerFalls({1.1, 1.0, 0.998}, least, 1e2)) << "may be noise";
+  EXPECT_FALSE(optim::NoLongerFalls({1.1, 1.0, 0.996}, least, 1e3)) << "1.2 % in three rounds";
+  EXPECT_FALSE(optim::NoLongerFalls({1.0}, least, 1e3));
+  EXPECT_TRUE(optim::NoLongerFalls({1.1, 0.9, 1.0, 1.1, 0.9, 0.995}, least, 1.0)) << "their means";
 }
 
 TEST(StoppingRule, ComparesMeansOfRounds) {
