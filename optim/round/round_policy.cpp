@@ -61,8 +61,8 @@ double MeanOf(const std::vector<double>& costs, std::size_t end) {
   return sum;
 }
 
-/// Rounds of the level that ended with fewer samples than they wanted, since there were as many as
-/// may be; none where samples do not grow.
+/// At least so many rounds of the level wanted more samples than there may be; none where their
+/// number does not grow.
 int RoundsShortOfSamples(const StageSpec& stage, const FitState& state) {
   const double growth = static_cast<double>(stage.max_spp) / FirstSamples(stage);
   if (growth <= 1.0 || stage.spp_growth <= 1.0) {
