@@ -2,6 +2,7 @@
 #include "app/config/experiment_config.h"
 #include "app/config/schema_builders.h"
 #include "optim/prior/prior_terms.h"
+#include "optim/round/round_policy.h"
 
 namespace pathfit::app {
 namespace {
@@ -365,9 +366,10 @@ SchemaNode StagesSchema() {
                           "50 000 pixels.") |
                       From(2, kMost),
                   Key("max_spp", &StageSpec::max_spp) |
-                      Doc("Samples per pixel that no round passes. A stage of many unknowns ends "
-                          "after seven rounds that would have needed more, unless "
-                          "stop.relative_cost is 0.") |
+                      Doc(fmt::format("Samples per pixel that no round passes. A stage of many "
+                                      "unknowns ends after {} rounds that would have needed more, "
+                                      "unless stop.relative_cost is 0.",
+                                      optim::kRoundsShortOfSamples)) |
                       From(2, kMost),
                   Key("spp_growth", &StageSpec::spp_growth) |
                       Doc("Factor of spp from one round to the next that needs more: in stages of "

@@ -61,15 +61,16 @@ double MeanOf(const std::vector<double>& costs, std::size_t end) {
   return sum;
 }
 
-/// At least so many rounds of the level wanted more samples than there may be; none where their
-/// number does not grow.
-int RoundsShortOfSamples(const StageSpec& stage, const FitState& state) {
-  const double growth = static_cast<double>(stage.max_spp) / FirstSamples(stage);
-  if (growth <= 1.0 || stage.spp_growth <= 1.0) {
-    return 0;
-  }
-  const double steps = std::ceil(std::log(growth) / std::log(stage.spp_growth));
-  return std::min(state.RoundsOfLevel(), state.growths) - static_cast<int>(steps);
+/// Per pixel, had they no limit.
+double GrownSamples(const StageSpec& stage, int growths) {
+  return FirstSamples(stage) * std::pow(std::max(1.0, stage.spp_growth), growths);
+}
+
+/// Whether samples that grow have been as many as there may be for so many rounds of the level that
+/// wanted more.
+bool RunsShortOfSamples(const StageSpec& stage, const FitState& state) {
+  const int before = std::min(state.RoundsOfLevel(), state.growths) - kRoundsShortOfSamples;
+  return FirstSamples(stage) < stage.max_spp && GrownSamples(stage, before) >= stage.max_spp;
 }
 
 /// Theta of the mean of two scenes of the same shapes; the rest of `b`.
@@ -139,9 +140,8 @@ bool FitsNoise(const FitState& state, double cost) {
 
 int SamplesOfRound(const StageSpec& stage, int growths, double factor) {
   const int first = FirstSamples(stage);
-  const double grown = first * std::pow(std::max(1.0, stage.spp_growth), growths);
-  const double limited =
-      factor * std::min(grown, static_cast<double>(std::max(first, stage.max_spp)));
+  const double limited = factor * std::min(GrownSamples(stage, growths),
+                                           static_cast<double>(std::max(first, stage.max_spp)));
   return std::max(2, 2 * static_cast<int>(std::lround(0.5 * limited)));
 }
 
@@ -254,7 +254,7 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
     if (NoLongerFalls(state.held_out_costs, least)) {
       return "held-out photos gain no more";
     }
-    if (last && RoundsShortOfSamples(stage, state) >= kRoundsShortOfSamples) {
+    if (last && RunsShortOfSamples(stage, state)) {
       return "max_spp samples gain little more";
     }
   }
