@@ -7,10 +7,12 @@
 #include "app/command/result.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/draft_config.h"
+#include "app/experiment/light_choice.h"
 #include "app/output/fields.h"
 #include "app/output/run_directory.h"
 #include "app/output/terminal.h"
 #include "renderer/core/error.h"
+#include "renderer/core/lower_case.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/mesh_file.h"
@@ -31,28 +33,32 @@ std::string NameOf(fs::path folder) {
   return SafeFileName(folder.filename().string());
 }
 
-Json Describe(const FoundInput& input, const fs::path& config, const std::string& name) {
+Json Describe(const FoundInput& input,
+              const LightChoice& light,
+              const fs::path& config,
+              const std::string& name) {
   const auto& masks = input.options.masks;
-  return {{"config", config.string()},
-          {"name", name},
-          {"photos", input.observations.views.size()},
-          {"photos_without_camera", input.num_without_camera},
-          {"images", input.options.images_dir.string()},
-          {"cameras", input.options.cameras.string()},
-          {"camera_format", input.camera_format},
-          {"masks", input.num_masks},
-          {"masks_inverted", masks.invert},
-          {"mask_agreement", input.mask_agreement ? ToJson(*input.mask_agreement) : Json(nullptr)},
-          {"background_change",
-           input.background_change ? ToJson(*input.background_change) : Json(nullptr)},
-          {"seen", input.observations.assumptions},
-          {"guessed", Json::array({LightGuess(input)})}};
+  return {
+      {"config", config.string()},
+      {"name", name},
+      {"photos", input.observations.views.size()},
+      {"photos_without_camera", input.num_without_camera},
+      {"images", input.options.images_dir.string()},
+      {"cameras", input.options.cameras.string()},
+      {"camera_format", input.camera_format},
+      {"masks", input.num_masks},
+      {"masks_inverted", masks.invert},
+      {"mask_agreement", input.mask_agreement ? ToJson(*input.mask_agreement) : Json(nullptr)},
+      {"background_change", input.background ? ToJson(input.background->change) : Json(nullptr)},
+      {"light", WordOf(light.light)},
+      {"seen", input.observations.assumptions},
+      {"guessed", Json::array({light.reason})}};
 }
 
 struct Options {
   fs::path output, masks, mesh, calibration;
   std::string sfm;    ///< program that finds the cameras; empty: none
-  std::string light;  ///< "world" or "camera"; empty: guessed
+  std::string light;  ///< word of a DraftLight; empty: found
   bool whole = false;
   bool force = false;
 };
@@ -68,9 +74,9 @@ void Declare(OptionList& options, Options& own) {
                "OpenCV calibration of the camera, in place of what the camera file says of it",
                own.calibration);
   options.Word("--light",
-               "world|camera",
-               "Whether it stood still around the object or went with the camera (flash, "
-               "turntable), if photos do not tell",
+               "world|camera|flash",
+               "Whether it stood still around the object, went with the camera from all around "
+               "(turntable), or is a flash on it; else a few small photos are tried with each",
                own.light);
   options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", own.mesh);
   options.Flag("--whole-photos",
@@ -95,6 +101,7 @@ constexpr ResultKey kResult[] = {
     {"background_change",
      "number or null",
      "Share by which the background differs from photo to photo; null without masks"},
+    {"light", "text", "Of the draft: world (stands still), camera (goes with it) or flash"},
     {"seen", "list", "What was found, in words"},
     {"guessed", "list", "What was guessed, in words"}};
 
@@ -140,14 +147,33 @@ void TryToMakeMasks(const fs::path& config,
 }
 
 /// Of a person at a terminal; else, and without an answer, empty.
-std::optional<bool> AskForLight(const CommandContext& context) {
+std::optional<LightChoice> AskForLight(const CommandContext& context) {
   if (context.line.json || !IsAtTerminal()) return std::nullopt;
-  const std::string answer =
-      Ask("Did the light go with the camera (flash), or did the object turn in front of it? [y/n, "
-          "Enter: photos do not say] ");
-  if (answer.starts_with('y') || answer.starts_with('Y')) return true;
-  if (answer.starts_with('n') || answer.starts_with('N')) return false;
+  const std::string answer = renderer::LowerCase(Ask(
+      "Did the light stand still around the object [w], go with the camera, as where the object "
+      "turned before both [c], or is it a flash on the camera [f]? [w/c/f, Enter: photos do not "
+      "say] "));
+  for (const DraftLight light : kDraftLights) {
+    if (answer.starts_with(WordOf(light)[0])) return LightAsSaid(light);
+  }
   return std::nullopt;
+}
+
+/// By what a person or the photos say, or a trial.
+LightChoice ChooseLight(const CommandContext& context,
+                        const Options& own,
+                        const FoundInput& input,
+                        const fs::path& mesh) {
+  for (const DraftLight light : kDraftLights) {
+    if (own.light == WordOf(light)) return LightAsSaid(light);
+  }
+  if (const auto choice = LightBySigns(input)) return *choice;
+  if (input.num_masks > 0 || !mesh.empty()) {
+    context.log.Info("small photos tell whether the light stood still or went with the camera");
+  }
+  if (const auto choice = LightByTrial(input, mesh)) return *choice;
+  if (const auto choice = AskForLight(context)) return *choice;
+  return UsualLight(input);
 }
 
 ExitStatus Run(CommandContext& context, const Options& own) {
@@ -182,13 +208,9 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   if (input.num_masks == 0 && makes_masks) {
     TryToMakeMasks(config, own, context, input);
   }
-  if (!own.light.empty()) input.light_with_camera = own.light == "camera";
-  if (!IsLightKnown(input)) input.light_with_camera = AskForLight(context);
-  const std::string text =
-      DraftConfig(input,
-                  config,
-                  name,
-                  own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal());
+  const fs::path mesh = own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal();
+  const LightChoice light = ChooseLight(context, own, input, mesh);
+  const std::string text = DraftConfig(input, light, config, name, mesh);
   renderer::WriteFileAtomically(config, text);
   static_cast<void>(LoadExperimentConfig(config, {}));  // a draft that is refused is a mistake here
 
@@ -206,10 +228,10 @@ ExitStatus Run(CommandContext& context, const Options& own) {
             : "no masks: the background is fitted, too; masks of the object make its shape "
               "far surer");
   }
-  context.log.Info("guess: " + LightGuess(input));
+  context.log.Info("light: " + light.reason);
   context.log.Info(fmt::format("next: pathfit check {0}, then pathfit fit {0}", config.string()));
   if (line.json) {
-    PrintResult(context, Describe(input, config, name));
+    PrintResult(context, Describe(input, light, config, name));
   } else {
     fmt::print("{}\n", config.string());
   }

@@ -262,6 +262,19 @@ void WarnOfUnseenLights(Experiment& experiment) {
   throw error;
 }
 
+/// What the config says of photos, beside where they are.
+void UsePhotos(const ExperimentConfig& config,
+               optim::ObservationSet photos,
+               Experiment& experiment) {
+  experiment.observations = std::move(photos);
+  std::vector<Problem> problems;
+  SetKnownExposures(config, experiment.observations, problems);
+  SetKnownScale(config, experiment.observations, problems);
+  if (!problems.empty()) throw ConfigError(config.source, problems);
+  experiment.assumptions = experiment.observations.assumptions;
+  UseExifExposures(config, experiment);
+}
+
 /// Photos, cameras and what is known of them.
 void LoadPhotos(const ExperimentConfig& config, optim::Ranks& ranks, Experiment& experiment) {
   std::vector<optim::InputFile> files;
@@ -271,7 +284,7 @@ void LoadPhotos(const ExperimentConfig& config, optim::Ranks& ranks, Experiment&
     options.fixed_camera = BuildSensor(*sensor);
     options.fixed_photos = PhotosOfSensor(config);
   }
-  optim::ObservationSet& observations = experiment.observations;
+  optim::ObservationSet observations;
   if (ranks.IsFirst()) observations = optim::LoadObservations(options, &files);
   if (!ranks.IsAlone()) {
     const optim::Bytes known =
@@ -279,13 +292,8 @@ void LoadPhotos(const ExperimentConfig& config, optim::Ranks& ranks, Experiment&
             .Share(ranks.IsFirst() ? optim::EncodeObservations(observations) : optim::Bytes());
     if (!ranks.IsFirst()) observations = optim::DecodeObservations(known, options);
   }
-  std::vector<Problem> problems;
-  SetKnownExposures(config, experiment.observations, problems);
-  SetKnownScale(config, experiment.observations, problems);
-  if (!problems.empty()) throw ConfigError(config.source, problems);
   for (const optim::InputFile& file : files) experiment.input_files.push_back(file.path);
-  experiment.assumptions = experiment.observations.assumptions;
-  UseExifExposures(config, experiment);
+  UsePhotos(config, std::move(observations), experiment);
 }
 
 void GiveDefaultPriors(const ExperimentConfig& config, Experiment& experiment) {
@@ -349,6 +357,22 @@ void CheckGauge(const ExperimentConfig& config, const renderer::Scene& scene) {
       {{place, "gauge.material", "there is no material '" + name + "'" + NameHint(name, names)}});
 }
 
+/// Scene and unknowns, for the photos that `experiment` has.
+void Complete(const ExperimentConfig& config, Experiment& experiment) {
+  experiment.warnings = UselessValues(config);
+  try {
+    experiment.scene = BuildScene(config, experiment);
+  } catch (const renderer::SceneError& error) {
+    ThrowWithPlace(error, config);
+  }
+  experiment.observations.black_background = !renderer::ShowsEnvironment(experiment.scene);
+  experiment.fit = BuildFitSpec(config, experiment.scene);
+  GiveDefaultPriors(config, experiment);
+  RemarkOnUnknowns(experiment);
+  WarnOfUnseenLights(experiment);
+  experiment.attributions = FindAttributions(experiment.input_files);
+}
+
 }  // namespace
 
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
@@ -380,19 +404,15 @@ Experiment BuildExperiment(const ExperimentConfig& config) {
 
 Experiment BuildExperiment(const ExperimentConfig& config, optim::Ranks& ranks) {
   Experiment experiment;
-  experiment.warnings = UselessValues(config);
   if (config.input) LoadPhotos(config, ranks, experiment);
-  try {
-    experiment.scene = BuildScene(config, experiment);
-  } catch (const renderer::SceneError& error) {
-    ThrowWithPlace(error, config);
-  }
-  experiment.observations.black_background = !renderer::ShowsEnvironment(experiment.scene);
-  experiment.fit = BuildFitSpec(config, experiment.scene);
-  GiveDefaultPriors(config, experiment);
-  RemarkOnUnknowns(experiment);
-  WarnOfUnseenLights(experiment);
-  experiment.attributions = FindAttributions(experiment.input_files);
+  Complete(config, experiment);
+  return experiment;
+}
+
+Experiment BuildExperiment(const ExperimentConfig& config, optim::ObservationSet photos) {
+  Experiment experiment;
+  UsePhotos(config, std::move(photos), experiment);
+  Complete(config, experiment);
   return experiment;
 }
 

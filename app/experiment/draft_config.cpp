@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -16,6 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kSphereShare = 0.5;  // of the ball that fills the pictures
+constexpr std::size_t kCommentWidth = 140;
+constexpr double kFlashShare = 0.04;  // of the distance: from the lens
+constexpr double kFlashIrradiance = 2.0;
+constexpr double kLightBesideFlash = 0.05;
 
 /// As YAML text, relative to the folder of the config if that is near.
 std::string PathText(const fs::path& path, const fs::path& folder) {
@@ -26,18 +31,6 @@ std::string PathText(const fs::path& path, const fs::path& folder) {
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
   return quoted + "'";
-}
-
-bool IsFlashOnCamera(const FoundInput& input) {
-  return input.observations.num_with_flash == static_cast<int>(input.observations.views.size());
-}
-
-bool IsBackgroundStill(const FoundInput& input) {
-  return input.background_change && *input.background_change < kStillBackground;
-}
-
-bool LightGoesWithCamera(const FoundInput& input) {
-  return input.light_with_camera.value_or(IsFlashOnCamera(input) || IsBackgroundStill(input));
 }
 
 std::string MaskLines(const FoundInput& input, const fs::path& folder) {
@@ -102,37 +95,56 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
       digits);
 }
 
+/// In lines that begin with `start`.
+std::string Comment(const std::string& words, const std::string& start) {
+  std::string text = start;
+  std::size_t used = start.size();
+  std::istringstream stream(words);
+  for (std::string word; stream >> word; used += word.size() + 1) {
+    if (used > start.size() && used + word.size() > kCommentWidth) {
+      text.back() = '\n';
+      text += start;
+      used = start.size();
+    }
+    text += word + " ";
+  }
+  text.back() = '\n';
+  return text;
+}
+
+std::string LightLines(const FoundInput& input, DraftLight light, bool masked) {
+  if (light != DraftLight::kFlash) {
+    return fmt::format(
+        "    surroundings: {{type: envmap, size_px: [8, 4], frame: {}, visible: {}}}\n",
+        light == DraftLight::kCamera ? "camera" : "world",
+        !masked);
+  }
+  if (!input.layout) {
+    throw renderer::SceneError(
+        "a flash on the camera starts as bright as its distance from the object asks, but the "
+        "cameras look at no common point; take --light camera");
+  }
+  const double distance = input.layout->distance;
+  return fmt::format(
+      "    # The flash starts a little above the lens; photos tell its place and strength.\n"
+      "    flash: {{type: point, frame: camera, position_m: [0, {:.3g}, 0], intensity: [{:.3g}, "
+      "{:.3g}, {:.3g}]}}\n"
+      "    surroundings: {{type: envmap, size_px: [8, 4], frame: world, visible: {}, init: "
+      "{{constant: [{}, {}, {}]}}}}\n",
+      kFlashShare * distance,
+      kFlashIrradiance * distance * distance,
+      kFlashIrradiance * distance * distance,
+      kFlashIrradiance * distance * distance,
+      !masked,
+      kLightBesideFlash,
+      kLightBesideFlash,
+      kLightBesideFlash);
+}
+
 }  // namespace
 
-bool IsLightKnown(const FoundInput& input) {
-  return input.light_with_camera || IsFlashOnCamera(input) || IsBackgroundStill(input);
-}
-
-std::string LightGuess(const FoundInput& input) {
-  if (input.light_with_camera) {
-    return *input.light_with_camera ? "as was said, the light goes with the camera"
-                                    : "as was said, the light stands still around the object";
-  }
-  if (IsFlashOnCamera(input)) {
-    return "a flash fired in all photos (EXIF): taken to be on the camera";
-  }
-  if (IsBackgroundStill(input)) {
-    return fmt::format(
-        "the background stays as it is (to {:.0f} %) while the view changes: "
-        "the object turned, and the light goes with the camera",
-        100.0 * *input.background_change);
-  }
-  return input.background_change
-             ? fmt::format(
-                   "the background changes from photo to photo (by {:.0f} %): the camera went "
-                   "round the object, taken to be in light that stood still (with a flash on the "
-                   "camera: init --light camera)",
-                   100.0 * *input.background_change)
-             : "nothing tells whether the light goes with the camera; taken to stand still around "
-               "the object (with a flash on the camera or a turntable: init --light camera)";
-}
-
 std::string DraftConfig(const FoundInput& input,
+                        const LightChoice& light,
                         const fs::path& path,
                         const std::string& name,
                         const fs::path& mesh) {
@@ -140,6 +152,7 @@ std::string DraftConfig(const FoundInput& input,
   const auto& views = input.observations.views;
   const renderer::Camera& first = views.front().camera;
   const bool masked = input.options.masks.meaning != optim::MaskMeaning::kNone;
+  const bool has_flash = light.light == DraftLight::kFlash;
   std::string text =
       "# Written by pathfit init. Every setting that is not here has its default "
       "(configs/README.md lists them).\n"
@@ -185,14 +198,11 @@ std::string DraftConfig(const FoundInput& input,
       "  materials:\n"
       "    surface: {model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}  # one colour per "
       "vertex\n"
-      "  lights:\n    # Guess: " +
-      LightGuess(input) +
-      ".\n    # frame: world = the light stands still around the object; camera = it goes with the "
-      "camera (turntable, flash).\n    # A matt surface sees no finer light than this.\n";
-  text +=
-      fmt::format("    surroundings: {{type: envmap, size_px: [8, 4], frame: {}, visible: {}}}\n",
-                  LightGoesWithCamera(input) ? "camera" : "world",
-                  !masked);
+      "  lights:\n" +
+      Comment("Guess: " + light.reason + ".", "    # ") +
+      "    # frame: world = the light stands still around the object; camera = it goes with the "
+      "camera (turntable, flash).\n    # A matt surface sees no finer light than this.\n" +
+      LightLines(input, light.light, masked);
   text += fmt::format(
       "\n# What may change, in these stages one after the other.\n"
       "unknowns:\n"
@@ -204,15 +214,18 @@ std::string DraftConfig(const FoundInput& input,
       "coloured.\n"
       "  surroundings.texels: {{priors: [{{log_smooth: {{weight: {}}}}}, {{neutral: {{weight: "
       "0.001}}}}]}}\n"
+      "{}"
       "  exposure: {{}}\n"
       "  # A lens that is not known to a pixel may change, too: one for all photos of a size.\n"
       "  # camera.focal: {{}}\n"
       "  # camera.principal_point: {{}}\n"
       "  # camera.vignetting: {{}}\n"
       "\nstages:\n"
-      "  - {{name: light, free: [surroundings.texels, exposure]}}\n"
+      "  - {{name: light, free: [{}surroundings.texels, exposure]}}\n"
       "  - {{name: all, free: all}}\n",
-      optim::kDefaultLogSmooth);
+      optim::kDefaultLogSmooth,
+      has_flash ? "  flash.intensity: {}\n  flash.position: {}\n" : "",
+      has_flash ? "flash.intensity, " : "");
   return text;
 }
 

@@ -30,6 +30,8 @@ struct Experiment {
 /// Loads photos, meshes and images and builds the scene. Throws IoError and SceneError, each naming
 /// the file or object, and ConfigError as ReadUnknowns.
 Experiment BuildExperiment(const ExperimentConfig& config);
+/// The same with photos that were loaded already.
+Experiment BuildExperiment(const ExperimentConfig& config, optim::ObservationSet photos);
 /// The same on all ranks at once: the first reads all photos and says what there is, the others
 /// read what they come to need. Their input_files are incomplete.
 Experiment BuildExperiment(const ExperimentConfig& config, optim::Ranks& ranks);

@@ -1,6 +1,7 @@
 #include "app/experiment/input_search.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -33,7 +34,7 @@ constexpr double kUsefulMasks = 0.5;  // share of the photos
 constexpr int kSmallPx = 48;          // width at which backgrounds are compared
 constexpr double kRim = 0.12;         // of the width: background of photos without masks
 constexpr std::size_t kFewestNumbers = 120;
-constexpr double kDark = 0.01;  // linear; a black background is a still one
+constexpr double kDark = 0.01;  // linear
 
 bool IsFolder(const fs::path& path) {
   std::error_code ignored;
@@ -227,32 +228,39 @@ Small MakeSmall(const optim::View& view) {
   return small;
 }
 
-/// Median over pairs of neighbouring views of the median over pixels, at equal exposures.
-std::optional<double> BackgroundChange(const optim::ObservationSet& observations) {
+/// Medians over pairs of neighbouring views.
+std::optional<Background> FindBackground(const optim::ObservationSet& observations) {
   const auto& views = observations.views;
   const auto gain = [&](std::size_t view) {
     return std::exp2(static_cast<double>(views[view].exif_ev));
   };
-  std::vector<double> changes;
+  std::vector<double> changes, structures;
   for (std::size_t i = 0; i + 1 < views.size(); ++i) {
     const Small a = MakeSmall(views[i]), b = MakeSmall(views[i + 1]);
     if (a.photo.data.size() != b.photo.data.size()) continue;
-    std::vector<double> differences, brightness;
+    std::vector<double> differences, brightness, deviations;
+    std::array<std::vector<double>, 3> channels;
     for (std::size_t p = 0; p < a.background.data.size(); ++p) {
       if (a.background.data[p] * b.background.data[p] == 0.0F) continue;
-      for (std::size_t c = 3 * p; c < 3 * p + 3; ++c) {
-        const auto u = static_cast<double>(a.photo.data[c]) / gain(i);
-        const auto v = static_cast<double>(b.photo.data[c]) / gain(i + 1);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto u = static_cast<double>(a.photo.data[3 * p + c]) / gain(i);
+        const auto v = static_cast<double>(b.photo.data[3 * p + c]) / gain(i + 1);
+        channels[c].push_back(u);
         differences.push_back(std::abs(u - v));
         brightness.push_back(0.5 * (u + v));
       }
     }
     if (differences.size() < kFewestNumbers) continue;
-    changes.push_back(renderer::Median(differences) /
-                      std::max(kDark, renderer::Median(brightness)));
+    for (std::vector<double>& values : channels) {
+      const double middle = renderer::Median(values);
+      for (const double value : values) deviations.push_back(std::abs(value - middle));
+    }
+    const double bright = std::max(kDark, renderer::Median(brightness));
+    changes.push_back(renderer::Median(differences) / bright);
+    structures.push_back(renderer::Median(deviations) / bright);
   }
   if (changes.empty()) return std::nullopt;
-  return renderer::Median(changes);
+  return Background{renderer::Median(changes), renderer::Median(structures)};
 }
 
 class InputFinder {
@@ -280,7 +288,7 @@ class InputFinder {
     std::vector<renderer::Camera> sensors;
     for (const optim::View& view : input_.observations.views) sensors.push_back(view.camera);
     input_.layout = FindCameraLayout(sensors);
-    input_.background_change = BackgroundChange(input_.observations);
+    input_.background = FindBackground(input_.observations);
     return std::move(input_);
   }
 
@@ -424,7 +432,7 @@ bool MakeMasks(const fs::path& folder, FoundInput& input) {
   masks.folder = folder;
   masks.meaning = optim::MaskMeaning::kSilhouette;
   input.observations = optim::LoadObservations(input.options);
-  input.background_change = BackgroundChange(input.observations);
+  input.background = FindBackground(input.observations);
   return true;
 }
 

@@ -18,6 +18,17 @@ struct InputPlaces {
   std::filesystem::path calibration = {};  ///< OpenCV's; what is empty is as the camera file says
 };
 
+/// What photos show beside the object. Numbers are over its brightness, medians.
+struct Background {
+  double change = 0.0;     ///< between neighbouring photos, at equal pixels and exposures
+  double structure = 0.0;  ///< between a pixel and the middle of its photo
+  [[nodiscard]] bool IsStill() const { return change < kStill; }
+  /// So, and not only because there is nothing in it that could change: the noise of an even
+  /// background changes it by 1.4 times its structure.
+  [[nodiscard]] bool ShowsThatItIsStill() const { return IsStill() && 1.5 * change < structure; }
+  static constexpr double kStill = 0.1;
+};
+
 /// Photos with cameras and masks, as they were found and loaded.
 struct FoundInput {
   /// Complete but for `masks.erode_px`; `masks.meaning` is kNone where no masks were found.
@@ -29,12 +40,7 @@ struct FoundInput {
   std::optional<double> mask_agreement;  ///< of masks that were made (optim::ObjectMasks)
   optim::ObservationSet observations;
   std::optional<CameraLayout> layout;
-  /// Difference of the background between neighbouring photos over its brightness, at equal pixels
-  /// (medians); empty if there is too little background. Small: camera and surroundings
-  /// stood still, and the object turned.
-  std::optional<double> background_change;
-  /// Whether the light goes with the camera, as a person says; empty: to be guessed.
-  std::optional<bool> light_with_camera;
+  std::optional<Background> background;  ///< empty if there is too little of it
 };
 
 /// Looks for cameras in the folder of the photos, its `sparse`, `colmap` and other folders, and two
@@ -51,8 +57,5 @@ inline constexpr double kDissent = 0.1;
 /// on with them. False if the photos do not tell the object from its background, or show it from
 /// one side only; nothing is written then. Throws IoError when they cannot be written.
 bool MakeMasks(const std::filesystem::path& folder, FoundInput& input);
-
-/// A background that changes less stands still.
-inline constexpr double kStillBackground = 0.1;
 
 }  // namespace pathfit::app

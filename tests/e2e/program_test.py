@@ -391,26 +391,30 @@ class Program(unittest.TestCase):
         def answered(line):
             config.unlink(missing_ok=True)
             ours, theirs = pty.openpty()
-            process = subprocess.Popen([PATHFIT, "init", photos, "-o", config], stdin=theirs, stdout=subprocess.DEVNULL,
+            process = subprocess.Popen([PATHFIT, "init", photos, "-o", config, "--whole-photos"], stdin=theirs, stdout=subprocess.DEVNULL,
                                        stderr=theirs)
             os.write(ours, line)
             self.assertEqual(process.wait(timeout=120), 0)
             said = os.read(ours, 1 << 20).decode()
             os.close(ours)
             os.close(theirs)
-            self.assertIn("Did the light go with the camera", said)
+            self.assertIn("Did the light stand still", said)
             return config.read_text()
 
-        self.assertIn("frame: camera", answered(b"y\n").split("surroundings:")[1])
-        self.assertIn("frame: world", answered(b"n\n").split("surroundings:")[1])
+        self.assertIn("frame: camera", answered(b"c\n").split("surroundings:")[1])
+        self.assertIn("frame: world", answered(b"W\n").split("surroundings:")[1])
         self.assertIn("frame: world", answered(b"\n").split("surroundings:")[1])
+        self.assertIn("flash.intensity: {}", answered(b"flash\n"))
         config.unlink()
-        unasked = run("init", photos, "-o", config)
+        unasked = run("init", photos, "-o", config, "--whole-photos")
         self.assertNotIn("Did the light", unasked.stderr)
         self.assertIn("the background changes from photo to photo", unasked.stderr)
-        told = run("init", photos, "-o", config, "--force", "--light", "camera")
-        self.assertEqual(told.returncode, 0, told.stderr)
-        self.assertIn("frame: camera", config.read_text().split("surroundings:")[1])
+        for light, part in ("camera", "frame: camera, visible"), ("flash", "flash: {type: point, frame: camera"):
+            told = run("init", photos, "-o", config, "--force", "--light", light, "--json", "--whole-photos")
+            self.assertEqual(told.returncode, 0, told.stderr)
+            self.assertEqual(json.loads(told.stdout)["light"], light)
+            self.assertIn(part, config.read_text())
+            self.assertEqual(run("check", config, "-o", self.folder / "check.html").returncode, 0)
 
     def test_hopeless_input_is_refused_or_warned_of(self):
         away = run("check", DEMO, "--set", "scene.geometry.axe.transform={translate_m: [50, 0, 0]}")

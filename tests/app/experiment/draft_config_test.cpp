@@ -63,9 +63,10 @@ class DraftConfigTest : public ::testing::Test {
     }
   }
   /// The experiment of the draft for this input.
-  [[nodiscard]] Experiment Built(const FoundInput& input) const {
+  [[nodiscard]] Experiment Built(const FoundInput& input,
+                                 DraftLight light = DraftLight::kWorld) const {
     const fs::path path = top() / "draft.yaml";
-    std::ofstream(path) << DraftConfig(input, path, "ball", {});
+    std::ofstream(path) << DraftConfig(input, LightAsSaid(light), path, "ball", {});
     return BuildExperiment(LoadExperimentConfig(path, {}));
   }
   [[nodiscard]] static std::string Refusal(const InputPlaces& places) {
@@ -113,7 +114,7 @@ TEST_F(DraftConfigTest, FindsPhotosCamerasAndMasks) {
 TEST_F(DraftConfigTest, NamesTheLensWhichMayChangeToo) {
   WriteSet(top(), Cameras::kTransforms);
   const fs::path path = top() / "draft.yaml";
-  std::string text = DraftConfig(FindInput({.photos = top()}), path, "ball", {});
+  std::string text = DraftConfig(FindInput({.photos = top()}), UsualLight({}), path, "ball", {});
   for (std::size_t at = 0; (at = text.find("# camera.", at)) != std::string::npos;) {
     text.erase(at, 2);
   }
@@ -157,7 +158,7 @@ TEST_F(DraftConfigTest, MakesMasksOfWhatTheCamerasLookAt) {
     const Image made = input.observations.views[i].mask.Unpack();
     EXPECT_GT(optim::MaskIou(made, views_[i].mask.Unpack()), 0.9) << names_[i];
   }
-  const std::string draft = DraftConfig(input, top() / "draft.yaml", "ball", {});
+  const std::string draft = DraftConfig(input, UsualLight({}), top() / "draft.yaml", "ball", {});
   EXPECT_TRUE(Says(draft, "masks: {path: made, meaning: silhouette}")) << draft;
   EXPECT_TRUE(Says(draft, "visual_hull: {dissent: 0.1}")) << draft;
   EXPECT_EQ(Built(input).scene.meshes.size(), 1U);
@@ -197,29 +198,78 @@ TEST_F(DraftConfigTest, TakesPlacesThatAreNamed) {
   EXPECT_EQ(Built(input).input_files.size(), std::size_t{1 + 2 * kViews});
 }
 
-TEST_F(DraftConfigTest, GuessesWhoTurned) {
+TEST_F(DraftConfigTest, ABackgroundShowsWhoTurned) {
   WriteSet(top(), Cameras::kTransforms);
   WriteMasks(top() / "masks", false);
-  const auto repaint = [&](bool still) {  // the background
+  const auto repaint = [&](auto grey) {  // the background: grey(photo, column)
     for (std::size_t i = 0; i < kViews; ++i) {
       Image photo = views_[i].photo.Unpack();
       const Image mask = views_[i].mask.Unpack();
-      for (std::size_t p = 0; p < mask.data.size(); ++p) {
-        if (mask.data[p] > 0.0F) continue;
-        for (std::size_t c = 0; c < 3; ++c)
-          photo.data[3 * p + c] = still ? 0.5F : 0.1F + 0.15F * static_cast<float>(i);
+      for (int y = 0; y < photo.height; ++y) {
+        for (int x = 0; x < photo.width; ++x) {
+          if (mask.At(x, y, 0) > 0.0F) continue;
+          for (int c = 0; c < 3; ++c) photo.At(x, y, c) = grey(static_cast<float>(i), x);
+        }
       }
       renderer::WritePng8(top() / paths_[i], EncodedImage(photo));
     }
+    return *FindInput({.photos = top()}).background;
   };
-  repaint(true);
+  const Background curtain =
+      repaint([](float, int x) { return 0.2F + 0.05F * static_cast<float>(x % 12); });
+  EXPECT_TRUE(curtain.IsStill());
+  EXPECT_TRUE(curtain.ShowsThatItIsStill());
+  const Background even = repaint([](float, int) { return 0.5F; });
+  EXPECT_TRUE(even.IsStill());
+  EXPECT_FALSE(even.ShowsThatItIsStill()) << "an even one looks so from everywhere";
+  const Background changes = repaint([](float i, int) { return 0.1F + 0.15F * i; });
+  EXPECT_FALSE(changes.IsStill());
+}
+
+TEST_F(DraftConfigTest, AFlashThatFiredInAllPhotosIsOnTheCamera) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "masks", false);
+  const auto write = [&](std::size_t i, std::uint16_t flash) {
+    folder_.WriteText(
+        paths_[i],
+        optim::WithExif(renderer::EncodeJpeg(EncodedImage(views_[i].photo.Unpack()), 95),
+                        optim::ExifBlock({.flash = flash})));
+  };
+  for (std::size_t i = 0; i < kViews; ++i) write(i, 0x19);
+  const FoundInput input = FindInput({.photos = top()});
+  const auto choice = LightBySigns(input);
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->light, DraftLight::kFlash);
+  EXPECT_TRUE(Says(choice->reason, "a flash fired in all photos"));
+  write(2, 0x18);  // it did not fire in one
+  const auto other = LightBySigns(FindInput({.photos = top()}));
+  EXPECT_TRUE(!other || !Says(other->reason, "flash fired"));
+}
+
+TEST_F(DraftConfigTest, WritesEachLight) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "masks", false);
   FoundInput input = FindInput({.photos = top()});
-  EXPECT_LT(*input.background_change, kStillBackground);
-  EXPECT_EQ(Built(input).scene.emitters[0].frame, renderer::LightFrame::kCamera);
-  repaint(false);
-  input = FindInput({.photos = top()});
-  EXPECT_GT(*input.background_change, kStillBackground);
-  EXPECT_EQ(Built(input).scene.emitters[0].frame, renderer::LightFrame::kWorld);
+  for (const DraftLight light : {DraftLight::kWorld, DraftLight::kCamera}) {
+    const Experiment experiment = Built(input, light);
+    ASSERT_EQ(experiment.scene.emitters.size(), 1U);
+    EXPECT_EQ(experiment.scene.emitters[0].frame == renderer::LightFrame::kCamera,
+              light == DraftLight::kCamera);
+  }
+  const Experiment flash = Built(input, DraftLight::kFlash);
+  ASSERT_EQ(flash.scene.emitters.size(), 2U);
+  EXPECT_EQ(flash.scene.emitters[0].frame, renderer::LightFrame::kCamera);
+  EXPECT_EQ(flash.scene.emitters[1].frame, renderer::LightFrame::kWorld);
+  EXPECT_EQ(flash.fit.unknowns.size(), 6U);
+  EXPECT_EQ(flash.fit.stages.front().free.size(), 3U);
+  EXPECT_EQ(flash.fit.stages.back().free.size(), 6U);
+
+  const std::string text = DraftConfig(
+      input, {DraftLight::kWorld, std::string(300, 'a') + " long word"}, top() / "a.yaml", "a", {});
+  EXPECT_TRUE(Says(text, "    # long word.\n")) << "long lines are broken";
+  input.layout.reset();
+  EXPECT_THROW(DraftConfig(input, LightAsSaid(DraftLight::kFlash), top() / "a.yaml", "a", {}),
+               renderer::SceneError);
 }
 
 TEST_F(DraftConfigTest, AFolderWithoutPicturesHasNoCamerasAboveIt) {
@@ -227,40 +277,6 @@ TEST_F(DraftConfigTest, AFolderWithoutPicturesHasNoCamerasAboveIt) {
   fs::create_directories(top() / "empty");
   EXPECT_TRUE(Says(Refusal({.photos = top() / "empty"}), "no cameras were found"));
   EXPECT_EQ(FindInput({.photos = top() / "images"}).observations.views.size(), std::size_t{kViews});
-}
-
-TEST_F(DraftConfigTest, LightGoesWithTheCameraAsExifOrAPersonSays) {
-  WriteSet(top(), Cameras::kTransforms);
-  WriteMasks(top() / "masks", false);
-  const auto write = [&](std::size_t i, std::uint16_t flash) {
-    Image photo = EncodedImage(views_[i].photo.Unpack());
-    const Image mask = views_[i].mask.Unpack();
-    for (std::size_t c = 0; c < photo.data.size(); ++c) {  // a background that changes
-      if (mask.data[c / 3] == 0.0F) photo.data[c] = 0.2F + 0.15F * static_cast<float>(i % 5);
-    }
-    folder_.WriteText(
-        paths_[i],
-        optim::WithExif(renderer::EncodeJpeg(photo, 95), optim::ExifBlock({.flash = flash})));
-  };
-  for (std::size_t i = 0; i < kViews; ++i) write(i, 0);
-  const auto frame = [&](const FoundInput& input) { return Built(input).scene.emitters[0].frame; };
-  FoundInput input = FindInput({.photos = top()});
-  EXPECT_FALSE(IsLightKnown(input));
-  EXPECT_EQ(frame(input), renderer::LightFrame::kWorld);
-  input.light_with_camera = true;
-  EXPECT_TRUE(IsLightKnown(input));
-  EXPECT_EQ(frame(input), renderer::LightFrame::kCamera);
-
-  for (std::size_t i = 0; i < kViews; ++i) write(i, 0x19);
-  input = FindInput({.photos = top()});
-  EXPECT_TRUE(IsLightKnown(input));
-  EXPECT_TRUE(Says(LightGuess(input), "a flash fired in all photos"));
-  EXPECT_EQ(frame(input), renderer::LightFrame::kCamera);
-  input.light_with_camera = false;
-  EXPECT_EQ(frame(input), renderer::LightFrame::kWorld);
-
-  write(2, 0x18);  // it did not fire in one
-  EXPECT_FALSE(IsLightKnown(FindInput({.photos = top()})));
 }
 
 bool AnySays(const std::vector<std::string>& texts, const std::string& part) {
@@ -280,7 +296,7 @@ TEST_F(DraftConfigTest, ExposuresStartAsExifSays) {
   const FoundInput input = FindInput({.photos = top()});
   EXPECT_TRUE(AnySays(input.observations.assumptions, "they differ by 1 EV"));
   const fs::path config = top() / "draft.yaml";
-  const std::string text = DraftConfig(input, config, "ball", {});
+  const std::string text = DraftConfig(input, UsualLight({}), config, "ball", {});
   EXPECT_TRUE(Says(text, "which starts as EXIF says"));
   const auto gains = [&](std::string changed, const std::string& old, const std::string& now) {
     for (auto at = changed.find(old); at != std::string::npos; at = changed.find(old)) {
@@ -312,7 +328,7 @@ TEST_F(DraftConfigTest, ExposuresStartAsExifSays) {
                       optim::WithExif(renderer::EncodeJpeg(photo, 95),
                                       optim::ExifBlock({.time = {i % 2 + 1, 60}})));
   }
-  EXPECT_LT(*FindInput({.photos = top()}).background_change, kStillBackground);
+  EXPECT_TRUE(FindInput({.photos = top()}).background->IsStill());
 
   // One photo whose block is cut off: all as without EXIF.
   write(3, optim::ExifBlock({}).substr(0, 50));
@@ -329,10 +345,10 @@ TEST(DraftConfig, PlacesTheSphereOfFarAwayCamerasToItsRadius) {
   input.observations.views.resize(1);
   input.layout = CameraLayout{.centre = {500123.456, 4649776.25, 12.5}, .distance = 8.0};
   input.layout->radius = 2.0;
-  EXPECT_TRUE(Says(DraftConfig(input, "/set/a.yaml", "a", {}),
+  EXPECT_TRUE(Says(DraftConfig(input, UsualLight({}), "/set/a.yaml", "a", {}),
                    "translate_m: [500123.46, 4649776.25, 12.50]"));
   input.layout->radius = 2e-3;
-  EXPECT_TRUE(Says(DraftConfig(input, "/set/a.yaml", "a", {}), "500123.45600,"));
+  EXPECT_TRUE(Says(DraftConfig(input, UsualLight({}), "/set/a.yaml", "a", {}), "500123.45600,"));
 }
 
 TEST_F(DraftConfigTest, FindsRawPhotosBesideJpegsByWhatTheCameraFileNames) {
@@ -347,11 +363,12 @@ TEST_F(DraftConfigTest, FindsRawPhotosBesideJpegsByWhatTheCameraFileNames) {
   const FoundInput beside = FindInput({.photos = top() / "set"});
   EXPECT_EQ(beside.num_without_camera, 0U) << "each photo is there twice";
   EXPECT_EQ(beside.observations.views[0].files.photo.extension(), ".png");
-  EXPECT_FALSE(Says(DraftConfig(beside, top() / "a.yaml", "a", {}), "RAW"));
+  EXPECT_FALSE(Says(DraftConfig(beside, UsualLight({}), top() / "a.yaml", "a", {}), "RAW"));
   for (const std::string& name : names_) fs::remove(top() / "set/images" / name);
   const FoundInput alone = FindInput({.photos = top() / "set"});
   EXPECT_EQ(alone.observations.views[0].files.photo.extension(), ".DNG");
-  EXPECT_TRUE(Says(DraftConfig(alone, top() / "a.yaml", "a", {}), "6 RAW, white balance"));
+  EXPECT_TRUE(
+      Says(DraftConfig(alone, UsualLight({}), top() / "a.yaml", "a", {}), "6 RAW, white balance"));
 }
 
 TEST_F(DraftConfigTest, SaysWhatIsMissing) {
