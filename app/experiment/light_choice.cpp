@@ -26,10 +26,25 @@ constexpr double kClearlyBetter = 1.0;
 constexpr double kHardlyWorse = 0.5;
 constexpr std::size_t kTrialPhotos = 24;
 constexpr double kTrialSide = 64.0;  // pixels, the longer one
+constexpr int kTrialErosion = 1;     // the start's outline is not yet that of the masks
 constexpr int kTrialRounds = 20;
 constexpr int kTrialSpp = 8;
 constexpr int kTrialResolution = 32;  // of the hull, as fine as those photos
-constexpr int kTrialTriangles = 4000;
+constexpr int kTrialTriangles = 2000;
+
+/// As small as its trial needs it, once for all of them.
+optim::View Reduced(const optim::View& view, const optim::ObservationSet& of) {
+  const double side = std::max(view.camera.width, view.camera.height);
+  const optim::ViewLevel level =
+      optim::PackedLevel(view, of, std::min(1.0, kTrialSide / side)).Unpack();
+  optim::View small = view;
+  small.camera = level.camera;
+  small.file_width = small.file_height = 0;
+  small.photo = level.photo;
+  if (!view.mask.Empty()) small.mask = level.mask;
+  if (!view.clipped.Empty()) small.clipped = level.clipped;
+  return small;
+}
 
 /// Of the photos that are fitted, evenly chosen.
 optim::ObservationSet ForTrial(const optim::ObservationSet& all) {
@@ -39,10 +54,12 @@ optim::ObservationSet ForTrial(const optim::ObservationSet& all) {
   }
   optim::ObservationSet some = all;
   some.views.clear();
+  some.black_background = all.mask_meaning == optim::MaskMeaning::kSilhouette;
   const std::size_t count = std::min(kTrialPhotos, fitted.size());
   for (std::size_t i = 0; i < count; ++i) {
-    some.views.push_back(*fitted[i * fitted.size() / count]);
+    some.views.push_back(Reduced(*fitted[i * fitted.size() / count], some));
   }
+  some.mask_erode_px = kTrialErosion;
   return some;
 }
 
@@ -85,13 +102,8 @@ double Explained(const FoundInput& input, DraftLight light, const fs::path& mesh
   Experiment experiment = BuildExperiment(
       ReadExperimentConfig(ParseYaml(text, path.string()), path, overrides), input.observations);
   Coarsen(experiment.scene);
-  double side = 1.0;
-  for (const optim::View& view : experiment.observations.views) {
-    side = std::max<double>({side, 1.0 * view.camera.width, 1.0 * view.camera.height});
-  }
   optim::FitSpec& fit = experiment.fit;
   optim::StageSpec lights = fit.stages.front();  // and exposures
-  lights.image_scale = std::min(1.0, kTrialSide / side);
   lights.max_rounds = kTrialRounds;
   lights.max_spp = kTrialSpp;
   optim::StageSpec all = lights;

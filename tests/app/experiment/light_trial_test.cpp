@@ -1,0 +1,90 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "app/experiment/light_choice.h"
+#include "renderer/io/ply_file.h"
+#include "tests/optim/observation/observation_files.h"
+#include "tests/optim/round/synthetic_fit.h"
+
+namespace pathfit::app {
+namespace {
+
+/// Photos of a patterned ball by its own cameras, under some light.
+FoundInput PhotosUnder(const std::vector<renderer::Emitter>& lights) {
+  renderer::Scene scene = tests::BallScene(3, 12, 32);
+  for (std::size_t i = 0; i < scene.meshes[0].mesh.colors.size(); ++i) {
+    const renderer::Vec3& p = scene.meshes[0].mesh.positions[i];
+    scene.meshes[0].mesh.colors[i] =
+        renderer::Rgb{0.5, 0.4, 0.3} * (1.0 + 0.4 * std::sin(5.0 * p.x));
+  }
+  scene.emitters = lights;
+  FoundInput input;
+  input.observations = tests::Photograph(scene, 8);
+  input.options.images_dir = "/set/images";
+  input.options.cameras = "/set/transforms.json";
+  input.options.masks.meaning = optim::MaskMeaning::kSilhouette;
+  input.num_masks = scene.sensors.size();
+  input.layout = FindCameraLayout(scene.sensors);
+  input.background = Background{.change = 0.5, .structure = 0.3};
+  return input;
+}
+
+/// Bright at one side.
+renderer::Emitter Surroundings(renderer::LightFrame frame) {
+  renderer::Emitter light = tests::GradientEnvironment(8, 4);
+  light.frame = frame;
+  return light;
+}
+
+renderer::Emitter Flash() {
+  renderer::Emitter light;
+  light.name = "flash";
+  light.light =
+      renderer::PointEmitter{.position = {0.0, 0.16, 0.0}, .intensity = {25.0, 25.0, 25.0}};
+  light.frame = renderer::LightFrame::kCamera;
+  return light;
+}
+
+void ExpectTrial(const FoundInput& input,
+                 DraftLight light,
+                 const std::filesystem::path& mesh = {}) {
+  const auto choice = LightByTrial(input, mesh);
+  ASSERT_TRUE(choice);
+  EXPECT_STREQ(WordOf(choice->light), WordOf(light)) << choice->reason;
+}
+
+TEST(LightTrial, LightThatStandsStillIsFoundByTrial) {
+  ExpectTrial(PhotosUnder({Surroundings(renderer::LightFrame::kWorld)}), DraftLight::kWorld);
+}
+
+TEST(LightTrial, LightThatGoesWithTheCameraIsFoundByTrial) {
+  FoundInput input = PhotosUnder({Surroundings(renderer::LightFrame::kCamera)});
+  input.background = Background{.change = 0.01, .structure = 0.0};
+  ExpectTrial(input, DraftLight::kCamera);  // nothing else moved
+}
+
+TEST(LightTrial, AFlashIsFoundByTrialWhereTheBackgroundChanges) {
+  ExpectTrial(PhotosUnder({Flash()}), DraftLight::kFlash);
+}
+
+TEST(LightTrial, AMeshThatIsGivenIsTheStart) {
+  const optim::TempFolder folder;
+  renderer::WritePly(folder.path() / "ball.ply", renderer::MakeIcosphere(6, 1.0));
+  FoundInput input = PhotosUnder({Flash()});
+  input.options.masks.meaning = optim::MaskMeaning::kNone;
+  input.observations.mask_meaning = optim::MaskMeaning::kNone;
+  EXPECT_FALSE(LightByTrial(input, {})) << "no start";
+  input.options.masks.meaning = optim::MaskMeaning::kSilhouette;
+  input.observations.mask_meaning = optim::MaskMeaning::kSilhouette;
+  ExpectTrial(input, DraftLight::kFlash, folder.path() / "ball.ply");
+}
+
+TEST(LightTrial, WhatBoundsNoBodyTellsNothing) {
+  FoundInput input = PhotosUnder({Flash()});
+  input.observations.views.resize(1);
+  EXPECT_FALSE(LightByTrial(input, {}));
+}
+
+}  // namespace
+}  // namespace pathfit::app
