@@ -242,7 +242,7 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
   if (!last && state.still >= kRoundsWithinError) {
     return "nothing moves at this scale";
   }
-  if (state.flat >= kRoundsWithinError) {
+  if (state.flat >= kSignsOfEnd) {
     return "cost no longer falls";
   }
   if (state.rounds.model.Empty() && stage.stop_relative_cost > 0.0) {

@@ -106,6 +106,9 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
 inline constexpr int kSmallestSide = 8;
 inline constexpr int kSmallestSideOfShapes = 32;
 inline constexpr int kRoundsWithinError = 2;
+/// A round whose cost stands out of its noise and no longer falls counts so many signs (others 1).
+inline constexpr int kSignsOfRound = 3;
+inline constexpr int kSignsOfEnd = 2 * kSignsOfRound;
 inline constexpr double kStillPixels = 0.1;
 
 inline constexpr int kStopWindow = 3;

@@ -353,12 +353,17 @@ void CountSigns(const StageContext& context,
   // own samples: if even their cost hardly falls, it leads nowhere.
   const bool may_end = stage.stop_relative_cost > 0.0 && report.accepted;
   bool is_flat = may_end && -report.cost_change_rel < stage.stop_relative_cost;
+  bool tells = true;
+  int signs = kSignsOfRound;
   if (problem.UsesGram()) {
     const double over_noise = CostOverNoise(before, context.views.num_channels);
     is_flat |= may_end && NoLongerFalls(state.costs, stage.stop_relative_cost, over_noise);
-    is_flat &= over_noise > kSurelyMore;
+    tells = over_noise > kSurelyMore;
+    // Where the rest of the photos is mostly noise, so is what a step did to it.
+    if (report.noise_relative >= kHidingNoise) signs = 1;
   }
-  state.flat = is_flat && !(moves && problem.UsesGram()) ? state.flat + 1 : 0;
+  is_flat &= tells;
+  if (tells) state.flat = is_flat && !(moves && problem.UsesGram()) ? state.flat + signs : 0;
   // Small steps that still pay lead on: weakly determined directions move little that is seen.
   const bool pays = report.cost_change_rel < -kPayingStep && report.noise_relative < kHidingNoise;
   // Steps of many unknowns are short while noise limits them, which says nothing.

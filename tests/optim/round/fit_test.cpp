@@ -13,6 +13,7 @@
 #include "optim/problem/problem_size.h"
 #include "optim/round/memory_forecast.h"
 #include "optim/round/mesh_levels.h"
+#include "optim/round/round_policy.h"
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_folds.h"
 #include "tests/optim/round/synthetic_fit.h"
@@ -176,6 +177,7 @@ TEST_F(FitTest, EndsWhereTheCostNoLongerFallsThoughEachPixelIsNoise) {
   RecordingObserver observer;
   const FitResult result = Fit(observer);
   EXPECT_GT(observer.rounds.back().noise_relative, 0.5);
+  EXPECT_GE(result.rounds, optim::kSignsOfEnd) << "each round is a small sign";
   EXPECT_LT(result.rounds, 30);
   EXPECT_EQ(observer.stages.back().stop_reason, "cost no longer falls");
 }

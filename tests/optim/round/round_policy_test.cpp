@@ -251,6 +251,19 @@ TEST(StoppingRule, SingleCostsTellWhereTheirNoiseIsSmall) {
   EXPECT_TRUE(optim::NoLongerFalls({1.1, 0.9, 1.0, 1.1, 0.9, 0.995}, least, 1.0)) << "their means";
 }
 
+TEST(StoppingRule, RoundsWhoseCostIsMostlyNoiseAreLesserSigns) {
+  optim::StageSpec stage;
+  stage.max_rounds = 40;
+  optim::FitState state;
+  state.round = 7;
+  state.flat = optim::kSignsOfRound;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "");
+  state.flat = optim::kSignsOfRound + 1;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "") << "one that is clear, and one that is not";
+  state.flat = 2 * optim::kSignsOfRound;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "cost no longer falls");
+}
+
 TEST(StoppingRule, ComparesMeansOfRounds) {
   optim::StageSpec stage;
   stage.max_rounds = 100;
