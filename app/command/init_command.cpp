@@ -147,14 +147,16 @@ void TryToMakeMasks(const fs::path& config,
 }
 
 /// Of a person at a terminal; else, and without an answer, empty.
-std::optional<LightChoice> AskForLight(const CommandContext& context) {
+std::optional<LightChoice> AskForLight(const CommandContext& context, const FoundInput& input) {
   if (context.line.json || !IsAtTerminal()) return std::nullopt;
-  const std::string answer = renderer::LowerCase(Ask(
-      "Did the light stand still around the object [w], go with the camera, as where the object "
-      "turned before both [c], or is it a flash on the camera [f]? [w/c/f, Enter: photos do not "
-      "say] "));
+  const std::string answer = renderer::LowerCase(Ask(fmt::format(
+      "Did the light stand still around the object [w], {}go with the camera, as where the object "
+      "turned before both [c]{}? [Enter: photos do not say] ",
+      input.layout ? "" : "or ",
+      input.layout ? ", or is it a flash on the camera [f]" : "")));
   for (const DraftLight light : kDraftLights) {
-    if (answer.starts_with(WordOf(light)[0])) return LightAsSaid(light);
+    const bool is_possible = input.layout || light != DraftLight::kFlash;
+    if (is_possible && answer.starts_with(WordOf(light)[0])) return LightAsSaid(light);
   }
   return std::nullopt;
 }
@@ -168,11 +170,11 @@ LightChoice ChooseLight(const CommandContext& context,
     if (own.light == WordOf(light)) return LightAsSaid(light);
   }
   if (const auto choice = LightBySigns(input)) return *choice;
-  if (input.num_masks > 0 || !mesh.empty()) {
+  if (input.num_masks > 0) {
     context.log.Info("small photos tell whether the light stood still or went with the camera");
   }
   if (const auto choice = LightByTrial(input, mesh)) return *choice;
-  if (const auto choice = AskForLight(context)) return *choice;
+  if (const auto choice = AskForLight(context, input)) return *choice;
   return UsualLight(input);
 }
 
@@ -200,6 +202,12 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     places.cameras = found.model;
   }
   FoundInput input = FindInput(places);
+  if (own.light == WordOf(DraftLight::kFlash) && !input.layout) {
+    throw UsageError(
+        "init",
+        "--light flash needs to know how far the object is, but the cameras look at no "
+        "common point; take --light camera");
+  }
   const std::string name = NameOf(input.options.images_dir);
   const fs::path config =
       fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output).lexically_normal();

@@ -125,16 +125,18 @@ std::string LightLines(const FoundInput& input, DraftLight light, bool masked) {
         "cameras look at no common point; take --light camera");
   }
   const double distance = input.layout->distance;
+  const bool is_turned = input.background && input.background->ShowsThatItIsStill();
   return fmt::format(
       "    # The flash starts a little above the lens; photos tell its place and strength.\n"
       "    flash: {{type: point, frame: camera, position_m: [0, {:.3g}, 0], intensity: [{:.3g}, "
       "{:.3g}, {:.3g}]}}\n"
-      "    surroundings: {{type: envmap, size_px: [8, 4], frame: world, visible: {}, init: "
+      "    surroundings: {{type: envmap, size_px: [8, 4], frame: {}, visible: {}, init: "
       "{{constant: [{}, {}, {}]}}}}\n",
       kFlashShare * distance,
       kFlashIrradiance * distance * distance,
       kFlashIrradiance * distance * distance,
       kFlashIrradiance * distance * distance,
+      is_turned ? "camera" : "world",
       !masked,
       kLightBesideFlash,
       kLightBesideFlash,

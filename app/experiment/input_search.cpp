@@ -34,7 +34,8 @@ constexpr double kUsefulMasks = 0.5;  // share of the photos
 constexpr int kSmallPx = 48;          // width at which backgrounds are compared
 constexpr double kRim = 0.12;         // of the width: background of photos without masks
 constexpr std::size_t kFewestNumbers = 120;
-constexpr double kDark = 0.01;  // linear
+constexpr std::size_t kPartsOfRow = 24;  // photos are taken in a row, often once around
+constexpr double kDark = 0.01;           // linear
 
 bool IsFolder(const fs::path& path) {
   std::error_code ignored;
@@ -228,15 +229,19 @@ Small MakeSmall(const optim::View& view) {
   return small;
 }
 
-/// Medians over pairs of neighbouring views.
+/// Medians over pairs of views. Neighbours in a long row are taken from almost the same place.
 std::optional<Background> FindBackground(const optim::ObservationSet& observations) {
   const auto& views = observations.views;
   const auto gain = [&](std::size_t view) {
     return std::exp2(static_cast<double>(views[view].exif_ev));
   };
+  std::vector<Small> smalls;
+  for (const optim::View& view : views) smalls.push_back(MakeSmall(view));
+  const std::size_t apart = std::max<std::size_t>(1, views.size() / kPartsOfRow);
   std::vector<double> changes, structures;
-  for (std::size_t i = 0; i + 1 < views.size(); ++i) {
-    const Small a = MakeSmall(views[i]), b = MakeSmall(views[i + 1]);
+  for (std::size_t i = 0; i + apart < views.size(); ++i) {
+    const Small& a = smalls[i];
+    const Small& b = smalls[i + apart];
     if (a.photo.data.size() != b.photo.data.size()) continue;
     std::vector<double> differences, brightness, deviations;
     std::array<std::vector<double>, 3> channels;
@@ -244,7 +249,7 @@ std::optional<Background> FindBackground(const optim::ObservationSet& observatio
       if (a.background.data[p] * b.background.data[p] == 0.0F) continue;
       for (std::size_t c = 0; c < 3; ++c) {
         const auto u = static_cast<double>(a.photo.data[3 * p + c]) / gain(i);
-        const auto v = static_cast<double>(b.photo.data[3 * p + c]) / gain(i + 1);
+        const auto v = static_cast<double>(b.photo.data[3 * p + c]) / gain(i + apart);
         channels[c].push_back(u);
         differences.push_back(std::abs(u - v));
         brightness.push_back(0.5 * (u + v));

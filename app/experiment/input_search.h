@@ -20,7 +20,7 @@ struct InputPlaces {
 
 /// What photos show beside the object. Numbers are over its brightness, medians.
 struct Background {
-  double change = 0.0;     ///< between neighbouring photos, at equal pixels and exposures
+  double change = 0.0;     ///< from photo to photo, at equal pixels and exposures
   double structure = 0.0;  ///< between a pixel and the middle of its photo
   [[nodiscard]] bool IsStill() const { return change < kStill; }
   /// So, and not only because there is nothing in it that could change: the noise of an even

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+#include <numeric>
+#include <stdexcept>
 #include <vector>
 
 #include <fmt/format.h>
@@ -13,6 +14,7 @@
 #include "optim/round/decimate.h"
 #include "optim/round/fit.h"
 #include "renderer/core/error.h"
+#include "renderer/math/median.h"
 
 namespace pathfit::app {
 namespace {
@@ -20,104 +22,130 @@ namespace {
 namespace fs = std::filesystem;
 using renderer::ParameterKind;
 
-// Measured, light that goes with the camera against one that stands still, in dB: a flash 2.9, a
-// turntable 2.2; a room in which the camera moved 0.3, renderings of one 0.0.
-constexpr double kClearlyBetter = 1.0;
-constexpr double kHardlyWorse = 0.5;
+// Measured, light that goes with the camera against one that stands still, in dB: a flash 2.3, a
+// turntable 1.5; a room in which the camera moved 0.4, renderings of one 0.1.
+constexpr double kClearlyBetter = 0.8;
+constexpr double kSlightlyBetter = 0.5;
 constexpr std::size_t kTrialPhotos = 24;
-constexpr double kTrialSide = 64.0;  // pixels, the longer one
-constexpr int kTrialErosion = 1;     // the start's outline is not yet that of the masks
+constexpr double kTrialPixels = 600.0;                  // of the object in a photo
+constexpr double kLeastSide = 64.0, kMostSide = 256.0;  // of a photo, the longer one
+constexpr int kTrialErosion = 1;  // the start's outline is not yet that of the masks
 constexpr int kTrialRounds = 20;
 constexpr int kTrialSpp = 8;
 constexpr int kTrialResolution = 32;  // of the hull, as fine as those photos
 constexpr int kTrialTriangles = 2000;
 
+bool IsForTrial(const optim::View& view) { return !view.validation && !view.mask.Empty(); }
+
+/// Of the photos that are fitted, evenly chosen.
+std::vector<const optim::View*> ChooseViews(const optim::ObservationSet& all) {
+  std::vector<const optim::View*> fit;
+  for (const optim::View& view : all.views) {
+    if (IsForTrial(view)) fit.push_back(&view);
+  }
+  std::vector<const optim::View*> chosen;
+  const std::size_t count = std::min(kTrialPhotos, fit.size());
+  for (std::size_t i = 0; i < count; ++i) chosen.push_back(fit[i * fit.size() / count]);
+  return chosen;
+}
+
+/// Longer side of photos in which the object has as many pixels as its trial needs.
+double TrialSide(const std::vector<const optim::View*>& views) {
+  std::vector<double> sides;
+  for (const optim::View* view : views) {
+    const renderer::Image mask = view->mask.Unpack();
+    const double object = std::accumulate(mask.data.begin(), mask.data.end(), 0.0);
+    const double side = std::max(mask.width, mask.height);
+    sides.push_back(side * std::sqrt(kTrialPixels / std::max(1.0, object)));
+  }
+  return std::clamp(renderer::Median(sides), kLeastSide, kMostSide);
+}
+
 /// As small as its trial needs it, once for all of them.
-optim::View Reduced(const optim::View& view, const optim::ObservationSet& of) {
+optim::View Reduced(const optim::View& view, const optim::ObservationSet& of, double trial_side) {
   const double side = std::max(view.camera.width, view.camera.height);
   const optim::ViewLevel level =
-      optim::PackedLevel(view, of, std::min(1.0, kTrialSide / side)).Unpack();
+      optim::PackedLevel(view, of, std::min(1.0, trial_side / side)).Unpack();
   optim::View small = view;
   small.camera = level.camera;
   small.file_width = small.file_height = 0;
   small.photo = level.photo;
-  if (!view.mask.Empty()) small.mask = level.mask;
+  small.mask = level.mask;
+  small.straight_alpha = false;  // it is before black already
   if (!view.clipped.Empty()) small.clipped = level.clipped;
   return small;
 }
 
-/// Of the photos that are fitted, evenly chosen.
+/// Of photos of which at least one is for a trial.
 optim::ObservationSet ForTrial(const optim::ObservationSet& all) {
-  std::vector<const optim::View*> fitted;
-  for (const optim::View& view : all.views) {
-    if (!view.validation) fitted.push_back(&view);
-  }
   optim::ObservationSet some = all;
   some.views.clear();
-  some.black_background = all.mask_meaning == optim::MaskMeaning::kSilhouette;
-  const std::size_t count = std::min(kTrialPhotos, fitted.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    some.views.push_back(Reduced(*fitted[i * fitted.size() / count], some));
-  }
+  some.black_background = true;
+  const std::vector<const optim::View*> views = ChooseViews(all);
+  const double side = TrialSide(views);
+  for (const optim::View* view : views) some.views.push_back(Reduced(*view, some, side));
   some.mask_erode_px = kTrialErosion;
   return some;
 }
 
 /// Meshes of a person may be finer than small photos show.
-void Coarsen(renderer::Scene& scene) {
-  for (renderer::SceneMesh& instance : scene.meshes) {
+void Coarsen(std::vector<renderer::SceneMesh>& meshes) {
+  for (renderer::SceneMesh& instance : meshes) {
     if (instance.mesh.triangles.size() <= kTrialTriangles) continue;
-    instance.mesh = optim::Decimate(instance.mesh, kTrialTriangles);
-    renderer::SetUniformVertexColors({0.5, 0.5, 0.5}, instance.mesh);
-  }
-}
-
-/// Keeps the figure that a trial is for.
-class PsnrObserver final : public optim::FitObserver {
- public:
-  void OnRound(const optim::RoundReport& /*report*/) override {}
-  void OnView(const std::string& /*stage*/,
-              std::size_t /*view*/,
-              const renderer::Film& /*image*/,
-              const optim::ViewLevel& /*observed*/) override {}
-  void OnStage(const optim::StageReport& report) override { psnr_ = report.psnr_linear_fit; }
-  void OnMessage(const std::string& /*text*/) override {}
-  void OnWarning(const std::string& /*text*/) override {}
-  [[nodiscard]] double psnr() const { return psnr_; }
-
- private:
-  double psnr_ = 0.0;
-};
-
-/// PSNR of the photos as the draft with this light explains them, dB.
-double Explained(const FoundInput& input, DraftLight light, const fs::path& mesh) {
-  const fs::path path = fs::current_path() / "draft.yaml";  // is not written
-  const std::string text = DraftConfig(input, {light, ""}, path, "draft", mesh);
-  std::vector<ConfigOverride> overrides;
-  if (mesh.empty()) {
-    overrides.push_back(
-        {"trial",
-         fmt::format("scene.geometry.object.visual_hull.resolution={}", kTrialResolution)});
-  }
-  Experiment experiment = BuildExperiment(
-      ReadExperimentConfig(ParseYaml(text, path.string()), path, overrides), input.observations);
-  Coarsen(experiment.scene);
-  optim::FitSpec& fit = experiment.fit;
-  optim::StageSpec lights = fit.stages.front();  // and exposures
-  lights.max_rounds = kTrialRounds;
-  lights.max_spp = kTrialSpp;
-  optim::StageSpec all = lights;
-  all.name = "all";
-  for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
-    if (fit.unknowns[i].kind == ParameterKind::kVertexColors) {
-      all.free.push_back(static_cast<int>(i));
+    try {
+      instance.mesh = optim::Decimate(instance.mesh, kTrialTriangles);
+      renderer::SetUniformVertexColors({0.5, 0.5, 0.5}, instance.mesh);
+    } catch (const renderer::SceneError&) {  // parts that only touch: it takes longer
     }
   }
-  fit.stages = {lights, all};
-  PsnrObserver observer;
-  optim::RunFit(experiment.scene, experiment.observations, fit, observer, {});
-  return observer.psnr();
 }
+
+/// Fits drafts with different lights to a few small photos.
+class LightTrial {
+ public:
+  /// `small`: of such photos.
+  LightTrial(const FoundInput& small, const fs::path& mesh) : input_(small), mesh_(mesh) {}
+
+  /// PSNR of the photos as the draft with this light explains them, dB.
+  double Explained(DraftLight light) {
+    const fs::path path = fs::current_path() / "draft.yaml";  // is not written
+    const std::string text = DraftConfig(input_, {light, ""}, path, "draft", mesh_);
+    std::vector<ConfigOverride> overrides;
+    if (mesh_.empty()) {
+      overrides.push_back(
+          {"trial",
+           fmt::format("scene.geometry.object.visual_hull.resolution={}", kTrialResolution)});
+    }
+    Experiment experiment = BuildExperiment(
+        ReadExperimentConfig(ParseYaml(text, path.string()), path, overrides), input_.observations);
+    if (start_.empty()) {
+      start_ = experiment.scene.meshes;
+      Coarsen(start_);
+    }
+    experiment.scene.meshes = start_;
+    optim::FitSpec& fit = experiment.fit;
+    optim::StageSpec lights = fit.stages.front();  // and exposures
+    lights.max_rounds = kTrialRounds;
+    lights.max_spp = kTrialSpp;
+    optim::StageSpec all = lights;
+    all.name = "all";
+    for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
+      if (fit.unknowns[i].kind == ParameterKind::kVertexColors) {
+        all.free.push_back(static_cast<int>(i));
+      }
+    }
+    fit.stages = {lights, all};
+    optim::SilentObserver observer;
+    return optim::RunFit(experiment.scene, experiment.observations, fit, observer, {})
+        .stages.back()
+        .psnr_linear_fit;
+  }
+
+ private:
+  const FoundInput& input_;
+  const fs::path& mesh_;
+  std::vector<renderer::SceneMesh> start_;  // of the first draft
+};
 
 }  // namespace
 
@@ -149,14 +177,16 @@ std::optional<LightChoice> LightBySigns(const FoundInput& input) {
 }
 
 std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path& mesh) {
-  if (mesh.empty() && input.options.masks.meaning != optim::MaskMeaning::kSilhouette) {
+  if (input.options.masks.meaning != optim::MaskMeaning::kSilhouette ||
+      std::ranges::none_of(input.observations.views, IsForTrial)) {
     return std::nullopt;
   }
   FoundInput small = input;
   small.observations = ForTrial(input.observations);
+  LightTrial trial(small, mesh);
   try {
-    const double still = Explained(small, DraftLight::kWorld, mesh);
-    const double moves = Explained(small, DraftLight::kCamera, mesh);
+    const double still = trial.Explained(DraftLight::kWorld);
+    const double moves = trial.Explained(DraftLight::kCamera);
     const std::string compared = fmt::format(
         "{} of {} small photos are explained to {:.1f} dB by light that stands still, to {:.1f} dB "
         "by light that goes with the camera",
@@ -168,21 +198,19 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
     if (moves < still + kClearlyBetter) {
       return LightChoice{DraftLight::kWorld, compared + ": taken to stand still"};
     }
-    if (input.layout && !(input.background && input.background->IsStill())) {
-      const double flash = Explained(small, DraftLight::kFlash, mesh);
-      if (flash > moves - kHardlyWorse) {
+    if (input.layout && !(input.background && input.background->ShowsThatItIsStill())) {
+      const double flash = trial.Explained(DraftLight::kFlash);
+      // Light that goes with a camera that moved is on it. An even background does not tell.
+      const bool may_be_still = !input.background || input.background->IsStill();
+      if (flash > moves + (may_be_still ? kSlightlyBetter : -kSlightlyBetter)) {
         return LightChoice{
             DraftLight::kFlash,
-            compared + fmt::format(" and to {:.1f} dB by a flash; the camera moved: taken for a "
-                                   "flash on it",
-                                   flash)};
+            compared + fmt::format(" and to {:.1f} dB by a flash on it: taken for one", flash)};
       }
     }
     return LightChoice{DraftLight::kCamera, compared + ": taken to go with it"};
-  } catch (const renderer::SceneError&) {
-    return std::nullopt;  // check says what is wrong
-  } catch (const renderer::NumericalError&) {
-    return std::nullopt;
+  } catch (const std::runtime_error&) {
+    return std::nullopt;  // check says what is wrong with the start
   }
 }
 

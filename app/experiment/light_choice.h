@@ -13,7 +13,7 @@ namespace pathfit::app {
 enum class DraftLight {
   kWorld,   ///< from all around, stands still around the object
   kCamera,  ///< from all around, goes with the camera: what turns before both is the object
-  kFlash    ///< a point beside the lens; what else there is stands still
+  kFlash    ///< a point beside the lens; what else there is stands still with the background
 };
 inline constexpr std::array kDraftLights = {
     DraftLight::kWorld, DraftLight::kCamera, DraftLight::kFlash};
@@ -31,9 +31,9 @@ LightChoice LightAsSaid(DraftLight light);
 std::optional<LightChoice> LightBySigns(const FoundInput& input);
 /// The light by which a few photos, reduced to small ones, are explained best, with a colour for
 /// each vertex of the start: the one carved from the masks, or `mesh` if that is not empty. A light
-/// that stands still explains nothing that one which goes with the camera does not, since colours
-/// hold what shading does not change; so it is chosen unless the other is clearly better. Empty
-/// without masks and mesh, or if the start cannot be fitted.
+/// that stands still explains hardly anything that one which goes with the camera does not, since
+/// colours hold what shading does not change; so it is chosen unless the other is clearly better.
+/// Empty without masks, or if the start cannot be fitted.
 std::optional<LightChoice> LightByTrial(const FoundInput& input, const std::filesystem::path& mesh);
 /// Where nothing else tells.
 LightChoice UsualLight(const FoundInput& input);

@@ -70,8 +70,8 @@ struct FitState {
   RoundSums rounds;      ///< of the level, where normal equations are formed; else empty
   int within_error = 0;  ///< rounds in a row whose step its own error explains, by the model
   int still = 0;         ///< rounds in a row whose step moved nothing by more than kStillPixels
-  /// Signs in a row that steps hardly lower the cost (kSignsOfRound); with few unknowns, one that is
-  /// not noise.
+  /// Signs that steps hardly lower the cost (kSignsOfRound) since one surely did; with few
+  /// unknowns, a cost that is not noise.
   int flat = 0;
   /// By which beliefs about what photos leave open are weighed: UnexplainedResidual of the last
   /// round, as far as it has changed.

@@ -106,7 +106,8 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
 inline constexpr int kSmallestSide = 8;
 inline constexpr int kSmallestSideOfShapes = 32;
 inline constexpr int kRoundsWithinError = 2;
-/// A round whose cost stands out of its noise and no longer falls counts so many signs (others 1).
+/// A round whose cost no longer falls counts so many signs; one if the renderings' noise is most of
+/// the residual, none if the cost does not stand out of that noise.
 inline constexpr int kSignsOfRound = 3;
 inline constexpr int kSignsOfEnd = 2 * kSignsOfRound;
 inline constexpr double kStillPixels = 0.1;

@@ -260,6 +260,9 @@ TEST_F(DraftConfigTest, WritesEachLight) {
   ASSERT_EQ(flash.scene.emitters.size(), 2U);
   EXPECT_EQ(flash.scene.emitters[0].frame, renderer::LightFrame::kCamera);
   EXPECT_EQ(flash.scene.emitters[1].frame, renderer::LightFrame::kWorld);
+  input.background = Background{.change = 0.01, .structure = 0.1};
+  EXPECT_EQ(Built(input, DraftLight::kFlash).scene.emitters[1].frame, renderer::LightFrame::kCamera)
+      << "the object turned before the camera and all else";
   EXPECT_EQ(flash.fit.unknowns.size(), 6U);
   EXPECT_EQ(flash.fit.stages.front().free.size(), 3U);
   EXPECT_EQ(flash.fit.stages.back().free.size(), 6U);

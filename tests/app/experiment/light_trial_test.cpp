@@ -72,11 +72,11 @@ TEST(LightTrial, AMeshThatIsGivenIsTheStart) {
   const optim::TempFolder folder;
   renderer::WritePly(folder.path() / "ball.ply", renderer::MakeIcosphere(6, 1.0));
   FoundInput input = PhotosUnder({Flash()});
-  input.options.masks.meaning = optim::MaskMeaning::kNone;
-  input.observations.mask_meaning = optim::MaskMeaning::kNone;
-  EXPECT_FALSE(LightByTrial(input, {})) << "no start";
-  input.options.masks.meaning = optim::MaskMeaning::kSilhouette;
-  input.observations.mask_meaning = optim::MaskMeaning::kSilhouette;
+  // Photos without masks are left out, and say nothing alone.
+  for (std::size_t i = 0; i < 3; ++i) input.observations.views[i].mask = {};
+  FoundInput bare = input;
+  for (optim::View& view : bare.observations.views) view.mask = {};
+  EXPECT_FALSE(LightByTrial(bare, folder.path() / "ball.ply"));
   ExpectTrial(input, DraftLight::kFlash, folder.path() / "ball.ply");
 }
 
