@@ -27,8 +27,8 @@ using renderer::ParameterKind;
 constexpr double kClearlyBetter = 0.8;
 constexpr double kSlightlyBetter = 0.5;
 constexpr std::size_t kTrialPhotos = 24;
-constexpr double kTrialPixels = 600.0;                  // of the object in a photo
-constexpr double kLeastSide = 64.0, kMostSide = 256.0;  // of a photo, the longer one
+constexpr double kTrialPixels = 600.0;                            // of the object in a photo
+constexpr double kLeastTrialSide = 64.0, kMostTrialSide = 256.0;  // of a photo, the longer one
 constexpr int kTrialErosion = 1;  // the start's outline is not yet that of the masks
 constexpr int kTrialRounds = 20;
 constexpr int kTrialSpp = 8;
@@ -58,7 +58,7 @@ double TrialSide(const std::vector<const optim::View*>& views) {
     const double side = std::max(mask.width, mask.height);
     sides.push_back(side * std::sqrt(kTrialPixels / std::max(1.0, object)));
   }
-  return std::clamp(renderer::Median(sides), kLeastSide, kMostSide);
+  return std::clamp(renderer::Median(sides), kLeastTrialSide, kMostTrialSide);
 }
 
 /// As small as its trial needs it, once for all of them.
