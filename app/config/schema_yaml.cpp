@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cctype>
-#include <sstream>
 
 #include <fmt/format.h>
 
 #include "app/config/nearest_name.h"
 #include "app/config/schema.h"
+#include "app/config/wrapped_words.h"
 
 namespace pathfit::app {
 namespace {
@@ -82,16 +82,10 @@ class Writer {
   }
 
   void Comment(int level, int commented, const std::string& comment) {
-    std::istringstream words(comment);
-    std::string line = "#";
-    for (std::string word; words >> word;) {
-      if (line.size() + 1 + word.size() + 2 * static_cast<std::size_t>(level) > kWidth) {
-        Line(level, commented, line);
-        line = "#";
-      }
-      line += " " + word;
+    const std::size_t before = 2 * static_cast<std::size_t>(level) + 2;  // and "# "
+    for (const std::string& line : WrappedWords(comment, kWidth - before)) {
+      Line(level, commented, "# " + line);
     }
-    if (line.size() > 1) Line(level, commented, line);
   }
 
   static std::string CommentOf(const SchemaNode& map, const SchemaNode& node) {

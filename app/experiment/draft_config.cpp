@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include <fmt/format.h>
 
 #include "app/config/near_path.h"
+#include "app/config/wrapped_words.h"
 #include "optim/parameter/unknown_spec.h"
 #include "renderer/core/error.h"
 #include "renderer/io/raw_file.h"
@@ -97,18 +97,10 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
 
 /// In lines that begin with `start`.
 std::string Comment(const std::string& words, const std::string& start) {
-  std::string text = start;
-  std::size_t used = start.size();
-  std::istringstream stream(words);
-  for (std::string word; stream >> word; used += word.size() + 1) {
-    if (used > start.size() && used + word.size() > kCommentWidth) {
-      text.back() = '\n';
-      text += start;
-      used = start.size();
-    }
-    text += word + " ";
+  std::string text;
+  for (const std::string& line : WrappedWords(words, kCommentWidth - start.size())) {
+    text += start + line + "\n";
   }
-  text.back() = '\n';
   return text;
 }
 

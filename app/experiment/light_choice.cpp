@@ -35,13 +35,11 @@ constexpr int kTrialSpp = 8;
 constexpr int kTrialResolution = 32;  // of the hull, as fine as those photos
 constexpr int kTrialTriangles = 2000;
 
-bool IsForTrial(const optim::View& view) { return !view.validation && !view.mask.Empty(); }
-
-/// Of the photos that are fitted, evenly chosen.
+/// Of the photos that are fitted and have a mask, evenly chosen.
 std::vector<const optim::View*> ChooseViews(const optim::ObservationSet& all) {
   std::vector<const optim::View*> fit;
   for (const optim::View& view : all.views) {
-    if (IsForTrial(view)) fit.push_back(&view);
+    if (!view.validation && !view.mask.Empty()) fit.push_back(&view);
   }
   std::vector<const optim::View*> chosen;
   const std::size_t count = std::min(kTrialPhotos, fit.size());
@@ -76,16 +74,16 @@ optim::View Reduced(const optim::View& view, const optim::ObservationSet& of, do
   return small;
 }
 
-/// Of photos of which at least one is for a trial.
-optim::ObservationSet ForTrial(const optim::ObservationSet& all) {
-  optim::ObservationSet some = all;
-  some.views.clear();
-  some.black_background = true;
-  const std::vector<const optim::View*> views = ChooseViews(all);
+/// With some of its photos alone, at least one.
+FoundInput Reduced(const FoundInput& input, const std::vector<const optim::View*>& views) {
+  FoundInput small = input;
+  optim::ObservationSet& photos = small.observations;
+  photos.views.clear();
+  photos.black_background = true;
   const double side = TrialSide(views);
-  for (const optim::View* view : views) some.views.push_back(Reduced(*view, some, side));
-  some.mask_erode_px = kTrialErosion;
-  return some;
+  for (const optim::View* view : views) photos.views.push_back(Reduced(*view, photos, side));
+  photos.mask_erode_px = kTrialErosion;
+  return small;
 }
 
 /// Meshes of a person may be finer than small photos show.
@@ -177,12 +175,11 @@ std::optional<LightChoice> LightBySigns(const FoundInput& input) {
 }
 
 std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path& mesh) {
-  if (input.options.masks.meaning != optim::MaskMeaning::kSilhouette ||
-      std::ranges::none_of(input.observations.views, IsForTrial)) {
+  const std::vector<const optim::View*> views = ChooseViews(input.observations);
+  if (input.options.masks.meaning != optim::MaskMeaning::kSilhouette || views.empty()) {
     return std::nullopt;
   }
-  FoundInput small = input;
-  small.observations = ForTrial(input.observations);
+  const FoundInput small = Reduced(input, views);
   LightTrial trial(small, mesh);
   try {
     const double still = trial.Explained(DraftLight::kWorld);
@@ -190,7 +187,7 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
     const std::string compared = fmt::format(
         "{} of {} small photos are explained to {:.1f} dB by light that stands still, to {:.1f} dB "
         "by light that goes with the camera",
-        small.observations.views.size(),
+        views.size(),
         input.observations.views.size(),
         still,
         moves);

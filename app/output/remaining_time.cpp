@@ -10,15 +10,13 @@ namespace {
 constexpr double kSampleFloor = 8.0;     // what a pixel costs beside its samples, in samples
 constexpr double kFewSampleFloor = 2.0;  // with few unknowns
 constexpr double kScaleExponent = 1.9;   // small photos cost a little more than their pixels
-constexpr double kManyFactor = 1.0;      // of derivatives by many unknowns
 constexpr int kLastRounds = 2;           // of a level that takes longer than usual
 constexpr std::size_t kRememberedRounds = 3;
 constexpr double kSameScale = 1e-3;
 
 double WorkOf(const optim::StagePlan& plan, double samples, double scale) {
-  const double of_pixel =
-      plan.kind.few ? samples + kFewSampleFloor : kManyFactor * (samples + kSampleFloor);
-  return of_pixel * std::pow(scale, kScaleExponent);
+  const double floor = plan.kind.few ? kFewSampleFloor : kSampleFloor;
+  return (samples + floor) * std::pow(scale, kScaleExponent);
 }
 
 double WorkOfLevel(const optim::StagePlan& plan, const optim::LevelPlan& level) {
