@@ -7,6 +7,8 @@
 #include "app/command/result.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/draft_config.h"
+#include "app/experiment/lamp_draft.h"
+#include "app/experiment/lamp_input.h"
 #include "app/experiment/light_choice.h"
 #include "app/output/fields.h"
 #include "app/output/run_directory.h"
@@ -15,7 +17,9 @@
 #include "renderer/core/lower_case.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/image_file.h"
 #include "renderer/io/mesh_file.h"
+#include "renderer/io/ply_file.h"
 
 namespace pathfit::app {
 namespace {
@@ -56,7 +60,7 @@ Json Describe(const FoundInput& input,
 }
 
 struct Options {
-  fs::path output, masks, mesh, calibration;
+  fs::path output, masks, mesh, calibration, lamps, ball;
   std::string sfm;    ///< program that finds the cameras; empty: none
   std::string light;  ///< word of a DraftLight; empty: found
   bool whole = false;
@@ -68,7 +72,10 @@ void Declare(OptionList& options, Options& own) {
   options.Path("-o,--output", "FILE", "Config to write; else NAME.yaml here", own.output);
   options.Word(
       "--sfm", "colmap", "Finds the cameras with this program, which must be installed", own.sfm);
-  options.Path("--masks", "DIR", "Folder of the masks, if it is not found", own.masks);
+  options.Path("--masks",
+               "DIR|FILE",
+               "Folder of the masks, or one mask of all photos, if it is not found",
+               own.masks);
   options.Path("--calibration",
                "FILE",
                "OpenCV calibration of the camera, in place of what the camera file says of it",
@@ -78,6 +85,16 @@ void Declare(OptionList& options, Options& own) {
                "Whether it stood still around the object, went with the camera from all around "
                "(turntable), or is a flash on it; else a few small photos are tried with each",
                own.light);
+  options.Path("--lamps",
+               "FILE",
+               "One camera stood still, each photo has a far lamp of its own: their directions, "
+               "x right, y up, z to the camera (LP file, or rows \"x y z [strength]\")",
+               own.lamps);
+  options.Path("--ball",
+               "DIR|FILE",
+               "In place of --lamps, the same by the highlights of a shiny ball: the folder of its "
+               "photos under the same lamps with a mask, or its mask in the photos themselves",
+               own.ball);
   options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", own.mesh);
   options.Flag("--whole-photos",
                "Makes no masks where there are none: the background is fitted, too",
@@ -101,13 +118,25 @@ constexpr ResultKey kResult[] = {
     {"background_change",
      "number or null",
      "Share by which the background differs from photo to photo; null without masks"},
-    {"light", "text", "Of the draft: world (stands still), camera (goes with it) or flash"},
+    {"light",
+     "text",
+     "Of the draft: world (stands still), camera (goes with it), flash, or lamps (one per photo)"},
     {"seen", "list", "What was found, in words"},
     {"guessed", "list", "What was guessed, in words"}};
 
 void RefuseToOverwrite(const fs::path& path, const Options& own) {
   if (!fs::exists(path) || own.force) return;
   throw UsageError("init", path.string() + " exists; -o names another file, --force overwrites");
+}
+
+/// What to do with the config that was written, and the result.
+void SayNext(const CommandContext& context, const fs::path& config, const Json& result) {
+  context.log.Info(fmt::format("next: pathfit check {0}, then pathfit fit {0}", config.string()));
+  if (context.line.json) {
+    PrintResult(context, result);
+  } else {
+    fmt::print("{}\n", config.string());
+  }
 }
 
 /// Where COLMAP found cameras, for the photos in `photos`; its workspace is beside the config.
@@ -178,6 +207,83 @@ LightChoice ChooseLight(const CommandContext& context,
   return UsualLight(input);
 }
 
+Json Describe(const FoundLamps& found, const LampDraftFiles& files, const std::string& name) {
+  return {{"config", files.config.string()},
+          {"name", name},
+          {"photos", found.lamps.size()},
+          {"photos_without_camera", 0},
+          {"images", found.options.images_dir.string()},
+          {"cameras", ""},
+          {"camera_format", ""},
+          {"masks", found.lamps.size()},
+          {"masks_inverted", false},
+          {"mask_agreement", nullptr},
+          {"background_change", nullptr},
+          {"light", "lamps"},
+          {"seen", found.observations.assumptions},
+          {"guessed", found.guesses}};
+}
+
+/// What says how several cameras or one light are found means nothing where each photo has a lamp.
+void RefuseBesideLamps(const CommandContext& context, const Options& own) {
+  const auto refuse = [](bool given, const char* option) {
+    if (given) {
+      throw UsageError(
+          "init",
+          std::string(option) +
+              " does not go with --lamps or --ball: one camera stood still, and each photo has "
+              "a lamp of its own");
+    }
+  };
+  refuse(!own.sfm.empty(), "--sfm");
+  refuse(!own.light.empty(), "--light");
+  refuse(!own.calibration.empty(), "--calibration");
+  refuse(own.whole, "--whole-photos");
+  refuse(context.line.targets.size() > 1, "a file of cameras");
+  if (!own.lamps.empty() && !own.ball.empty()) {
+    throw UsageError("init", "--lamps and --ball say the same in two ways; give one");
+  }
+}
+
+/// Photos by one camera, each under a lamp of its own.
+ExitStatus RunWithLamps(CommandContext& context, const Options& own, const LampPlaces& places) {
+  const FoundLamps found = FindLamps(places);
+  const std::string name = NameOf(found.options.images_dir);
+  LampDraftFiles files;
+  files.config =
+      fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output).lexically_normal();
+  const fs::path base = files.config.parent_path() / files.config.stem();
+  files.mesh = own.mesh.empty() ? fs::path(base.string() + "_start.ply")
+                                : fs::absolute(own.mesh).lexically_normal();
+  files.mask = found.mask_made ? fs::path(base.string() + "_mask.png") : found.options.masks.folder;
+  RefuseToOverwrite(files.config, own);
+  if (own.mesh.empty()) {
+    RefuseToOverwrite(files.mesh, own);
+    renderer::WritePly(files.mesh, LampStart(found));
+  }
+  if (found.mask_made) {
+    RefuseToOverwrite(files.mask, own);
+    renderer::WritePng8(files.mask, found.mask);
+    context.log.Warn(
+        fmt::format("a mask was made from brightness: {}. Look at it and correct it with any paint "
+                    "program",
+                    files.mask.string()));
+  }
+  renderer::WriteFileAtomically(files.config, DraftLampConfig(found, files, name));
+  static_cast<void>(LoadExperimentConfig(files.config, {}));
+  for (const std::string& seen : found.observations.assumptions) context.log.Info(seen);
+  for (const std::string& guess : found.guesses) context.log.Info("guess: " + guess);
+  SayNext(context, files.config, Describe(found, files, name));
+  return ExitStatus::kFinished;
+}
+
+/// The file of lamps that is given, or lies beside photos without cameras; else empty.
+fs::path LampFile(const CommandContext& context, const Options& own, const fs::path& photos) {
+  const bool may_be_found = own.sfm.empty() && own.ball.empty() &&
+                            context.line.targets.size() < 2 && !fs::is_regular_file(photos);
+  return own.lamps.empty() && may_be_found ? FindLampFile(photos) : own.lamps;
+}
+
 ExitStatus Run(CommandContext& context, const Options& own) {
   const CommandLine& line = context.line;
   const renderer::ThreadLimit limit(NumThreads(line, 0));
@@ -185,6 +291,11 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     static_cast<void>(renderer::ReadMesh(own.mesh));
   }
   const fs::path first = line.targets.empty() ? fs::path(".") : line.targets[0];
+  if (const fs::path lamps = LampFile(context, own, first); !lamps.empty() || !own.ball.empty()) {
+    RefuseBesideLamps(context, own);
+    return RunWithLamps(
+        context, own, {.photos = first, .lamps = lamps, .ball = own.ball, .mask = own.masks});
+  }
   // A camera file alone says where its photos are.
   const bool is_file = fs::is_regular_file(first);
   InputPlaces places{.photos = is_file ? first.parent_path() : first,
@@ -237,12 +348,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
               "far surer");
   }
   context.log.Info("light: " + light.reason);
-  context.log.Info(fmt::format("next: pathfit check {0}, then pathfit fit {0}", config.string()));
-  if (line.json) {
-    PrintResult(context, Describe(input, light, config, name));
-  } else {
-    fmt::print("{}\n", config.string());
-  }
+  SayNext(context, config, Describe(input, light, config, name));
   return ExitStatus::kFinished;
 }
 

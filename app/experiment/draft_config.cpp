@@ -5,8 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "app/config/near_path.h"
-#include "app/config/wrapped_words.h"
+#include "app/experiment/draft_text.h"
 #include "optim/parameter/unknown_spec.h"
 #include "renderer/core/error.h"
 #include "renderer/io/raw_file.h"
@@ -17,21 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kSphereShare = 0.5;  // of the ball that fills the pictures
-constexpr std::size_t kCommentWidth = 140;
 constexpr double kFlashShare = 0.04;  // of the distance: from the lens
 constexpr double kFlashIrradiance = 2.0;
 constexpr double kLightBesideFlash = 0.05;
-
-/// As YAML text, relative to the folder of the config if that is near.
-std::string PathText(const fs::path& path, const fs::path& folder) {
-  const std::string text = NearPath(path, folder).generic_string();
-  constexpr const char* kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-";
-  if (text.find_first_not_of(kPlain) == std::string::npos && text != ".") return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
-  return quoted + "'";
-}
 
 std::string MaskLines(const FoundInput& input, const fs::path& folder) {
   const optim::MaskOptions& masks = input.options.masks;
@@ -44,7 +31,7 @@ std::string MaskLines(const FoundInput& input, const fs::path& folder) {
   if (masks.alpha) {
     keys = "path: alpha, ";
   } else if (!masks.folder.empty()) {
-    keys = "path: " + PathText(masks.folder, folder) + ", ";
+    keys = "path: " + YamlPath(masks.folder, folder) + ", ";
   }
   keys += "meaning: silhouette";
   if (masks.invert) keys += ", invert: true";
@@ -60,7 +47,7 @@ std::string MaskLines(const FoundInput& input, const fs::path& folder) {
 
 std::string GeometryLines(const FoundInput& input, const fs::path& folder, const fs::path& mesh) {
   if (!mesh.empty()) {
-    return "    object: {file: " + PathText(mesh, folder) + ", material: surface}\n";
+    return "    object: {file: " + YamlPath(mesh, folder) + ", material: surface}\n";
   }
   if (input.options.masks.meaning == optim::MaskMeaning::kSilhouette) {
     // Made masks are rough: one that misses a part must not carve it away.
@@ -93,15 +80,6 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
       digits,
       layout.centre.z,
       digits);
-}
-
-/// In lines that begin with `start`.
-std::string Comment(const std::string& words, const std::string& start) {
-  std::string text;
-  for (const std::string& line : WrappedWords(words, kCommentWidth - start.size())) {
-    text += start + line + "\n";
-  }
-  return text;
 }
 
 std::string LightLines(const FoundInput& input, DraftLight light, bool masked) {
@@ -156,7 +134,7 @@ std::string DraftConfig(const FoundInput& input,
       views, [](const optim::View& view) { return renderer::HasRawExtension(view.files.photo); });
   text += fmt::format(
       "  images: {}  # {} photos, the first of {} x {} pixels{}\n",
-      PathText(input.options.images_dir, folder),
+      YamlPath(input.options.images_dir, folder),
       views.size(),
       first.width,
       first.height,
@@ -165,10 +143,10 @@ std::string DraftConfig(const FoundInput& input,
                                 num_raw)
                   : "");
   text += fmt::format("  cameras: {{path: {}{}{}}}  # {}{}\n",
-                      PathText(input.options.cameras, folder),
+                      YamlPath(input.options.cameras, folder),
                       input.options.calibration.empty()
                           ? ""
-                          : ", calibration: " + PathText(input.options.calibration, folder),
+                          : ", calibration: " + YamlPath(input.options.calibration, folder),
                       input.options.apply_exif_orientation ? ", orientation: exif" : "",
                       input.camera_format,
                       input.metres_per_unit > 0.0
@@ -193,7 +171,7 @@ std::string DraftConfig(const FoundInput& input,
       "    surface: {model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}  # one colour per "
       "vertex\n"
       "  lights:\n" +
-      Comment("Guess: " + light.reason + ".", "    # ") +
+      CommentLines("Guess: " + light.reason + ".", "    # ") +
       "    # frame: world = the light stands still around the object; camera = it goes with the "
       "camera (turntable, flash).\n    # A matt surface sees no finer light than this.\n" +
       LightLines(input, light.light, masked);

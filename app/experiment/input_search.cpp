@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/experiment/folder_search.h"
 #include "app/experiment/start_check.h"
 #include "optim/observation/camera_import.h"
 #include "optim/observation/object_masks.h"
@@ -37,38 +38,9 @@ constexpr std::size_t kFewestNumbers = 120;
 constexpr std::size_t kPartsOfRow = 24;  // photos are taken in a row, often once around
 constexpr double kDark = 0.01;           // linear
 
-bool IsFolder(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_directory(path, ignored);
-}
-
-/// Entries that pass, by name.
-template <class Predicate>
-std::vector<fs::path> EntriesOf(const fs::path& folder, Predicate predicate) {
-  std::vector<fs::path> found;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (predicate(it->path())) found.push_back(it->path());
-  }
-  std::ranges::sort(found);
-  return found;
-}
-
 void AddOnce(const fs::path& path, std::vector<fs::path>& list) {
   const fs::path normal = (path.has_filename() ? path : path.parent_path()).lexically_normal();
   if (IsFolder(normal) && std::ranges::find(list, normal) == list.end()) list.push_back(normal);
-}
-
-fs::path Absolute(const fs::path& path) {
-  std::error_code error;
-  fs::path absolute = fs::absolute(path.empty() ? fs::path(".") : path, error).lexically_normal();
-  return absolute.has_filename() ? absolute : absolute.parent_path();
-}
-
-std::string PathList(const std::vector<fs::path>& paths) {
-  std::string text;
-  for (const fs::path& path : paths) text += (text.empty() ? "" : ", ") + path.string();
-  return text;
 }
 
 /// "" unless there are pictures of formats that are not read.
@@ -90,8 +62,8 @@ std::string OtherPictures(const std::vector<fs::path>& folders) {
 
 /// The file or folder of the cameras.
 fs::path FindCameras(const InputPlaces& places) {
-  if (!places.cameras.empty()) return Absolute(places.cameras);
-  const fs::path top = Absolute(places.photos);
+  if (!places.cameras.empty()) return AbsolutePath(places.cameras);
+  const fs::path top = AbsolutePath(places.photos);
   if (!IsFolder(top)) throw IoError(top.string() + ": no such folder");
   std::vector<fs::path> tried;
   const auto has_cameras = [&tried](const fs::path& folder) {
@@ -124,9 +96,8 @@ fs::path FindCameras(const InputPlaces& places) {
       top.string() + ": no cameras were found. Looked for " + optim::CameraFormatList() +
       " in: " + PathList(tried) +
       ". Photos need cameras first: --sfm colmap finds them (apt install colmap), or give "
-      "their file or folder as second argument. One camera that stood still while the light "
-      "changed needs none: its config has input.cameras: {sensor: ...} "
-      "(configs/tutorials/photometric_stereo/README.md)" +
+      "their file or folder as second argument. One camera that stood still while the lamps "
+      "changed needs none, but their directions: --lamps FILE" +
       OtherPictures({top}));
 }
 
@@ -142,7 +113,7 @@ std::size_t NumFound(const ImportedCameras& cameras, const fs::path& folder) {
 fs::path FindPhotos(const InputPlaces& places, const ImportedCameras& cameras) {
   std::vector<fs::path> folders;
   if (!places.photos.empty()) {
-    const fs::path top = Absolute(places.photos);
+    const fs::path top = AbsolutePath(places.photos);
     AddOnce(top, folders);
     for (const fs::path& child : EntriesOf(top, IsFolder)) AddOnce(child, folders);
   }
@@ -199,13 +170,7 @@ std::size_t NumMasks(const ImportedCameras& cameras, const optim::ObservationOpt
       }));
 }
 
-bool SpeaksOfMasks(const fs::path& folder) {
-  const std::string name = renderer::LowerCase(folder.filename().string());
-  return IsFolder(folder) &&
-         std::ranges::any_of(
-             std::vector<std::string>{"mask", "silhouette", "matte", "segment"},
-             [&](const std::string& part) { return name.find(part) != std::string::npos; });
-}
+bool IsMaskFolder(const fs::path& path) { return IsFolder(path) && SpeaksOfMasks(path); }
 
 /// A small copy and what of it is background.
 struct Small {
@@ -276,9 +241,9 @@ class InputFinder {
     input_.options.cameras = FindCameras(places_);
     const bool has_pictures = !places_.photos.empty() && !optim::PicturesIn(places_.photos).empty();
     cameras_ = optim::ImportCameras(
-        input_.options.cameras, "auto", has_pictures ? Absolute(places_.photos) : fs::path());
+        input_.options.cameras, "auto", has_pictures ? AbsolutePath(places_.photos) : fs::path());
     if (!places_.calibration.empty()) {
-      input_.options.calibration = Absolute(places_.calibration);
+      input_.options.calibration = AbsolutePath(places_.calibration);
       optim::UseCalibration(input_.options.calibration, cameras_);
     }
     if (cameras_.cameras.empty()) {
@@ -334,7 +299,7 @@ class InputFinder {
     const auto wanted =
         static_cast<std::size_t>(kUsefulMasks * static_cast<double>(cameras_.cameras.size()));
     if (!places_.masks.empty()) {
-      options.masks.folder = Absolute(places_.masks);
+      options.masks.folder = AbsolutePath(places_.masks);
       const std::size_t count = NumMasks(cameras_, options);
       if (count == 0) {
         throw IoError(options.masks.folder.string() +
@@ -347,9 +312,9 @@ class InputFinder {
       return UseMasks(count);  // as the camera file says
     }
     const fs::path& photos = input_.options.images_dir;
-    std::vector<fs::path> folders = EntriesOf(photos, SpeaksOfMasks);
+    std::vector<fs::path> folders = EntriesOf(photos, IsMaskFolder);
     for (const fs::path& above : {photos.parent_path(), cameras_.folder}) {
-      for (const fs::path& folder : EntriesOf(above, SpeaksOfMasks)) AddOnce(folder, folders);
+      for (const fs::path& folder : EntriesOf(above, IsMaskFolder)) AddOnce(folder, folders);
     }
     folders.push_back(photos);  // a.mask.png beside a.jpg
     for (const fs::path& folder : folders) {

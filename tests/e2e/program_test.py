@@ -339,6 +339,25 @@ class Program(unittest.TestCase):
         self.assertEqual(nothing.returncode, 4)
         self.assertIn("no cameras were found", nothing.stderr)
 
+    def test_init_drafts_photometric_stereo(self):
+        photos = SOURCE / "data" / "cat" / "photos"
+        lamps = SOURCE / "data" / "cat" / "light_directions.txt"
+        drafted = run("init", photos, "-o", "cat.yaml", "--json", cwd=self.folder)  # lamps lie above the photos
+        self.assertEqual(drafted.returncode, 0, drafted.stderr)
+        result = json.loads(drafted.stdout)
+        self.assertEqual((result["light"], result["photos"], result["masks"]), ("lamps", 12, 12))
+        self.assertTrue((self.folder / "cat_start.ply").exists())
+        checked = run("check", "cat.yaml", "--set", "input.max_size_px=64", cwd=self.folder)
+        self.assertEqual(checked.returncode, 0, checked.stderr)
+        for more in (["--sfm", "colmap"], ["--light", "flash"], ["--whole-photos"], ["--ball", photos]):
+            refused = run("init", photos, "--lamps", lamps, "-o", "b.yaml", *more, cwd=self.folder)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+        empty = run("init", SOURCE / "data" / "axe" / "images", "--lamps", lamps, "-o", "b.yaml", cwd=self.folder)
+        self.assertEqual(empty.returncode, 4, empty.stderr)
+        self.assertIn("has 12 lamps, but", empty.stderr)
+        again = run("init", photos, "-o", "cat.yaml", cwd=self.folder)
+        self.assertEqual(again.returncode, 2, again.stderr)
+
     def test_init_makes_masks_where_there_are_none(self):
         photos = self.folder / "set"
         shutil.copytree(SOURCE / "data/axe/images", photos / "images")

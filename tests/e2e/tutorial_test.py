@@ -133,6 +133,9 @@ class Tutorials(unittest.TestCase):
 
     def test_photometric_stereo(self):
         self.run_page("photometric_stereo")
+        drafted = (self.folder / "my_cat.yaml").read_text().replace("my_cat_start.ply", "data/cat/start.ply")
+        shown = (TUTORIALS / "photometric_stereo" / "cat.yaml").read_text()
+        self.assertEqual(drafted, shown.replace("../../../data/", "data/"), "cat.yaml is not what init writes")
 
     def test_scene_with_derivatives(self):
         self.run_page("scene_with_derivatives")

@@ -18,6 +18,7 @@
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/observation/camera_import.h"
 #include "optim/observation/exif_exposure.h"
+#include "optim/observation/lamp_list.h"
 #include "renderer/geometry/mesh.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/atomic_file.h"
@@ -359,6 +360,17 @@ cameras:
   look_at: {origin: [-2, -3, -1], target: [-2, -3, 5], up: [-1, 0, 0]}
 )";
 
+void AddLamps(std::vector<FuzzTarget>& targets) {
+  const std::vector<std::string> words = {"1e308", "-1", "#", ",", "nan", "a.png", "0 0 1"};
+  targets.push_back({"lamps",
+                     {{{"l.txt", "3\na b.png 0 0 1\nc.png 0.6 0 0.8\nd.png 0 -0.6 0.8\n"}},
+                      {{"l.txt", "1 0 0 1 2 3 4\n2 0 1 1 3 3 3\n"}},
+                      {{"l.txt", "0.6 0 -0.6 0\n0 0.6 0 -0.6\n0.8 0.8 0.8 0.8\n"}}},
+                     words,
+                     [](const fs::path& at) { optim::ReadLampList(at / "l.txt"); },
+                     {}});
+}
+
 void AddCameras(std::vector<FuzzTarget>& targets) {
   const renderer::Scene scene = BallAndWall();
   std::vector<renderer::Camera> cameras(scene.sensors.begin(), scene.sensors.begin() + 1);
@@ -560,6 +572,7 @@ std::vector<FuzzTarget> FuzzTargets(const fs::path& folder) {
   AddMeshes(folder, targets);
   AddImages(folder, targets);
   AddCameras(targets);
+  AddLamps(targets);
   AddRuns(folder, targets);
   return targets;
 }

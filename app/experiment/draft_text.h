@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "app/config/near_path.h"
+#include "app/config/wrapped_words.h"
+
+namespace pathfit::app {
+
+/// As YAML, in quotes where it needs them.
+inline std::string YamlWord(const std::string& text) {
+  constexpr const char* kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos && text != "." &&
+      text.find_first_not_of("0123456789.-") != std::string::npos) {
+    return text;
+  }
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+/// As YAML, relative to the folder of the config if that is near.
+inline std::string YamlPath(const std::filesystem::path& path,
+                            const std::filesystem::path& folder) {
+  return YamlWord(NearPath(path, folder).generic_string());
+}
+
+/// Words as comments of a config, in lines that begin with `start`.
+inline std::string CommentLines(const std::string& words, const std::string& start) {
+  constexpr std::size_t kWidth = 140;
+  std::string text;
+  for (const std::string& line : WrappedWords(words, kWidth - start.size())) {
+    text += start + line + "\n";
+  }
+  return text;
+}
+
+}  // namespace pathfit::app

@@ -1,0 +1,167 @@
+#include "optim/observation/shading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+
+#include <Eigen/Dense>
+
+#include "renderer/core/error.h"
+#include "renderer/io/image_filter.h"
+#include "renderer/math/median.h"
+
+namespace pathfit::optim {
+namespace {
+
+using renderer::Image;
+using renderer::Vec2;
+using renderer::Vec3;
+
+constexpr double kDarkest = 0.2;  // of a pixel's median value: less is shadow
+constexpr std::size_t kFewestPixels = 50;
+constexpr double kLeastInverse = 1e-3;  // smallest over largest of strengths that can be
+constexpr double kRim = 3.0;            // pixels from the border of the mask
+constexpr double kLeastSpan = 1e-3;     // smallest over largest singular value of the directions
+
+/// A pixel's values by photo.
+struct Pixel {
+  int x = 0, y = 0;
+  Eigen::VectorXd values;
+};
+
+double ValueAt(const Image& photo, int x, int y) {
+  double sum = 0.0;
+  for (int c = 0; c < photo.channels; ++c) sum += static_cast<double>(photo.At(x, y, c));
+  return sum / photo.channels;
+}
+
+/// Those of the mask that are not black.
+std::vector<Pixel> PixelsOf(const std::vector<Image>& photos, const Image& mask) {
+  std::vector<Pixel> pixels;
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (mask.At(x, y, 0) < 0.99F) continue;
+      Pixel pixel{x, y, Eigen::VectorXd(static_cast<Eigen::Index>(photos.size()))};
+      std::vector<double> values;
+      for (const Image& photo : photos) values.push_back(ValueAt(photo, x, y));
+      std::ranges::copy(values, pixel.values.begin());
+      if (renderer::Median(values) > 0.0) pixels.push_back(std::move(pixel));
+    }
+  }
+  return pixels;
+}
+
+/// Those that no photo shows in shadow; all if these are too few.
+std::vector<Pixel> LitPixels(const std::vector<Pixel>& all) {
+  std::vector<Pixel> lit;
+  std::ranges::copy_if(all, std::back_inserter(lit), [](const Pixel& pixel) {
+    std::vector<double> values(pixel.values.begin(), pixel.values.end());
+    return pixel.values.minCoeff() > kDarkest * renderer::Median(values);
+  });
+  return lit.size() >= kFewestPixels ? lit : all;
+}
+
+/// Strengths by which all pixels' values are shades of some normals: values over strengths lie in
+/// the space of the directions' columns, so what of them lies outside is least for the inverse
+/// strengths. Ones where they are not told.
+Eigen::VectorXd FindStrengths(const std::vector<Pixel>& pixels, const Eigen::MatrixX3d& lamps) {
+  const Eigen::Index count = lamps.rows();
+  const Eigen::MatrixXd outside = Eigen::MatrixXd::Identity(count, count) -
+                                  lamps * (lamps.transpose() * lamps).inverse() * lamps.transpose();
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(count, count);
+  for (const Pixel& pixel : pixels) {
+    products += pixel.values * pixel.values.transpose() / pixel.values.squaredNorm();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(outside.cwiseProduct(products));
+  Eigen::VectorXd inverse = solver.eigenvectors().col(0);
+  if (inverse.sum() < 0.0) inverse = -inverse;
+  const bool is_told = count > 3 && inverse.minCoeff() > kLeastInverse * inverse.maxCoeff();
+  if (!is_told) return Eigen::VectorXd::Ones(count);
+  return inverse.cwiseInverse();
+}
+
+/// Unit vectors out of the mask, by pixels near its border; zero elsewhere.
+Vec2 WayOut(const Image& distance, int x, int y) {
+  if (x == 0 || y == 0 || x + 1 == distance.width || y + 1 == distance.height) return {};
+  if (static_cast<double>(distance.At(x, y, 0)) > kRim) return {};
+  const Vec2 out{
+      static_cast<double>(distance.At(x - 1, y, 0)) - static_cast<double>(distance.At(x + 1, y, 0)),
+      static_cast<double>(distance.At(x, y + 1, 0)) -
+          static_cast<double>(distance.At(x, y - 1, 0))};
+  const double length = std::hypot(out.x, out.y);
+  return length > 0.0 ? Vec2{out.x / length, out.y / length} : Vec2{};
+}
+
+/// Means of one: a = normals' component, b = way out.
+double Correlation(double ab, double aa, double bb) {
+  return aa > 0.0 && bb > 0.0 ? ab / std::sqrt(aa * bb) : 0.0;
+}
+
+void FitOutward(const std::vector<Pixel>& pixels,
+                const Eigen::Matrix3Xd& inverse,
+                const Image& mask,
+                ShadingFit& fit) {
+  const Image distance = renderer::SignedDistanceToMask(mask);
+  Vec2 ab, aa, bb;
+  std::size_t count = 0;
+  for (const Pixel& pixel : pixels) {
+    const Vec2 out = WayOut(distance, pixel.x, pixel.y);
+    if (out.x == 0.0 && out.y == 0.0) continue;
+    const Eigen::Vector3d n = (inverse * pixel.values).normalized();
+    ab = ab + Vec2{n.x() * out.x, n.y() * out.y};
+    aa = aa + Vec2{n.x() * n.x(), n.y() * n.y()};
+    bb = bb + Vec2{out.x * out.x, out.y * out.y};
+    ++count;
+  }
+  fit.outward = {Correlation(ab.x, aa.x, bb.x), Correlation(ab.y, aa.y, bb.y)};
+  fit.has_rim = count >= kFewestPixels;
+}
+
+}  // namespace
+
+ShadingFit FitShading(const std::vector<Image>& photos,
+                      const Image& mask,
+                      const std::vector<Vec3>& towards,
+                      const std::vector<double>& strengths) {
+  const auto count = static_cast<Eigen::Index>(photos.size());
+  Eigen::MatrixX3d lamps(count, 3);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Vec3& l = towards[static_cast<std::size_t>(k)];
+    lamps.row(k) << l.x, l.y, l.z;
+  }
+  if (count < 3 || Eigen::JacobiSVD<Eigen::MatrixX3d>(lamps).singularValues()(2) <
+                       kLeastSpan * std::sqrt(static_cast<double>(count))) {
+    throw renderer::SceneError(
+        "shading tells shape by three photos or more whose lamps do not lie in one plane");
+  }
+  const std::vector<Pixel> all = PixelsOf(photos, mask);
+  if (all.size() < kFewestPixels) {
+    throw renderer::SceneError(
+        "the photos are black inside the mask, or the mask is all but empty");
+  }
+  const std::vector<Pixel> lit = LitPixels(all);
+  Eigen::VectorXd power = strengths.empty()
+                              ? FindStrengths(lit, lamps)
+                              : Eigen::Map<const Eigen::VectorXd>(strengths.data(), count);
+  power /= power.mean();
+  const Eigen::MatrixX3d shades = power.asDiagonal() * lamps;
+  const Eigen::Matrix3Xd inverse = (shades.transpose() * shades).inverse() * shades.transpose();
+
+  ShadingFit fit;
+  fit.strengths.assign(power.begin(), power.end());
+  std::vector<double> brightness;
+  double left = 0.0, sum = 0.0;
+  for (const Pixel& pixel : lit) {
+    const Eigen::Vector3d normal = inverse * pixel.values;
+    brightness.push_back(normal.norm());
+    left += (pixel.values - shades * normal).squaredNorm();
+    sum += pixel.values.squaredNorm();
+  }
+  fit.brightness = renderer::Median(brightness);
+  fit.residual = std::sqrt(left / sum);
+  FitOutward(all, inverse, mask, fit);
+  return fit;
+}
+
+}  // namespace pathfit::optim
