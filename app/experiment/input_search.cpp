@@ -97,7 +97,8 @@ fs::path FindCameras(const InputPlaces& places) {
       " in: " + PathList(tried) +
       ". Photos need cameras first: --sfm colmap finds them (apt install colmap), or give "
       "their file or folder as second argument. One camera that stood still while the lamps "
-      "changed needs none, but their directions: --lamps FILE" +
+      "changed needs none, but their directions: --lamps FILE, or a shiny ball that tells them: "
+      "--ball DIR" +
       OtherPictures({top}));
 }
 

@@ -377,7 +377,7 @@ TEST_F(DraftConfigTest, FindsRawPhotosBesideJpegsByWhatTheCameraFileNames) {
 TEST_F(DraftConfigTest, SaysWhatIsMissing) {
   const std::string no_cameras = Refusal({.photos = top()});
   EXPECT_TRUE(Says(no_cameras, "no cameras were found. Looked for"));
-  EXPECT_TRUE(Says(no_cameras, "input.cameras: {sensor: ...}")) << no_cameras;
+  EXPECT_TRUE(Says(no_cameras, "--lamps FILE, or a shiny ball")) << no_cameras;
   EXPECT_FALSE(Says(no_cameras, "not read"));
   folder_.WriteText("phone/a.HEIC", "x");
   folder_.WriteText("phone/b.webp", "x");
