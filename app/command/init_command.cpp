@@ -246,30 +246,37 @@ void RefuseBesideLamps(const CommandContext& context, const Options& own) {
 }
 
 /// Photos by one camera, each under a lamp of its own.
-ExitStatus RunWithLamps(CommandContext& context, const Options& own, const LampPlaces& places) {
-  const FoundLamps found = FindLamps(places);
-  const std::string name = NameOf(found.options.images_dir);
+ExitStatus RunWithLamps(CommandContext& context, const Options& own, LampPlaces places) {
+  const fs::path folder =
+      (fs::is_directory(places.photos) ? fs::absolute(places.photos) : fs::current_path())
+          .lexically_normal();
+  const std::string name = NameOf(folder.has_filename() ? folder : folder.parent_path());
   LampDraftFiles files;
   files.config =
       fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output).lexically_normal();
-  const fs::path base = files.config.parent_path() / files.config.stem();
-  files.mesh = own.mesh.empty() ? fs::path(base.string() + "_start.ply")
-                                : fs::absolute(own.mesh).lexically_normal();
-  files.mask = found.mask_made ? fs::path(base.string() + "_mask.png") : found.options.masks.folder;
-  RefuseToOverwrite(files.config, own);
-  if (own.mesh.empty()) {
-    RefuseToOverwrite(files.mesh, own);
-    renderer::WritePly(files.mesh, LampStart(found));
+  const std::string base = (files.config.parent_path() / files.config.stem()).string();
+  files.mesh =
+      own.mesh.empty() ? fs::path(base + "_start.ply") : fs::absolute(own.mesh).lexically_normal();
+  // One that was made before may have been corrected since.
+  files.mask = base + "_mask.png";
+  if (places.mask.empty() && fs::exists(files.mask)) {
+    places.mask = files.mask;
+    context.log.Info("the mask is " + files.mask.string() + ", which is there");
   }
+  RefuseToOverwrite(files.config, own);
+  if (own.mesh.empty()) RefuseToOverwrite(files.mesh, own);
+  const FoundLamps found = FindLamps(places);
+  if (!found.mask_made) files.mask = found.options.masks.folder;
+  const std::string draft = DraftLampConfig(found, files, name);
+  if (own.mesh.empty()) renderer::WritePly(files.mesh, LampStart(found));
   if (found.mask_made) {
-    RefuseToOverwrite(files.mask, own);
     renderer::WritePng8(files.mask, found.mask);
     context.log.Warn(
         fmt::format("a mask was made from brightness: {}. Look at it and correct it with any paint "
                     "program",
                     files.mask.string()));
   }
-  renderer::WriteFileAtomically(files.config, DraftLampConfig(found, files, name));
+  renderer::WriteFileAtomically(files.config, draft);
   static_cast<void>(LoadExperimentConfig(files.config, {}));
   for (const std::string& seen : found.observations.assumptions) context.log.Info(seen);
   for (const std::string& guess : found.guesses) context.log.Info("guess: " + guess);
@@ -277,11 +284,18 @@ ExitStatus RunWithLamps(CommandContext& context, const Options& own, const LampP
   return ExitStatus::kFinished;
 }
 
-/// The file of lamps that is given, or lies beside photos without cameras; else empty.
+/// The file of lamps that is given, or lies beside photos without cameras, unless something says
+/// that they have some; else empty.
 fs::path LampFile(const CommandContext& context, const Options& own, const fs::path& photos) {
-  const bool may_be_found = own.sfm.empty() && own.ball.empty() &&
+  const bool may_be_found = own.sfm.empty() && own.ball.empty() && own.light.empty() &&
+                            own.calibration.empty() && !own.whole &&
                             context.line.targets.size() < 2 && !fs::is_regular_file(photos);
-  return own.lamps.empty() && may_be_found ? FindLampFile(photos) : own.lamps;
+  if (!own.lamps.empty() || !may_be_found) return own.lamps;
+  const fs::path found = FindLampFile(photos);
+  if (found.empty() || HasCamerasNear({.photos = photos})) return {};
+  context.log.Info("each photo has a lamp of its own, of " + found.string() +
+                   ", as there are no cameras");
+  return found;
 }
 
 ExitStatus Run(CommandContext& context, const Options& own) {

@@ -5,6 +5,7 @@
 
 #include "app/config/near_path.h"
 #include "app/config/wrapped_words.h"
+#include "renderer/core/lower_case.h"
 
 namespace pathfit::app {
 
@@ -12,10 +13,12 @@ namespace pathfit::app {
 inline std::string YamlWord(const std::string& text) {
   constexpr const char* kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-";
-  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos && text != "." &&
-      text.find_first_not_of("0123456789.-") != std::string::npos) {
-    return text;
-  }
+  const std::string low = renderer::LowerCase(text);
+  const bool is_name = !text.empty() && text.find_first_not_of(kPlain) == std::string::npos &&
+                       text.find_first_not_of("0123456789.-") != std::string::npos;
+  const bool is_other = low == "null" || low == "true" || low == "false" || low == "yes" ||
+                        low == "no" || low == "on" || low == "off" || low == "y" || low == "n";
+  if (is_name && !is_other) return text;
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
   return quoted + "'";

@@ -376,6 +376,15 @@ class InputFinder {
 
 FoundInput FindInput(const InputPlaces& places) { return InputFinder(places).Run(); }
 
+bool HasCamerasNear(const InputPlaces& places) {
+  try {
+    static_cast<void>(FindCameras(places));
+    return true;
+  } catch (const IoError&) {
+    return false;
+  }
+}
+
 bool MakeMasks(const fs::path& folder, FoundInput& input) {
   if (!input.layout) return false;
   const std::vector<optim::View>& views = input.observations.views;

@@ -50,6 +50,9 @@ struct FoundInput {
 /// for, or which of several sets it should be.
 FoundInput FindInput(const InputPlaces& places);
 
+/// Whether FindInput would find cameras.
+bool HasCamerasNear(const InputPlaces& places);
+
 /// Of photos whose masks were made, a mask that misses something (optim::VisualHullOptions).
 inline constexpr double kDissent = 0.1;
 

@@ -1,6 +1,7 @@
 #include "app/experiment/lamp_draft.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <set>
 
@@ -16,7 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr double kThickness = 0.5;   // of the start, over its width
 constexpr double kStartColor = 0.5;  // of a surface of median brightness
-constexpr std::size_t kFewPhotos = 8;
 
 /// Names of the photos that tell them from each other: without extensions if these are enough.
 std::vector<std::string> ShortNames(const FoundLamps& found) {
@@ -26,8 +26,12 @@ std::vector<std::string> ShortNames(const FoundLamps& found) {
     names.push_back(fs::path(lamp.photo).stem().string());
     stems.insert(names.back());
   }
-  if (stems.size() == names.size()) return names;
-  for (std::size_t i = 0; i < names.size(); ++i) names[i] = found.lamps[i].photo;
+  const bool are_different = stems.size() == names.size();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    // A whole name is that file, whatever letters are in it.
+    const bool is_glob = names[i].find_first_of("*?[\\") != std::string::npos;
+    if (is_glob || !are_different) names[i] = found.lamps[i].photo;
+  }
   return names;
 }
 
@@ -38,7 +42,9 @@ std::string LampLines(const FoundLamps& found) {
   std::string text;
   for (std::size_t i = 0; i < photos.size(); ++i) {
     const FoundLamps::Lamp& lamp = found.lamps[i];
-    const renderer::Vec3 away = -lamp.towards;
+    const auto rounded = [](double v) { return std::round(-1e5 * v) * 1e-5 + 0.0; };  // no -0
+    const renderer::Vec3 away{
+        rounded(lamp.towards.x), rounded(lamp.towards.y), rounded(lamp.towards.z)};
     text += fmt::format(
         "    lamp_{:0{}}: {{type: directional, direction: [{:.5f}, {:.5f}, {:.5f}], irradiance: "
         "[{:.4g}, {:.4g}, {:.4g}], photos: [{}]}}\n",
@@ -96,7 +102,7 @@ std::string DraftLampConfig(const FoundLamps& found,
       found.options.masks.alpha ? "alpha" : YamlPath(files.mask, folder),
       found.mask_made ? "; made from brightness by pathfit init, to be looked at" : "",
       is_linear ? "linear" : "srgb");
-  if (found.lamps.size() < kFewPhotos) {
+  if (found.lamps.size() < FoundLamps::kFewPhotos) {
     text += "  split: {validation: none}  # so few photos are all needed\n";
   }
   text += fmt::format(

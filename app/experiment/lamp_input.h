@@ -27,6 +27,7 @@ struct LampPlaces {
 /// they were found and loaded. The frame: x right, y up, z to the camera; the origin is what the
 /// middle of the photos shows.
 struct FoundLamps {
+  static constexpr std::size_t kFewPhotos = 8;  ///< of less, none is held out
   struct Lamp {
     std::string photo;       ///< file name
     renderer::Vec3 towards;  ///< unit
@@ -48,13 +49,13 @@ struct FoundLamps {
   std::vector<std::string> guesses;  ///< sentences
 };
 
-/// The file of lamps in or above a folder that has no cameras: light_directions.txt, lights.txt,
-/// lamps.txt or *.lp. Empty if there is none or more than one.
+/// The file of lamps in or above a folder: light_directions.txt, lights.txt, lamps.txt or *.lp.
+/// Empty if there is none or more than one.
 std::filesystem::path FindLampFile(const std::filesystem::path& photos);
 
 /// Finds photos and mask for the lamps of a file or a ball: photos by the names in it, by those of
 /// a filenames.txt beside it, else by their numbers; strengths also in light_intensities.txt beside
-/// it; the mask by its name beside the photos or above, else what is not black in the median photo.
+/// it; the mask by its name beside the photos or above, else what is not black in their mean.
 /// What photos do not say is told by how well a matt surface explains their shading: whether their
 /// values are linear, where strengths are unknown those, and which way the file's y points. Throws
 /// IoError, ObservationError or SceneError saying what does not fit.

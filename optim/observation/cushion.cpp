@@ -8,6 +8,7 @@
 
 #include "optim/observation/voxel_surface.h"
 #include "renderer/core/error.h"
+#include "renderer/io/color_segmentation.h"
 #include "renderer/io/image_filter.h"
 
 namespace pathfit::optim {
@@ -97,7 +98,8 @@ std::vector<double> SquaredHeights(const Plane& distance) {
 
 }  // namespace
 
-renderer::Mesh MakeCushion(const Image& mask, double pixel, double depth) {
+renderer::Mesh MakeCushion(const Image& whole_mask, double pixel, double depth) {
+  const Image mask = renderer::LargestPart(whole_mask, 0.0);
   const Box box = BoxOf(mask);
   if (box.x1 < box.x0) throw renderer::SceneError("the mask is empty");
   const int longer = std::max(box.x1 - box.x0, box.y1 - box.y0) + 1;

@@ -19,20 +19,30 @@ using renderer::Vec3;
 
 constexpr std::size_t kMaxLamps = 100'000;
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20U;
+constexpr double kMostStrength = 1e12;
 constexpr double kUnit = 0.05;  // by which lengths of unit vectors of few digits may differ from 1
 
-/// Numbers of a line and what stands before them.
+/// A line: its last numbers, and what stands before them.
 struct Row {
-  std::string name;
+  std::string text;                 ///< from its first word to its last
+  std::vector<std::size_t> begins;  ///< of the numbers, in `text`
   std::vector<double> numbers;
   std::int64_t line = 0;
+
+  /// What stands before the last `count` numbers.
+  [[nodiscard]] std::string NameBefore(std::size_t count) const {
+    const std::size_t end =
+        count > 0 && count <= begins.size() ? begins[begins.size() - count] : text.size();
+    const std::size_t last = text.find_last_not_of(" \t", end == 0 ? 0 : end - 1);
+    return end == 0 || last == std::string::npos ? "" : text.substr(0, last + 1);
+  }
 };
 
 std::string Place(const fs::path& path, const Row& row) {
   return path.string() + ":" + std::to_string(row.line);
 }
 
-/// Lines that hold something. Words before the last run of numbers are a name, blanks included.
+/// Lines that hold something.
 std::vector<Row> ReadRows(const fs::path& path) {
   renderer::CheckRegularFile(path);
   std::error_code error;
@@ -40,30 +50,37 @@ std::vector<Row> ReadRows(const fs::path& path) {
     throw IoError(path.string() + ": is too large for a list of lamps");
   }
   std::string text = renderer::ReadWholeFile(path);
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
   std::ranges::replace_if(
       text, [](char c) { return c == ',' || c == ';'; }, ' ');
   std::vector<Row> rows;
   renderer::LineReader lines(text);
   for (std::string_view line; lines.Next(line);) {
     line = line.substr(0, line.find('#'));
-    Row row;
+    const std::size_t first = line.find_first_not_of(" \t");
+    if (first == std::string_view::npos) continue;
+    line.remove_prefix(first);
+    Row& row = rows.emplace_back();
     row.line = lines.LineNumber();
+    row.text = line.substr(0, line.find_last_not_of(" \t") + 1);
     std::string_view rest = line;
     for (std::string_view token; !(token = renderer::NextToken(rest)).empty();) {
       if (const auto number = renderer::ParseReal(token)) {
+        row.begins.push_back(static_cast<std::size_t>(token.data() - line.data()));
         row.numbers.push_back(*number);
-        continue;
+      } else {
+        row.begins.clear();
+        row.numbers.clear();
       }
-      row.numbers.clear();
-      row.name =
-          line.substr(0, static_cast<std::size_t>(token.data() - line.data()) + token.size());
-      row.name.erase(0, row.name.find_first_not_of(" \t"));
     }
-    if (!row.numbers.empty() || !row.name.empty()) rows.push_back(std::move(row));
+    if (rows.size() > kMaxLamps) throw IoError(path.string() + ": has too many lamps");
   }
   if (rows.empty()) throw IoError(path.string() + ": holds no lamp");
   return rows;
 }
+
+bool HasName(const Row& row) { return row.begins.empty() || row.begins.front() > 0; }
 
 bool AreUnit(const std::vector<Vec3>& vectors) {
   return std::ranges::all_of(
@@ -75,14 +92,14 @@ std::vector<Row> AsRows(std::vector<Row> rows) {
   if (rows.size() != 3) return rows;
   const std::size_t count = rows[0].numbers.size();
   for (const Row& row : rows) {
-    if (!row.name.empty() || row.numbers.size() != count) return rows;
+    if (HasName(row) || row.numbers.size() != count) return rows;
   }
   std::vector<Vec3> columns, lines;
   std::vector<Row> turned;
   for (std::size_t i = 0; i < count; ++i) {
     const std::vector<double> column = {rows[0].numbers[i], rows[1].numbers[i], rows[2].numbers[i]};
     columns.push_back({column[0], column[1], column[2]});
-    turned.push_back({"", column, rows[0].line});
+    turned.push_back({"", {}, column, rows[0].line});
   }
   for (const Row& row : rows) {
     if (count >= 3) lines.push_back({row.numbers[0], row.numbers[1], row.numbers[2]});
@@ -91,29 +108,29 @@ std::vector<Row> AsRows(std::vector<Row> rows) {
   return is_turned ? turned : rows;
 }
 
-/// Takes off a first column that counts the rows from 0 or 1.
+/// Takes off a first column that counts the rows, perhaps with gaps.
 void TakeNumbers(std::vector<Row>& rows) {
-  const double first = rows.front().numbers.empty() ? -1.0 : rows.front().numbers.front();
-  if (rows.size() < 2 || (first != 0.0 && first != 1.0)) return;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Row& row = rows[i];
-    const bool counts = row.name.empty() && row.numbers.size() > 3 &&
-                        row.numbers.front() == first + static_cast<double>(i);
-    if (!counts) return;
+  double last = -1.0;
+  for (const Row& row : rows) {
+    const bool counts = !HasName(row) && row.numbers.size() > 3 && row.numbers.front() > last &&
+                        row.numbers.front() == std::floor(row.numbers.front());
+    if (!counts || rows.size() < 2) return;
+    last = row.numbers.front();
   }
   for (Row& row : rows) row.numbers.erase(row.numbers.begin());
 }
 
-bool IsPositive(const Rgb& rgb) {
-  return std::min({rgb.r, rgb.g, rgb.b}) >= 0.0 && std::max({rgb.r, rgb.g, rgb.b}) > 0.0;
+bool IsStrength(const Rgb& rgb) {
+  const double most = std::max({rgb.r, rgb.g, rgb.b});
+  return std::min({rgb.r, rgb.g, rgb.b}) >= 0.0 && most > 0.0 && most <= kMostStrength;
 }
 
 /// One number or three, from `first` on.
 Rgb Strength(const fs::path& path, const Row& row, std::size_t first, bool colored) {
   const double* n = row.numbers.data() + first;
   const Rgb strength = colored ? Rgb{n[0], n[1], n[2]} : Rgb{n[0], n[0], n[0]};
-  if (!IsPositive(strength)) {
-    throw IoError(Place(path, row) + ": the strength of a lamp must be above 0");
+  if (!IsStrength(strength)) {
+    throw IoError(Place(path, row) + ": the strength of a lamp must be above 0, at most 1e12");
   }
   return strength;
 }
@@ -122,18 +139,28 @@ Rgb Strength(const fs::path& path, const Row& row, std::size_t first, bool color
 
 LampList ReadLampList(const fs::path& path) {
   std::vector<Row> rows = ReadRows(path);
-  const bool has_count = rows.size() > 1 && rows[0].name.empty() && rows[0].numbers.size() == 1;
+  const bool has_count = rows.size() > 1 && !HasName(rows[0]) && rows[0].numbers.size() == 1;
   if (has_count) {
     const double count = rows[0].numbers[0];
+    const std::string rows_said = rows[0].text;
     rows.erase(rows.begin());
     if (count != static_cast<double>(rows.size())) {
-      throw IoError(path.string() + ": says that it has " + std::to_string(count) + " lamps, has " +
+      throw IoError(path.string() + ": says that it has " + rows_said + " lamps, has " +
                     std::to_string(rows.size()));
     }
   }
-  if (!has_count) rows = AsRows(std::move(rows));
-  TakeNumbers(rows);
-  if (rows.size() > kMaxLamps) throw IoError(path.string() + ": has too many lamps");
+  if (has_count) {
+    // The last three are the direction, whatever numbers a name ends with.
+    for (Row& row : rows) {
+      if (row.numbers.size() <= 3) continue;
+      const auto more = static_cast<std::ptrdiff_t>(row.numbers.size()) - 3;
+      row.numbers.erase(row.numbers.begin(), row.numbers.begin() + more);
+      row.begins.erase(row.begins.begin(), row.begins.begin() + more);
+    }
+  } else {
+    rows = AsRows(std::move(rows));
+    TakeNumbers(rows);
+  }
   LampList list;
   const std::size_t columns = rows.front().numbers.size();
   bool all_away = true;
@@ -144,7 +171,7 @@ LampList ReadLampList(const fs::path& path) {
                     "blue\", the same for all, perhaps after its photo's name");
     }
     PhotoLamp& lamp = list.lamps.emplace_back();
-    lamp.photo = row.name;
+    if (HasName(row)) lamp.photo = row.NameBefore(row.begins.size());
     const Vec3 towards{row.numbers[0], row.numbers[1], row.numbers[2]};
     const double length = renderer::Norm(towards);
     if (!(length > 0.0) || !std::isfinite(length)) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <optional>
 
 #include <Eigen/Dense>
 
@@ -18,11 +19,16 @@ using renderer::Image;
 using renderer::Vec2;
 using renderer::Vec3;
 
+constexpr float kWhole = 0.99F;   // of a mask's white: no part of the pixel is outside
 constexpr double kDarkest = 0.2;  // of a pixel's median value: less is shadow
 constexpr std::size_t kFewestPixels = 50;
 constexpr double kLeastInverse = 1e-3;  // smallest over largest of strengths that can be
-constexpr double kRim = 3.0;            // pixels from the border of the mask
-constexpr double kLeastSpan = 1e-3;     // smallest over largest singular value of the directions
+// Of the two sets of strengths that fit best, what is left by the second over what is by the first,
+// and its share of what is by all.
+constexpr double kClearGap = 3.0;
+constexpr double kLeastGap = 1e-5;
+constexpr double kRim = 3.0;         // pixels from the border of the mask
+constexpr double kLeastSpan = 1e-3;  // smallest over largest singular value of the directions
 
 /// A pixel's values by photo.
 struct Pixel {
@@ -39,9 +45,10 @@ double ValueAt(const Image& photo, int x, int y) {
 /// Those of the mask that are not black.
 std::vector<Pixel> PixelsOf(const std::vector<Image>& photos, const Image& mask) {
   std::vector<Pixel> pixels;
+  const float least = kWhole * *std::ranges::max_element(mask.data);
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
-      if (mask.At(x, y, 0) < 0.99F) continue;
+      if (!(mask.At(x, y, 0) >= least && least > 0.0F)) continue;
       Pixel pixel{x, y, Eigen::VectorXd(static_cast<Eigen::Index>(photos.size()))};
       std::vector<double> values;
       for (const Image& photo : photos) values.push_back(ValueAt(photo, x, y));
@@ -64,8 +71,9 @@ std::vector<Pixel> LitPixels(const std::vector<Pixel>& all) {
 
 /// Strengths by which all pixels' values are shades of some normals: values over strengths lie in
 /// the space of the directions' columns, so what of them lies outside is least for the inverse
-/// strengths. Ones where they are not told.
-Eigen::VectorXd FindStrengths(const std::vector<Pixel>& pixels, const Eigen::MatrixX3d& lamps) {
+/// strengths. Empty where they are not told: other strengths would do nearly as well.
+std::optional<Eigen::VectorXd> FindStrengths(const std::vector<Pixel>& pixels,
+                                             const Eigen::MatrixX3d& lamps) {
   const Eigen::Index count = lamps.rows();
   const Eigen::MatrixXd outside = Eigen::MatrixXd::Identity(count, count) -
                                   lamps * (lamps.transpose() * lamps).inverse() * lamps.transpose();
@@ -76,9 +84,22 @@ Eigen::VectorXd FindStrengths(const std::vector<Pixel>& pixels, const Eigen::Mat
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(outside.cwiseProduct(products));
   Eigen::VectorXd inverse = solver.eigenvectors().col(0);
   if (inverse.sum() < 0.0) inverse = -inverse;
-  const bool is_told = count > 3 && inverse.minCoeff() > kLeastInverse * inverse.maxCoeff();
-  if (!is_told) return Eigen::VectorXd::Ones(count);
+  const Eigen::VectorXd& values = solver.eigenvalues();
+  const bool is_told = count > 3 && inverse.minCoeff() > kLeastInverse * inverse.maxCoeff() &&
+                       values(1) > kClearGap * values(0) && values(1) > kLeastGap * values.sum();
+  if (!is_told) return std::nullopt;
   return inverse.cwiseInverse();
+}
+
+/// Medians of what a surface that faces the viewer would show.
+Eigen::VectorXd FacingStrengths(const std::vector<Pixel>& pixels, const Eigen::MatrixX3d& lamps) {
+  Eigen::VectorXd strengths(lamps.rows());
+  for (Eigen::Index k = 0; k < lamps.rows(); ++k) {
+    std::vector<double> values;
+    for (const Pixel& pixel : pixels) values.push_back(pixel.values(k));
+    strengths(k) = std::max(1e-6, renderer::Median(values) / std::max(0.1, lamps(k, 2)));
+  }
+  return strengths;
 }
 
 /// Unit vectors out of the mask, by pixels near its border; zero elsewhere.
@@ -124,6 +145,12 @@ ShadingFit FitShading(const std::vector<Image>& photos,
                       const Image& mask,
                       const std::vector<Vec3>& towards,
                       const std::vector<double>& strengths) {
+  const bool same_sizes = std::ranges::all_of(photos, [&](const Image& photo) {
+    return photo.width == mask.width && photo.height == mask.height;
+  });
+  if (!same_sizes || mask.Empty()) {
+    throw renderer::SceneError("photos and mask differ in size, or there is no mask");
+  }
   const auto count = static_cast<Eigen::Index>(photos.size());
   Eigen::MatrixX3d lamps(count, 3);
   for (Eigen::Index k = 0; k < count; ++k) {
@@ -141,14 +168,20 @@ ShadingFit FitShading(const std::vector<Image>& photos,
         "the photos are black inside the mask, or the mask is all but empty");
   }
   const std::vector<Pixel> lit = LitPixels(all);
-  Eigen::VectorXd power = strengths.empty()
-                              ? FindStrengths(lit, lamps)
-                              : Eigen::Map<const Eigen::VectorXd>(strengths.data(), count);
+  ShadingFit fit;
+  Eigen::VectorXd power;
+  if (!strengths.empty()) {
+    power = Eigen::Map<const Eigen::VectorXd>(strengths.data(), count);
+  } else if (const auto found = FindStrengths(lit, lamps)) {
+    power = *found;
+  } else {
+    fit.strengths_told = false;
+    power = FacingStrengths(lit, lamps);
+  }
   power /= power.mean();
   const Eigen::MatrixX3d shades = power.asDiagonal() * lamps;
   const Eigen::Matrix3Xd inverse = (shades.transpose() * shades).inverse() * shades.transpose();
 
-  ShadingFit fit;
   fit.strengths.assign(power.begin(), power.end());
   std::vector<double> brightness;
   double left = 0.0, sum = 0.0;

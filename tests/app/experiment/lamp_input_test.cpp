@@ -182,6 +182,49 @@ TEST_F(LampInputTest, ABallTellsTheLamps) {
   EXPECT_NE(Refusal(places).find("b9.png: the ball has no highlight"), std::string::npos);
 }
 
+TEST_F(LampInputTest, NumbersInTheMiddleOfNamesCount) {
+  WritePhotos(top() / "photos", 8);
+  WriteMask(top() / "photos/mask.png");
+  for (std::size_t k = 0; k < 5; ++k) {
+    fs::rename(top() / "photos" / names_[k], top() / fmt::format("photos/lamp{}_f8.png", k + 8));
+  }
+  const fs::path lamps = Write("l.txt", Directions());
+  const FoundLamps found = FindLamps({.photos = top() / "photos", .lamps = lamps});
+  EXPECT_EQ(found.lamps[0].photo, "lamp8_f8.png");
+  EXPECT_EQ(found.lamps[2].photo, "lamp10_f8.png");
+  EXPECT_FALSE(Guesses(found, "in their order"));
+  // Another order is noticed.
+  std::string turned = "lamp9_f8.png 0.48 0 0.877\nlamp8_f8.png -0.3 0.4 0.866\n";
+  turned +=
+      "lamp12_f8.png 0 -0.5 0.866\nlamp10_f8.png 0.2 0.3 0.9327\nlamp11_f8.png -0.4 -0.2 0.894\n";
+  EXPECT_TRUE(Guesses(FindLamps({.photos = top() / "photos", .lamps = Write("t.txt", turned)}),
+                      "in their order"));
+}
+
+TEST_F(LampInputTest, TheMaskOfAnotherObjectIsNotTaken) {
+  WritePhotos(top() / "dog", 1);
+  WriteMask(top() / "cat_mask.png");
+  const fs::path lamps = Write("l.txt", Directions());
+  EXPECT_TRUE(FindLamps({.photos = top() / "dog", .lamps = lamps}).mask_made);
+  WriteMask(top() / "dog_mask.png");
+  const FoundLamps found = FindLamps({.photos = top() / "dog", .lamps = lamps});
+  EXPECT_EQ(found.options.masks.folder, top() / "dog_mask.png");
+}
+
+TEST_F(LampInputTest, ThreeLampsDoNotTellTheTransfer) {
+  WritePhotos(top() / "photos", 1);
+  WriteMask(top() / "photos/mask.png");
+  fs::remove(top() / "photos/p_4.png");
+  fs::remove(top() / "photos/p_5.png");
+  const fs::path lamps = Write("l.txt", "0.48 0 0.877\n-0.3 0.4 0.866\n0 -0.5 0.866\n");
+  const FoundLamps found = FindLamps({.photos = top() / "photos", .lamps = lamps});
+  EXPECT_EQ(found.options.transfer, optim::Transfer::kSrgb);
+  EXPECT_TRUE(Guesses(found, "do not tell"));
+  EXPECT_NE(Refusal({.photos = top() / "photos", .lamps = Write("two.txt", "0 0 1\n0 1 1\n")})
+                .find("by 3 or more"),
+            std::string::npos);
+}
+
 TEST_F(LampInputTest, RefusesPhotosThatAreNotThoseOfTheLamps) {
   WritePhotos(top() / "photos", 1);
   const fs::path six = Write("six.txt", Directions() + "0 0 1\n");
@@ -192,6 +235,11 @@ TEST_F(LampInputTest, RefusesPhotosThatAreNotThoseOfTheLamps) {
   EXPECT_NE(Refusal({.photos = top() / "photos", .lamps = named}).find("q.png"), std::string::npos);
   const fs::path twice = Write("twice.txt", "p_1.png 0 0 1\np_1.png 0 1 1\np_3.png 1 0 1\n");
   EXPECT_NE(Refusal({.photos = top() / "photos", .lamps = twice}).find("two lamps"),
+            std::string::npos);
+  renderer::WritePng8(top() / "photos/p_3.png",
+                      Image(2 * tests::kBallSize, 2 * tests::kBallSize, 3));
+  const fs::path five = Write("five.txt", Directions());
+  EXPECT_NE(Refusal({.photos = top() / "photos", .lamps = five}).find("are of one size"),
             std::string::npos);
   EXPECT_NE(Refusal({.photos = top() / "none", .lamps = six}).find("no such folder"),
             std::string::npos);

@@ -77,6 +77,20 @@ TEST(LampList, NumbersNamesAndStrengths) {
   EXPECT_EQ(Read("0 0 1 1 0.3\n0 1 1 2 0.4\n").num_unused, 1U);
 }
 
+TEST(LampList, NumbersMayHaveGapsAndNamesMayEndWithOne) {
+  const LampList gaps = Read("2 0.6 0 0.8\n3 0 0.6 0.8\n7 0 0 1\n");
+  ASSERT_EQ(gaps.lamps.size(), 3U);
+  ExpectNear(gaps.lamps[0].towards, {0.6, 0.0, 0.8});
+  EXPECT_FALSE(gaps.lamps[0].strength);
+  const LampList named = Read(
+      "\xEF\xBB\xBF"
+      "2\nIMG 08 0.6 0 0.8\nIMG 09\t0 0 1 \n");
+  ASSERT_EQ(named.lamps.size(), 2U);
+  EXPECT_EQ(named.lamps[0].photo, "IMG 08");
+  EXPECT_EQ(named.lamps[1].photo, "IMG 09");
+  ExpectNear(named.lamps[0].towards, {0.6, 0.0, 0.8});
+}
+
 TEST(LampList, WhereTheLightGoes) {
   const LampList list = Read("0.6 0 -0.8\n0 0.6 -0.8\n");
   EXPECT_TRUE(list.reversed);

@@ -1,5 +1,7 @@
 #include "optim/observation/shading.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "renderer/core/error.h"
@@ -26,6 +28,7 @@ TEST(Shading, StrengthsAreFound) {
   for (std::size_t k = 0; k < 5; ++k) EXPECT_NEAR(fit.strengths[k], tests::kBallStrengths[k], 1e-3);
   EXPECT_NEAR(fit.brightness, 0.5, 2e-3);
   EXPECT_LT(fit.residual, 2e-3);
+  EXPECT_TRUE(fit.strengths_told);
   EXPECT_TRUE(fit.has_rim);
   EXPECT_GT(fit.outward.x, 0.9);
   EXPECT_GT(fit.outward.y, 0.9);
@@ -58,11 +61,31 @@ TEST(Shading, EncodedValuesAreExplainedWorse) {
   EXPECT_GT(FitShading(photos, tests::BallMask(), tests::BallLamps(), {}).residual, 0.02);
 }
 
+TEST(Shading, WhatIsFlatDoesNotTellStrengths) {
+  const std::vector<Vec3>& lamps = tests::BallLamps();
+  Image mask(40, 40, 1);
+  mask.data.assign(mask.data.size(), 1.0F);
+  std::vector<Image> photos;
+  for (std::size_t k = 0; k < lamps.size(); ++k) {
+    Image& photo = photos.emplace_back(40, 40, 3);
+    for (std::size_t i = 0; i < photo.data.size(); ++i) {
+      const double noise = 0.004 * std::sin(12.9898 * static_cast<double>(i + 7919 * k));
+      photo.data[i] = static_cast<float>(0.5 * tests::kBallStrengths[k] * lamps[k].z + noise);
+    }
+  }
+  const ShadingFit fit = FitShading(photos, mask, lamps, {});
+  EXPECT_FALSE(fit.strengths_told);
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_NEAR(fit.strengths[k], tests::kBallStrengths[k], 0.02);
+}
+
 TEST(Shading, RefusesWhatTellsNothing) {
   const std::vector<Image> photos = Photos();
   const std::vector<Vec3> plane = {{0.6, 0, 0.8}, {-0.6, 0, 0.8}, {0, 0, 1}};
   EXPECT_THROW(FitShading({photos[0], photos[1], photos[2]}, tests::BallMask(), plane, {}),
                renderer::SceneError);
+  EXPECT_THROW(
+      FitShading({photos[0], photos[1], Image(8, 8, 3)}, tests::BallMask(), tests::BallLamps(), {}),
+      renderer::SceneError);
   const Image black(tests::kBallSize, tests::kBallSize, 3);
   EXPECT_THROW(FitShading({black, black, black},
                           tests::BallMask(),
