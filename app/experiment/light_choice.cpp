@@ -147,6 +147,15 @@ class LightTrial {
 
 }  // namespace
 
+namespace {
+
+/// Nothing if a PSNR by which it was made is not a number.
+std::optional<LightChoice> Finite(const LightChoice& choice, double a, double b) {
+  return std::isfinite(a) && std::isfinite(b) ? std::optional(choice) : std::nullopt;
+}
+
+}  // namespace
+
 const char* WordOf(DraftLight light) {
   static constexpr std::array kWords = {"world", "camera", "flash"};
   return kWords[static_cast<std::size_t>(light)];
@@ -183,29 +192,36 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
   LightTrial trial(small, mesh);
   try {
     const double still = trial.Explained(DraftLight::kWorld);
-    const double moves = trial.Explained(DraftLight::kCamera);
-    const std::string compared = fmt::format(
-        "{} of {} small photos are explained to {:.1f} dB by light that stands still, to {:.1f} dB "
-        "by light that goes with the camera",
-        views.size(),
-        input.observations.views.size(),
-        still,
-        moves);
-    if (!std::isfinite(still) || !std::isfinite(moves)) return std::nullopt;
-    if (moves < still + kClearlyBetter) {
-      return LightChoice{DraftLight::kWorld, compared + ": taken to stand still"};
-    }
-    if (input.layout && !(input.background && input.background->ShowsThatItIsStill())) {
-      const double flash = trial.Explained(DraftLight::kFlash);
-      // Light that goes with a camera that moved is on it. An even background does not tell.
-      const bool may_be_still = !input.background || input.background->IsStill();
-      if (flash > moves + (may_be_still ? kSlightlyBetter : -kSlightlyBetter)) {
-        return LightChoice{
-            DraftLight::kFlash,
-            compared + fmt::format(" and to {:.1f} dB by a flash on it: taken for one", flash)};
+    std::string compared =
+        fmt::format("{} of {} small photos are explained to {:.1f} dB by light that stands still",
+                    views.size(),
+                    input.observations.views.size(),
+                    still);
+    // Light from all around that goes with the camera is that of a turntable, before which the
+    // background stays.
+    const bool may_be_turned = !input.background || input.background->IsStill();
+    const bool may_be_flash =
+        input.layout && !(input.background && input.background->ShowsThatItIsStill());
+    const double turned = may_be_turned ? trial.Explained(DraftLight::kCamera) : still;
+    if (may_be_turned) {
+      compared += fmt::format(", to {:.1f} dB by light that goes with the camera", turned);
+      if (turned < still + kClearlyBetter) {
+        return Finite({DraftLight::kWorld, compared + ": taken to stand still"}, still, turned);
       }
     }
-    return LightChoice{DraftLight::kCamera, compared + ": taken to go with it"};
+    if (may_be_flash) {
+      const double flash = trial.Explained(DraftLight::kFlash);
+      compared += fmt::format(", to {:.1f} dB by a flash on it", flash);
+      const double least = may_be_turned ? turned + kSlightlyBetter : still + kClearlyBetter;
+      if (flash > least) {
+        return Finite({DraftLight::kFlash, compared + ": taken for one"}, still, flash);
+      }
+    }
+    return Finite(may_be_turned
+                      ? LightChoice{DraftLight::kCamera, compared + ": taken to go with it"}
+                      : LightChoice{DraftLight::kWorld, compared + ": taken to stand still"},
+                  still,
+                  turned);
   } catch (const std::runtime_error&) {
     return std::nullopt;  // check says what is wrong with the start
   }

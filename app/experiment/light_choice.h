@@ -33,6 +33,8 @@ std::optional<LightChoice> LightBySigns(const FoundInput& input);
 /// each vertex of the start: the one carved from the masks, or `mesh` if that is not empty. A light
 /// that stands still explains hardly anything that one which goes with the camera does not, since
 /// colours hold what shading does not change; so it is chosen unless the other is clearly better.
+/// Where the background changes, the camera moved, and of lights that go with it only a flash is
+/// tried: highlights go with the camera under any light, so that one from all around seems to.
 /// Empty without masks, or if the start cannot be fitted.
 std::optional<LightChoice> LightByTrial(const FoundInput& input, const std::filesystem::path& mesh);
 /// Where nothing else tells.

@@ -68,6 +68,12 @@ TEST(LightTrial, AFlashIsFoundByTrialWhereTheBackgroundChanges) {
   ExpectTrial(PhotosUnder({Flash()}), DraftLight::kFlash);
 }
 
+TEST(LightTrial, WhereTheBackgroundChangesNothingButAFlashGoesWithTheCamera) {
+  const auto choice = LightByTrial(PhotosUnder({Surroundings(renderer::LightFrame::kCamera)}), {});
+  ASSERT_TRUE(choice);
+  EXPECT_STRNE(WordOf(choice->light), WordOf(DraftLight::kCamera)) << choice->reason;
+}
+
 TEST(LightTrial, AMeshThatIsGivenIsTheStart) {
   const optim::TempFolder folder;
   renderer::WritePly(folder.path() / "ball.ply", renderer::MakeIcosphere(6, 1.0));
