@@ -122,6 +122,8 @@ ExitStatus RunInDirectory(CommandContext& context,
       context.log.Info(GaugeSentence(*result.gauge));
     }
     const Ending ending = EndingOf(result.status, signals, run);
+    const std::string doubt = DoubtWords(recorder.history());
+    if (ending.status == RunStatus::kFinished && !doubt.empty()) context.log.Warn(doubt);
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
     std::string words = ResultWords(recorder.history());
     if (!words.empty()) words = "; " + words;

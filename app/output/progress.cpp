@@ -16,6 +16,9 @@
 namespace pathfit::app {
 namespace {
 
+// Good fits end above 22 dB, such with a wrong light or without masks at 14 to 17.
+constexpr double kHardlyExplainedDb = 18.0;
+
 constexpr double kRedrawSeconds = 0.2;
 constexpr double kLineSeconds = 10.0;
 constexpr int kBarCells = 20;
@@ -204,6 +207,21 @@ std::string ResultWords(const FitHistory& history) {
     add("mask IoU {:.3f} -> {:.3f}", first.iou_fit, last.iou_fit);
   }
   return words;
+}
+
+std::string DoubtWords(const FitHistory& history) {
+  if (history.stages.size() < 2) return "";
+  const optim::StageReport& last = history.stages.back().report;
+  const bool held_out = std::isfinite(last.psnr_srgb_val);
+  const double psnr = held_out ? last.psnr_srgb_val : last.psnr_srgb_fit;
+  if (!(psnr < kHardlyExplainedDb)) return "";
+  return fmt::format(
+      "the result explains hardly anything of {} ({:.1f} dB): the worst pictures in the report "
+      "show "
+      "where. Wrong cameras or masks, no masks at all, and a light of the wrong kind (frame: world "
+      "or camera, or a flash) do that, and so do things that moved between the photos",
+      held_out ? "the held-out photos" : "the photos",
+      psnr);
 }
 
 std::string JsonLine(const optim::RoundReport& report,

@@ -90,10 +90,16 @@ TEST(ResultWords, SayWhatAFitCameTo) {
   AddStage(report, history);
   EXPECT_EQ(ResultWords(history),
             "PSNR of held-out photos 18.1 -> 28.2 dB (sRGB), mask IoU 0.980 -> 0.989");
+  EXPECT_EQ(DoubtWords(history), "");
   for (StageEntry& entry : history.stages) {
     entry.report.psnr_srgb_val = entry.report.iou_val = entry.report.iou_fit = kNan;
   }
   EXPECT_EQ(ResultWords(history), "PSNR of the photos 14.0 -> 30.0 dB (sRGB)");
+  EXPECT_EQ(DoubtWords(history), "");
+  history.stages.back().report.psnr_srgb_fit = 16.34;
+  EXPECT_NE(DoubtWords(history).find("of the photos (16.3 dB)"), std::string::npos);
+  history.stages.back().report.psnr_srgb_val = 15.0;
+  EXPECT_NE(DoubtWords(history).find("of the held-out photos (15.0 dB)"), std::string::npos);
 }
 
 TEST(StatusLine, LeavesOutWhatIsNotANumber) {
