@@ -562,8 +562,19 @@ class LampFinder {
     }
     if (!found_.strengths_known) {
       found_.guesses.emplace_back(
-          "the lamps' strengths are not known: those by which a matt surface explains the "
-          "photos best");
+          found_.shading.strengths_told
+              ? "the lamps' strengths are not known: those by which a matt surface explains the "
+                "photos best"
+              : "the lamps' strengths are not known, and the shading does not tell them: those by "
+                "which a surface that faces the camera is as bright as the photos");
+    }
+    if (found_.shading.residual > kPoorlyExplained) {
+      found_.guesses.push_back(fmt::format(
+          "a matt surface explains the photos badly ({:.0f} % is left): are the lamps those of "
+          "these photos, in their order ({} first, {} last)? Highlights and shadows leave less",
+          100.0 * found_.shading.residual,
+          photos_.front().filename().string(),
+          photos_.back().filename().string()));
     }
     if (list_.num_unused > 0) {
       found_.guesses.emplace_back("the last column of the lamps' file is not used");
