@@ -166,11 +166,8 @@ std::string DraftConfig(const FoundInput& input,
           ? ", which starts as EXIF says"
           : "");
   text +=
-      "\nscene:\n  geometry:\n" + GeometryLines(input, folder, mesh) +
-      "  materials:\n"
-      "    surface: {model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}  # one colour per "
-      "vertex\n"
-      "  lights:\n" +
+      "\nscene:\n  geometry:\n" + GeometryLines(input, folder, mesh) + "  materials:\n" +
+      SurfaceLines("; it sees finer light: size_px [32, 16]") + "  lights:\n" +
       CommentLines("Guess: " + light.reason + ".", "    # ") +
       "    # frame: world = the light stands still around the object; camera = it goes with the "
       "camera (turntable, flash).\n    # A matt surface sees no finer light than this.\n" +

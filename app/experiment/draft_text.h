@@ -40,4 +40,15 @@ inline std::string CommentLines(const std::string& words, const std::string& sta
   return text;
 }
 
+/// The material of drafts, with what to do where it shines.
+inline std::string SurfaceLines(const std::string& more) {
+  return CommentLines(
+             "One colour per vertex. With highlights: {model: metallic_roughness, base_color: "
+             "{vertex: [0.5, 0.5, 0.5]}, roughness: {constant: 0.4}, metallic: {constant: 0}}, and "
+             "surface.roughness among the unknowns" +
+                 more + ".",
+             "    # ") +
+         "    surface: {model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}\n";
+}
+
 }  // namespace pathfit::app

@@ -111,11 +111,7 @@ std::string DraftLampConfig(const FoundLamps& found,
       "material: surface}}\n"
       "    object: {{file: {}, material: surface}}\n"
       "  materials:\n"
-      "    # One colour per vertex. With highlights: {{model: metallic_roughness, base_color: "
-      "{{vertex: [0.5, 0.5, 0.5]}},\n"
-      "    # roughness: {{constant: 0.4}}, metallic: {{constant: 0}}}}, and surface.roughness "
-      "among the unknowns.\n"
-      "    surface: {{model: diffuse, base_color: {{vertex: [0.5, 0.5, 0.5]}}}}\n"
+      "{}"
       "  sensors:\n"
       "    # Taken as far away: its rays are parallel, a pixel is {} wide. From near: type: "
       "perspective with focal_px in place of\n"
@@ -124,6 +120,7 @@ std::string DraftLampConfig(const FoundLamps& found,
       "{{origin_m: [0, 0, {:.4g}], target_m: [0, 0, 0]}}}}}}\n"
       "  lights:\n",
       YamlPath(files.mesh, folder),
+      SurfaceLines(""),
       FoundLamps::kPixel,
       camera.width,
       camera.height,
