@@ -1,7 +1,6 @@
 #include "app/experiment/lamp_input.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <map>
