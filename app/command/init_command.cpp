@@ -39,6 +39,7 @@ std::string NameOf(fs::path folder) {
 
 Json Describe(const FoundInput& input,
               const LightChoice& light,
+              DraftSurface surface,
               const fs::path& config,
               const std::string& name) {
   const auto& masks = input.options.masks;
@@ -55,14 +56,16 @@ Json Describe(const FoundInput& input,
       {"mask_agreement", input.mask_agreement ? ToJson(*input.mask_agreement) : Json(nullptr)},
       {"background_change", input.background ? ToJson(input.background->change) : Json(nullptr)},
       {"light", WordOf(light.light)},
+      {"surface", surface == DraftSurface::kShiny ? "shiny" : "matt"},
       {"seen", input.observations.assumptions},
       {"guessed", Json::array({light.reason})}};
 }
 
 struct Options {
   fs::path output, masks, mesh, calibration, lamps, ball;
-  std::string sfm;    ///< program that finds the cameras; empty: none
-  std::string light;  ///< word of a DraftLight; empty: found
+  std::string sfm;      ///< program that finds the cameras; empty: none
+  std::string light;    ///< word of a DraftLight; empty: found
+  std::string surface;  ///< "matt" or "shiny"; empty: matt
   bool whole = false;
   bool force = false;
 };
@@ -85,6 +88,11 @@ void Declare(OptionList& options, Options& own) {
                "Whether it stood still around the object, went with the camera from all around "
                "(turntable), or is a flash on it; else a few small photos are tried with each",
                own.light);
+  options.Word("--surface",
+               "matt|shiny",
+               "Whether the object has highlights: then its roughness is an unknown, and the light "
+               "finer; matt unless given",
+               own.surface);
   options.Path("--lamps",
                "FILE",
                "One camera stood still, each photo has a far lamp of its own: their directions, "
@@ -121,6 +129,7 @@ constexpr ResultKey kResult[] = {
     {"light",
      "text",
      "Of the draft: world (stands still), camera (goes with it), flash, or lamps (one per photo)"},
+    {"surface", "text", "Of the draft: matt or shiny"},
     {"seen", "list", "What was found, in words"},
     {"guessed", "list", "What was guessed, in words"}};
 
@@ -220,6 +229,7 @@ Json Describe(const FoundLamps& found, const LampDraftFiles& files, const std::s
           {"mask_agreement", nullptr},
           {"background_change", nullptr},
           {"light", "lamps"},
+          {"surface", "matt"},
           {"seen", found.observations.assumptions},
           {"guessed", found.guesses}};
 }
@@ -237,6 +247,7 @@ void RefuseBesideLamps(const CommandContext& context, const Options& own) {
   };
   refuse(!own.sfm.empty(), "--sfm");
   refuse(!own.light.empty(), "--light");
+  refuse(!own.surface.empty(), "--surface");
   refuse(!own.calibration.empty(), "--calibration");
   refuse(own.whole, "--whole-photos");
   refuse(context.line.targets.size() > 1, "a file of cameras");
@@ -288,7 +299,7 @@ ExitStatus RunWithLamps(CommandContext& context, const Options& own, LampPlaces 
 /// that they have some; else empty.
 fs::path LampFile(const CommandContext& context, const Options& own, const fs::path& photos) {
   const bool may_be_found = own.sfm.empty() && own.ball.empty() && own.light.empty() &&
-                            own.calibration.empty() && !own.whole &&
+                            own.surface.empty() && own.calibration.empty() && !own.whole &&
                             context.line.targets.size() < 2 && !fs::is_regular_file(photos);
   if (!own.lamps.empty() || !may_be_found) return own.lamps;
   const fs::path found = FindLampFile(photos);
@@ -343,7 +354,8 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   }
   const fs::path mesh = own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal();
   const LightChoice light = ChooseLight(context, own, input, mesh);
-  const std::string text = DraftConfig(input, light, config, name, mesh);
+  const DraftSurface surface = own.surface == "shiny" ? DraftSurface::kShiny : DraftSurface::kMatt;
+  const std::string text = DraftConfig(input, light, config, name, mesh, surface);
   renderer::WriteFileAtomically(config, text);
   static_cast<void>(LoadExperimentConfig(config, {}));  // a draft that is refused is a mistake here
 
@@ -362,7 +374,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
               "far surer");
   }
   context.log.Info("light: " + light.reason);
-  SayNext(context, config, Describe(input, light, config, name));
+  SayNext(context, config, Describe(input, light, surface, config, name));
   return ExitStatus::kFinished;
 }
 

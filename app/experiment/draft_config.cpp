@@ -82,12 +82,24 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
       digits);
 }
 
-std::string LightLines(const FoundInput& input, DraftLight light, bool masked) {
+/// Of a surface with highlights.
+std::string ShinyLines() {
+  return CommentLines(
+             "With highlights. A matt one: {model: diffuse, base_color: {vertex: [0.5, 0.5, "
+             "0.5]}}, "
+             "without surface.roughness below; it sees coarse light only: size_px [8, 4].",
+             "    # ") +
+         "    surface: {model: metallic_roughness, base_color: {vertex: [0.5, 0.5, 0.5]}, "
+         "roughness: {constant: 0.4}, metallic: {constant: 0}}\n";
+}
+
+std::string LightLines(const FoundInput& input, DraftLight light, bool masked, bool shines) {
+  const char* size = shines ? "[32, 16]" : "[8, 4]";
   if (light != DraftLight::kFlash) {
-    return fmt::format(
-        "    surroundings: {{type: envmap, size_px: [8, 4], frame: {}, visible: {}}}\n",
-        light == DraftLight::kCamera ? "camera" : "world",
-        !masked);
+    return fmt::format("    surroundings: {{type: envmap, size_px: {}, frame: {}, visible: {}}}\n",
+                       size,
+                       light == DraftLight::kCamera ? "camera" : "world",
+                       !masked);
   }
   if (!input.layout) {
     throw renderer::SceneError(
@@ -100,12 +112,13 @@ std::string LightLines(const FoundInput& input, DraftLight light, bool masked) {
       "    # The flash starts a little above the lens; photos tell its place and strength.\n"
       "    flash: {{type: point, frame: camera, position_m: [0, {:.3g}, 0], intensity: [{:.3g}, "
       "{:.3g}, {:.3g}]}}\n"
-      "    surroundings: {{type: envmap, size_px: [8, 4], frame: {}, visible: {}, init: "
+      "    surroundings: {{type: envmap, size_px: {}, frame: {}, visible: {}, init: "
       "{{constant: [{}, {}, {}]}}}}\n",
       kFlashShare * distance,
       kFlashIrradiance * distance * distance,
       kFlashIrradiance * distance * distance,
       kFlashIrradiance * distance * distance,
+      size,
       is_turned ? "camera" : "world",
       !masked,
       kLightBesideFlash,
@@ -119,12 +132,14 @@ std::string DraftConfig(const FoundInput& input,
                         const LightChoice& light,
                         const fs::path& path,
                         const std::string& name,
-                        const fs::path& mesh) {
+                        const fs::path& mesh,
+                        DraftSurface surface) {
   const fs::path folder = path.parent_path();
   const auto& views = input.observations.views;
   const renderer::Camera& first = views.front().camera;
   const bool masked = input.options.masks.meaning != optim::MaskMeaning::kNone;
   const bool has_flash = light.light == DraftLight::kFlash;
+  const bool shines = surface == DraftSurface::kShiny;
   std::string text =
       "# Written by pathfit init. Every setting that is not here has its default "
       "(configs/README.md lists them).\n"
@@ -167,16 +182,18 @@ std::string DraftConfig(const FoundInput& input,
           : "");
   text +=
       "\nscene:\n  geometry:\n" + GeometryLines(input, folder, mesh) + "  materials:\n" +
-      SurfaceLines("; it sees finer light: size_px [32, 16]") + "  lights:\n" +
-      CommentLines("Guess: " + light.reason + ".", "    # ") +
+      (shines ? ShinyLines() : SurfaceLines("; it sees finer light: size_px [32, 16]")) +
+      "  lights:\n" + CommentLines("Guess: " + light.reason + ".", "    # ") +
       "    # frame: world = the light stands still around the object; camera = it goes with the "
-      "camera (turntable, flash).\n    # A matt surface sees no finer light than this.\n" +
-      LightLines(input, light.light, masked);
+      "camera (turntable, flash).\n" +
+      (shines ? "" : "    # A matt surface sees no finer light than this.\n") +
+      LightLines(input, light.light, masked, shines);
   text += fmt::format(
       "\n# What may change, in these stages one after the other.\n"
       "unknowns:\n"
       "  object.vertices: {{}}\n"
       "  object.colors: {{}}\n"
+      "{}"
       "  # Photos tell a tinted light on a pale thing badly from a white light on a coloured one: "
       "the "
       "light is kept near\n  # grey where they do not say. Leave `neutral` out where the light is "
@@ -192,6 +209,7 @@ std::string DraftConfig(const FoundInput& input,
       "\nstages:\n"
       "  - {{name: light, free: [{}surroundings.texels, exposure]}}\n"
       "  - {{name: all, free: all}}\n",
+      shines ? "  surface.roughness: {}\n" : "",
       optim::kDefaultLogSmooth,
       has_flash ? "  flash.intensity: {}\n  flash.position: {}\n" : "",
       has_flash ? "flash.intensity, " : "");

@@ -8,6 +8,12 @@
 
 namespace pathfit::app {
 
+/// The surface of a draft.
+enum class DraftSurface {
+  kMatt,  ///< sees coarse light only
+  kShiny  ///< highlights of one roughness, which is unknown, in finer light
+};
+
 /// A short commented config that fits shape, light and colours to what was found, with every
 /// setting at its default. `path` is where it will be written: its folder is what paths are
 /// relative to. `mesh` is the start mesh; empty: carved from the masks, or without masks a sphere
@@ -17,6 +23,7 @@ std::string DraftConfig(const FoundInput& input,
                         const LightChoice& light,
                         const std::filesystem::path& path,
                         const std::string& name,
-                        const std::filesystem::path& mesh);
+                        const std::filesystem::path& mesh,
+                        DraftSurface surface = DraftSurface::kMatt);
 
 }  // namespace pathfit::app

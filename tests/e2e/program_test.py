@@ -330,7 +330,9 @@ class Program(unittest.TestCase):
         again = run("init", SOURCE / "data" / "axe", cwd=self.folder)
         self.assertEqual(again.returncode, 2)
         self.assertEqual(config.read_text(), "mine")
-        forced = run("init", SOURCE / "data" / "axe", "--force", "--json", cwd=self.folder)
+        forced = run("init", SOURCE / "data" / "axe", "--force", "--json", "--surface", "shiny", cwd=self.folder)
+        self.assertEqual(json.loads(forced.stdout)["surface"], "shiny")
+        self.assertIn("surface.roughness: {}", config.read_text())
         self.assertEqual(json.loads(forced.stdout)["masks"], 24)
         gone = run("init", SOURCE / "data" / "axe", "--mesh", "gone.ply", "-o", "b.yaml", cwd=self.folder)
         self.assertEqual(gone.returncode, 4)
@@ -349,7 +351,7 @@ class Program(unittest.TestCase):
         self.assertTrue((self.folder / "cat_start.ply").exists())
         checked = run("check", "cat.yaml", "--set", "input.max_size_px=64", cwd=self.folder)
         self.assertEqual(checked.returncode, 0, checked.stderr)
-        for more in (["--sfm", "colmap"], ["--light", "flash"], ["--whole-photos"], ["--ball", photos]):
+        for more in (["--sfm", "colmap"], ["--light", "flash"], ["--surface", "shiny"], ["--whole-photos"], ["--ball", photos]):
             refused = run("init", photos, "--lamps", lamps, "-o", "b.yaml", *more, cwd=self.folder)
             self.assertEqual(refused.returncode, 2, refused.stderr)
         empty = run("init", SOURCE / "data" / "axe" / "images", "--lamps", lamps, "-o", "b.yaml", cwd=self.folder)

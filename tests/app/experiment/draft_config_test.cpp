@@ -374,6 +374,27 @@ TEST_F(DraftConfigTest, FindsRawPhotosBesideJpegsByWhatTheCameraFileNames) {
       Says(DraftConfig(alone, UsualLight({}), top() / "a.yaml", "a", {}), "6 RAW, white balance"));
 }
 
+TEST_F(DraftConfigTest, AShinySurfaceHasARoughnessAndFinerLight) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "masks", false);
+  const FoundInput input = FindInput({.photos = top()});
+  const fs::path path = top() / "draft.yaml";
+  const std::string text =
+      DraftConfig(input, UsualLight({}), path, "ball", {}, DraftSurface::kShiny);
+  EXPECT_TRUE(Says(text, "# With highlights."));
+  EXPECT_TRUE(Says(text, "size_px: [32, 16]"));
+  EXPECT_FALSE(Says(text, "A matt surface sees"));
+  std::ofstream(path) << text;
+  const Experiment shiny = BuildExperiment(LoadExperimentConfig(path, {}));
+  const auto frees_roughness = [](const Experiment& experiment) {
+    return std::ranges::any_of(experiment.fit.unknowns, [](const optim::UnknownSpec& unknown) {
+      return unknown.kind == renderer::ParameterKind::kRoughness;
+    });
+  };
+  EXPECT_TRUE(frees_roughness(shiny));
+  EXPECT_FALSE(frees_roughness(Built(input)));
+}
+
 TEST_F(DraftConfigTest, SaysWhatIsMissing) {
   const std::string no_cameras = Refusal({.photos = top()});
   EXPECT_TRUE(Says(no_cameras, "no cameras were found. Looked for"));
