@@ -70,6 +70,10 @@ struct Options {
   bool force = false;
 };
 
+DraftSurface SurfaceOf(const Options& own) {
+  return own.surface == "shiny" ? DraftSurface::kShiny : DraftSurface::kMatt;
+}
+
 void Declare(OptionList& options, Options& own) {
   options.Threads();
   options.Path("-o,--output", "FILE", "Config to write; else NAME.yaml here", own.output);
@@ -216,7 +220,10 @@ LightChoice ChooseLight(const CommandContext& context,
   return UsualLight(input);
 }
 
-Json Describe(const FoundLamps& found, const LampDraftFiles& files, const std::string& name) {
+Json Describe(const FoundLamps& found,
+              const LampDraftFiles& files,
+              DraftSurface surface,
+              const std::string& name) {
   return {{"config", files.config.string()},
           {"name", name},
           {"photos", found.lamps.size()},
@@ -229,7 +236,7 @@ Json Describe(const FoundLamps& found, const LampDraftFiles& files, const std::s
           {"mask_agreement", nullptr},
           {"background_change", nullptr},
           {"light", "lamps"},
-          {"surface", "matt"},
+          {"surface", surface == DraftSurface::kShiny ? "shiny" : "matt"},
           {"seen", found.observations.assumptions},
           {"guessed", found.guesses}};
 }
@@ -247,7 +254,6 @@ void RefuseBesideLamps(const CommandContext& context, const Options& own) {
   };
   refuse(!own.sfm.empty(), "--sfm");
   refuse(!own.light.empty(), "--light");
-  refuse(!own.surface.empty(), "--surface");
   refuse(!own.calibration.empty(), "--calibration");
   refuse(own.whole, "--whole-photos");
   refuse(context.line.targets.size() > 1, "a file of cameras");
@@ -278,7 +284,7 @@ ExitStatus RunWithLamps(CommandContext& context, const Options& own, LampPlaces 
   if (own.mesh.empty()) RefuseToOverwrite(files.mesh, own);
   const FoundLamps found = FindLamps(places);
   if (!found.mask_made) files.mask = found.options.masks.folder;
-  const std::string draft = DraftLampConfig(found, files, name);
+  const std::string draft = DraftLampConfig(found, files, name, SurfaceOf(own));
   if (own.mesh.empty()) renderer::WritePly(files.mesh, LampStart(found));
   if (found.mask_made) {
     renderer::WritePng8(files.mask, found.mask);
@@ -291,7 +297,7 @@ ExitStatus RunWithLamps(CommandContext& context, const Options& own, LampPlaces 
   static_cast<void>(LoadExperimentConfig(files.config, {}));
   for (const std::string& seen : found.observations.assumptions) context.log.Info(seen);
   for (const std::string& guess : found.guesses) context.log.Info("guess: " + guess);
-  SayNext(context, files.config, Describe(found, files, name));
+  SayNext(context, files.config, Describe(found, files, SurfaceOf(own), name));
   return ExitStatus::kFinished;
 }
 
@@ -299,7 +305,7 @@ ExitStatus RunWithLamps(CommandContext& context, const Options& own, LampPlaces 
 /// that they have some; else empty.
 fs::path LampFile(const CommandContext& context, const Options& own, const fs::path& photos) {
   const bool may_be_found = own.sfm.empty() && own.ball.empty() && own.light.empty() &&
-                            own.surface.empty() && own.calibration.empty() && !own.whole &&
+                            own.calibration.empty() && !own.whole &&
                             context.line.targets.size() < 2 && !fs::is_regular_file(photos);
   if (!own.lamps.empty() || !may_be_found) return own.lamps;
   const fs::path found = FindLampFile(photos);

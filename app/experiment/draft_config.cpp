@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "app/experiment/draft_text.h"
 #include "optim/parameter/unknown_spec.h"
 #include "renderer/core/error.h"
 #include "renderer/io/raw_file.h"
@@ -80,17 +79,6 @@ std::string GeometryLines(const FoundInput& input, const fs::path& folder, const
       digits,
       layout.centre.z,
       digits);
-}
-
-/// Of a surface with highlights.
-std::string ShinyLines() {
-  return CommentLines(
-             "With highlights. A matt one: {model: diffuse, base_color: {vertex: [0.5, 0.5, "
-             "0.5]}}, "
-             "without surface.roughness below; it sees coarse light only: size_px [8, 4].",
-             "    # ") +
-         "    surface: {model: metallic_roughness, base_color: {vertex: [0.5, 0.5, 0.5]}, "
-         "roughness: {constant: 0.4}, metallic: {constant: 0}}\n";
 }
 
 std::string LightLines(const FoundInput& input, DraftLight light, bool masked, bool shines) {
@@ -182,7 +170,9 @@ std::string DraftConfig(const FoundInput& input,
           : "");
   text +=
       "\nscene:\n  geometry:\n" + GeometryLines(input, folder, mesh) + "  materials:\n" +
-      (shines ? ShinyLines() : SurfaceLines("; it sees finer light: size_px [32, 16]")) +
+      SurfaceLines(surface,
+                   shines ? "; it sees coarse light only: size_px [8, 4]"
+                          : "; it sees finer light: size_px [32, 16]") +
       "  lights:\n" + CommentLines("Guess: " + light.reason + ".", "    # ") +
       "    # frame: world = the light stands still around the object; camera = it goes with the "
       "camera (turntable, flash).\n" +

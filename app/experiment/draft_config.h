@@ -3,16 +3,11 @@
 #include <filesystem>
 #include <string>
 
+#include "app/experiment/draft_text.h"
 #include "app/experiment/input_search.h"
 #include "app/experiment/light_choice.h"
 
 namespace pathfit::app {
-
-/// The surface of a draft.
-enum class DraftSurface {
-  kMatt,  ///< sees coarse light only
-  kShiny  ///< highlights of one roughness, which is unknown, in finer light
-};
 
 /// A short commented config that fits shape, light and colours to what was found, with every
 /// setting at its default. `path` is where it will be written: its folder is what paths are

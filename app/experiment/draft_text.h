@@ -40,15 +40,26 @@ inline std::string CommentLines(const std::string& words, const std::string& sta
   return text;
 }
 
-/// The material of drafts, with what to do where it shines.
-inline std::string SurfaceLines(const std::string& more) {
-  return CommentLines(
-             "One colour per vertex. With highlights: {model: metallic_roughness, base_color: "
-             "{vertex: [0.5, 0.5, 0.5]}, roughness: {constant: 0.4}, metallic: {constant: 0}}, and "
-             "surface.roughness among the unknowns" +
-                 more + ".",
-             "    # ") +
-         "    surface: {model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}\n";
+/// The surface of a draft.
+enum class DraftSurface {
+  kMatt,  ///< sees coarse light only
+  kShiny  ///< highlights of one roughness, which is unknown, in finer light
+};
+
+/// The material of a draft and what another one would be. `of_light`: what that asks of the light.
+inline std::string SurfaceLines(DraftSurface surface, const std::string& of_light) {
+  const std::string matt = "{model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}";
+  const std::string shiny =
+      "{model: metallic_roughness, base_color: {vertex: [0.5, 0.5, 0.5]}, roughness: {constant: "
+      "0.4}, metallic: {constant: 0}}";
+  const bool shines = surface == DraftSurface::kShiny;
+  return CommentLines((shines ? "One colour per vertex, with highlights. Without: " + matt +
+                                    ", and no surface.roughness"
+                              : "One colour per vertex. With highlights: " + shiny +
+                                    ", and surface.roughness") +
+                          " among the unknowns" + of_light + ".",
+                      "    # ") +
+         "    surface: " + (shines ? shiny : matt) + "\n";
 }
 
 }  // namespace pathfit::app

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "app/experiment/draft_text.h"
 #include "optim/observation/cushion.h"
 
 namespace pathfit::app {
@@ -80,7 +79,8 @@ renderer::Mesh LampStart(const FoundLamps& found) {
 
 std::string DraftLampConfig(const FoundLamps& found,
                             const LampDraftFiles& files,
-                            const std::string& name) {
+                            const std::string& name,
+                            DraftSurface surface) {
   const fs::path folder = files.config.parent_path();
   const renderer::Camera& camera = found.observations.views.front().camera;
   const bool is_linear = found.options.transfer == optim::Transfer::kLinear;
@@ -120,7 +120,7 @@ std::string DraftLampConfig(const FoundLamps& found,
       "{{origin_m: [0, 0, {:.4g}], target_m: [0, 0, 0]}}}}}}\n"
       "  lights:\n",
       YamlPath(files.mesh, folder),
-      SurfaceLines(""),
+      SurfaceLines(surface, ""),
       FoundLamps::kPixel,
       camera.width,
       camera.height,
@@ -139,7 +139,9 @@ std::string DraftLampConfig(const FoundLamps& found,
       "\n# What may change, in these stages one after the other.\n"
       "unknowns:\n"
       "  object.vertices: {}\n"
-      "  object.colors: {}\n"
+      "  object.colors: {}\n";
+  if (surface == DraftSurface::kShiny) text += "  surface.roughness: {}\n";
+  text +=
       "  # Lamps that are not known well may change, too, one by one or all:\n"
       "  # lamp_*.intensity: {}\n"
       "  # lamp_*.rotation: {priors: [{gaussian: {mean: start, sigma: 0.02}}]}\n"

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "app/experiment/draft_text.h"
 #include "app/experiment/lamp_input.h"
 #include "renderer/geometry/mesh.h"
 
@@ -22,6 +23,7 @@ renderer::Mesh LampStart(const FoundLamps& found);
 /// every setting at its default. Paths in it are relative to the config's folder.
 std::string DraftLampConfig(const FoundLamps& found,
                             const LampDraftFiles& files,
-                            const std::string& name);
+                            const std::string& name,
+                            DraftSurface surface = DraftSurface::kMatt);
 
 }  // namespace pathfit::app

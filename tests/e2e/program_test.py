@@ -351,7 +351,7 @@ class Program(unittest.TestCase):
         self.assertTrue((self.folder / "cat_start.ply").exists())
         checked = run("check", "cat.yaml", "--set", "input.max_size_px=64", cwd=self.folder)
         self.assertEqual(checked.returncode, 0, checked.stderr)
-        for more in (["--sfm", "colmap"], ["--light", "flash"], ["--surface", "shiny"], ["--whole-photos"], ["--ball", photos]):
+        for more in (["--sfm", "colmap"], ["--light", "flash"], ["--whole-photos"], ["--ball", photos]):
             refused = run("init", photos, "--lamps", lamps, "-o", "b.yaml", *more, cwd=self.folder)
             self.assertEqual(refused.returncode, 2, refused.stderr)
         empty = run("init", SOURCE / "data" / "axe" / "images", "--lamps", lamps, "-o", "b.yaml", cwd=self.folder)

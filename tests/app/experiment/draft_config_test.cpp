@@ -381,7 +381,7 @@ TEST_F(DraftConfigTest, AShinySurfaceHasARoughnessAndFinerLight) {
   const fs::path path = top() / "draft.yaml";
   const std::string text =
       DraftConfig(input, UsualLight({}), path, "ball", {}, DraftSurface::kShiny);
-  EXPECT_TRUE(Says(text, "# With highlights."));
+  EXPECT_TRUE(Says(text, "with highlights. Without"));
   EXPECT_TRUE(Says(text, "size_px: [32, 16]"));
   EXPECT_FALSE(Says(text, "A matt surface sees"));
   std::ofstream(path) << text;

@@ -120,6 +120,10 @@ TEST_F(LampInputTest, TheDraftIsOneThatCanBeFitted) {
   EXPECT_TRUE(check.warnings.empty());
   ASSERT_EQ(check.views.size(), 5U);
   EXPECT_GT(check.views.front().iou, 0.95);
+
+  std::ofstream(files.config) << DraftLampConfig(found, files, "ball", DraftSurface::kShiny);
+  EXPECT_EQ(BuildExperiment(LoadExperimentConfig(files.config, {})).fit.unknowns.size(),
+            experiment.fit.unknowns.size() + 1);
 }
 
 TEST_F(LampInputTest, EncodedPhotosAndLampsWithYDown) {
