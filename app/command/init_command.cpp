@@ -7,6 +7,7 @@
 #include "app/command/result.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/draft_config.h"
+#include "app/experiment/folder_search.h"
 #include "app/experiment/lamp_draft.h"
 #include "app/experiment/lamp_input.h"
 #include "app/experiment/light_choice.h"
@@ -56,7 +57,7 @@ Json Describe(const FoundInput& input,
       {"mask_agreement", input.mask_agreement ? ToJson(*input.mask_agreement) : Json(nullptr)},
       {"background_change", input.background ? ToJson(input.background->change) : Json(nullptr)},
       {"light", WordOf(light.light)},
-      {"surface", surface == DraftSurface::kShiny ? "shiny" : "matt"},
+      {"surface", WordOf(surface)},
       {"seen", input.observations.assumptions},
       {"guessed", Json::array({light.reason})}};
 }
@@ -71,7 +72,13 @@ struct Options {
 };
 
 DraftSurface SurfaceOf(const Options& own) {
-  return own.surface == "shiny" ? DraftSurface::kShiny : DraftSurface::kMatt;
+  return own.surface == WordOf(DraftSurface::kShiny) ? DraftSurface::kShiny : DraftSurface::kMatt;
+}
+
+/// The config to write.
+fs::path ConfigOf(const Options& own, const std::string& name) {
+  return fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output)
+      .lexically_normal();
 }
 
 void Declare(OptionList& options, Options& own) {
@@ -162,7 +169,7 @@ ColmapModel FindCamerasByColmap(const fs::path& photos,
     throw UsageError("init", "--sfm finds the cameras; give the folder of the photos alone");
   }
   const std::string name = NameOf(photos);
-  const fs::path config = fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output);
+  const fs::path config = ConfigOf(own, name);
   const fs::path workspace = config.parent_path() / (config.stem().string() + "_colmap");
   for (const fs::path& path : {config, workspace}) RefuseToOverwrite(path, own);
   fs::remove_all(workspace / "sparse");
@@ -236,7 +243,7 @@ Json Describe(const FoundLamps& found,
           {"mask_agreement", nullptr},
           {"background_change", nullptr},
           {"light", "lamps"},
-          {"surface", surface == DraftSurface::kShiny ? "shiny" : "matt"},
+          {"surface", WordOf(surface)},
           {"seen", found.observations.assumptions},
           {"guessed", found.guesses}};
 }
@@ -264,13 +271,9 @@ void RefuseBesideLamps(const CommandContext& context, const Options& own) {
 
 /// Photos by one camera, each under a lamp of its own.
 ExitStatus RunWithLamps(CommandContext& context, const Options& own, LampPlaces places) {
-  const fs::path folder =
-      (fs::is_directory(places.photos) ? fs::absolute(places.photos) : fs::current_path())
-          .lexically_normal();
-  const std::string name = NameOf(folder.has_filename() ? folder : folder.parent_path());
+  const std::string name = NameOf(AbsolutePath(places.photos));
   LampDraftFiles files;
-  files.config =
-      fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output).lexically_normal();
+  files.config = ConfigOf(own, name);
   const std::string base = (files.config.parent_path() / files.config.stem()).string();
   files.mesh =
       own.mesh.empty() ? fs::path(base + "_start.ply") : fs::absolute(own.mesh).lexically_normal();
@@ -351,8 +354,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
         "common point; take --light camera");
   }
   const std::string name = NameOf(input.options.images_dir);
-  const fs::path config =
-      fs::absolute(own.output.empty() ? fs::path(name + ".yaml") : own.output).lexically_normal();
+  const fs::path config = ConfigOf(own, name);
   RefuseToOverwrite(config, own);
   const bool makes_masks = own.mesh.empty() && !own.whole;
   if (input.num_masks == 0 && makes_masks) {
@@ -360,7 +362,8 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   }
   const fs::path mesh = own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal();
   const LightChoice light = ChooseLight(context, own, input, mesh);
-  const DraftSurface surface = own.surface == "shiny" ? DraftSurface::kShiny : DraftSurface::kMatt;
+  const DraftSurface surface =
+      own.surface == WordOf(DraftSurface::kShiny) ? DraftSurface::kShiny : DraftSurface::kMatt;
   const std::string text = DraftConfig(input, light, config, name, mesh, surface);
   renderer::WriteFileAtomically(config, text);
   static_cast<void>(LoadExperimentConfig(config, {}));  // a draft that is refused is a mistake here

@@ -128,11 +128,7 @@ std::string DraftConfig(const FoundInput& input,
   const bool masked = input.options.masks.meaning != optim::MaskMeaning::kNone;
   const bool has_flash = light.light == DraftLight::kFlash;
   const bool shines = surface == DraftSurface::kShiny;
-  std::string text =
-      "# Written by pathfit init. Every setting that is not here has its default "
-      "(configs/README.md lists them).\n"
-      "schema: 1\nname: '" +
-      name + "'\n\ninput:\n";
+  std::string text = DraftBeginning(name);
   const auto num_raw = std::ranges::count_if(
       views, [](const optim::View& view) { return renderer::HasRawExtension(view.files.photo); });
   text += fmt::format(

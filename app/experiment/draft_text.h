@@ -40,11 +40,24 @@ inline std::string CommentLines(const std::string& words, const std::string& sta
   return text;
 }
 
+/// What a draft begins with.
+inline std::string DraftBeginning(const std::string& name) {
+  return "# Written by pathfit init. Every setting that is not here has its default "
+         "(configs/README.md lists them).\n"
+         "schema: 1\nname: '" +
+         name + "'\n\ninput:\n";
+}
+
 /// The surface of a draft.
 enum class DraftSurface {
   kMatt,  ///< sees coarse light only
   kShiny  ///< highlights of one roughness, which is unknown, in finer light
 };
+
+/// "matt", "shiny".
+inline const char* WordOf(DraftSurface surface) {
+  return surface == DraftSurface::kShiny ? "shiny" : "matt";
+}
 
 /// The material of a draft and what another one would be. `of_light`: what that asks of the light.
 inline std::string SurfaceLines(DraftSurface surface, const std::string& of_light) {

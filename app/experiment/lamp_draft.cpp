@@ -84,16 +84,12 @@ std::string DraftLampConfig(const FoundLamps& found,
   const fs::path folder = files.config.parent_path();
   const renderer::Camera& camera = found.observations.views.front().camera;
   const bool is_linear = found.options.transfer == optim::Transfer::kLinear;
-  std::string text = fmt::format(
-      "# Written by pathfit init. Every setting that is not here has its default "
-      "(configs/README.md lists them).\n"
-      "schema: 1\nname: '{}'\n\n"
-      "input:\n"
+  std::string text = DraftBeginning(name);
+  text += fmt::format(
       "  images: {}  # {} photos of {} x {} pixels by one camera that stood still\n"
       "  cameras: {{sensor: front{}}}\n"
       "  masks: {{path: {}, meaning: silhouette}}  # of all photos{}\n"
       "  colour: {{transfer: {}}}\n",
-      name,
       YamlPath(found.options.images_dir, folder),
       found.lamps.size(),
       camera.width,
@@ -102,7 +98,7 @@ std::string DraftLampConfig(const FoundLamps& found,
       found.options.masks.alpha ? "alpha" : YamlPath(files.mask, folder),
       found.mask_made ? "; made from brightness by pathfit init, to be looked at" : "",
       is_linear ? "linear" : "srgb");
-  if (found.lamps.size() < FoundLamps::kFewPhotos) {
+  if (found.options.validation_every == 0) {
     text += "  split: {validation: none}  # so few photos are all needed\n";
   }
   text += fmt::format(

@@ -1,7 +1,6 @@
 #include "app/experiment/lamp_input.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -9,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "app/experiment/folder_search.h"
+#include "app/experiment/lamp_photos.h"
 #include "app/experiment/start_check.h"
 #include "optim/observation/lamp_list.h"
 #include "optim/observation/mirror_ball.h"
@@ -16,10 +16,9 @@
 #include "renderer/core/error.h"
 #include "renderer/core/lower_case.h"
 #include "renderer/core/parallel.h"
-#include "renderer/io/atomic_file.h"
+#include "renderer/image/color.h"
 #include "renderer/io/color_segmentation.h"
 #include "renderer/io/image_filter.h"
-#include "renderer/io/text_scanner.h"
 
 namespace pathfit::app {
 namespace {
@@ -30,6 +29,7 @@ using optim::PhotoLamp;
 using optim::Transfer;
 using renderer::Image;
 using renderer::IoError;
+using renderer::PixelBox;
 using renderer::Vec3;
 
 constexpr int kShadingPx = 160;        // longer side of the object by whose shading things are told
@@ -43,183 +43,7 @@ constexpr double kTurned = 0.3;        // correlation of normals at the rim with
 constexpr double kPoorlyExplained = 0.1;
 constexpr double kCameraDistance = 3.0;  // in longer sides of the picture
 constexpr std::size_t kFewestLamps = 3;
-
-bool SpeaksOfOthers(const fs::path& path) {
-  return SpeaksOfMasks(path) || SpeaksOf(path, {"normal", "albedo", "depth", "ambient"});
-}
-
-bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
-
-/// "img_#.png" of img_12.png.
-std::string WithoutNumbers(const fs::path& path) {
-  std::string text;
-  for (const char c : path.filename().string()) {
-    if (!IsDigit(c)) {
-      text += c;
-    } else if (text.empty() || text.back() != '#') {
-      text += '#';
-    }
-  }
-  return text;
-}
-
-/// As people count: 2 before 10, wherever the number stands.
-bool NaturalLess(const fs::path& first, const fs::path& second) {
-  const std::string a = first.filename().string(), b = second.filename().string();
-  std::size_t i = 0, j = 0;
-  const auto run = [](const std::string& text, std::size_t& at) {
-    while (at + 1 < text.size() && text[at] == '0' && IsDigit(text[at + 1])) ++at;
-    const std::size_t begin = at;
-    while (at < text.size() && IsDigit(text[at])) ++at;
-    return text.substr(begin, at - begin);
-  };
-  while (i < a.size() && j < b.size()) {
-    if (IsDigit(a[i]) && IsDigit(b[j])) {
-      const std::string m = run(a, i), n = run(b, j);
-      if (m.size() != n.size()) return m.size() < n.size();
-      if (m != n) return m < n;
-    } else if (a[i] != b[j]) {
-      return a[i] < b[j];
-    } else {
-      ++i;
-      ++j;
-    }
-  }
-  return a.size() - i != b.size() - j ? a.size() - i < b.size() - j : a < b;
-}
-
-/// Pictures of a folder by their numbers.
-std::vector<fs::path> NumberedPictures(const fs::path& folder) {
-  std::vector<fs::path> pictures = optim::WithoutRawTwins(optim::PicturesIn(folder));
-  std::ranges::sort(pictures, NaturalLess);
-  return pictures;
-}
-/// The same but for masks, normals and the like.
-std::vector<fs::path> NumberedPhotos(const fs::path& folder) {
-  std::vector<fs::path> pictures = NumberedPictures(folder);
-  std::erase_if(pictures, SpeaksOfOthers);
-  return pictures;
-}
-/// So many of them: all, all photos, else those whose names differ by their numbers alone. Empty:
-/// there are others.
-std::vector<fs::path> NumberedPhotos(const fs::path& folder, std::size_t count) {
-  const std::vector<fs::path> all = NumberedPictures(folder);
-  for (const std::vector<fs::path>& some : {NumberedPhotos(folder), all}) {
-    if (some.size() == count) return some;
-  }
-  std::map<std::string, std::vector<fs::path>> groups;
-  for (const fs::path& picture : all) groups[WithoutNumbers(picture)].push_back(picture);
-  std::erase_if(groups, [&](const auto& group) { return group.second.size() != count; });
-  return groups.size() == 1 ? groups.begin()->second : std::vector<fs::path>();
-}
-
-/// The photo of this name or, without extension, stem.
-fs::path PhotoNamed(const fs::path& folder, const std::string& name) {
-  std::string plain = name;
-  std::ranges::replace(plain, '\\', '/');
-  const fs::path file = fs::path(plain).filename();
-  if (optim::IsPicture(folder / file)) return folder / file;
-  std::vector<fs::path> alike = optim::WithoutRawTwins(optim::PicturesIn(folder));
-  std::erase_if(alike, [&](const fs::path& path) {
-    return path.stem() != file && path.stem() != file.stem();
-  });
-  return alike.size() == 1 ? alike.front() : fs::path();
-}
-
-/// Names in a filenames.txt, one for each lamp; empty without it.
-std::vector<std::string> ListedNames(const fs::path& lamp_file) {
-  const fs::path path = lamp_file.parent_path() / "filenames.txt";
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return {};
-  const std::string text = renderer::ReadWholeFile(path);
-  std::vector<std::string> names;
-  renderer::LineReader lines(text);
-  for (std::string_view line; lines.Next(line);) {
-    if (const std::string_view name = renderer::NextToken(line); !name.empty()) {
-      names.emplace_back(name);
-    }
-  }
-  return names;
-}
-
-/// Of the photos; empty where their numbers tell.
-std::vector<std::string> NamesOfLamps(const LampList& list, const fs::path& lamp_file) {
-  std::vector<std::string> names;
-  for (const PhotoLamp& lamp : list.lamps) names.push_back(lamp.photo);
-  const bool by_ball = IsFolder(lamp_file);
-  if (!by_ball && std::ranges::all_of(names, [](const std::string& n) { return n.empty(); })) {
-    names = ListedNames(lamp_file);
-    if (!names.empty() && names.size() != list.lamps.size()) {
-      throw IoError(fmt::format("{}: has {} names for {} lamps",
-                                (lamp_file.parent_path() / "filenames.txt").string(),
-                                names.size(),
-                                list.lamps.size()));
-    }
-  }
-  if (!names.empty() && names.front().empty()) names.clear();
-  return names;
-}
-
-/// One for each lamp, all in one folder: that of the photos or one in it.
-std::vector<fs::path> PhotosOfLamps(const fs::path& top,
-                                    const LampList& list,
-                                    const fs::path& lamp_file) {
-  if (!IsFolder(top)) throw IoError(top.string() + ": no such folder");
-  std::vector<fs::path> folders =
-      EntriesOf(top, [&](const fs::path& path) { return IsFolder(path) && path != lamp_file; });
-  folders.insert(folders.begin(), top);
-  const std::vector<std::string> names = NamesOfLamps(list, lamp_file);
-  std::vector<std::vector<fs::path>> found;
-  std::string missing;
-  for (const fs::path& folder : folders) {
-    if (names.empty()) {
-      found.push_back(NumberedPhotos(folder, list.lamps.size()));
-    } else {
-      auto& photos = found.emplace_back();
-      for (const std::string& name : names) {
-        const fs::path photo = PhotoNamed(folder, name);
-        if (photo.empty() && folder == top) missing = name;
-        if (photo.empty()) break;
-        photos.push_back(photo);
-      }
-      if (photos.size() != names.size()) photos.clear();
-    }
-    if (found.back().empty()) found.pop_back();
-    if (!found.empty() && folder == top) return found.front();
-  }
-  if (found.size() == 1) return found.front();
-  if (found.size() > 1) {
-    throw IoError(top.string() + ": several folders in it have a photo for each of the " +
-                  std::to_string(list.lamps.size()) + " lamps; name one");
-  }
-  throw IoError(fmt::format(
-      "{}: has {} lamps, but {} has {} pictures{}. There must be one photo for each lamp: by the "
-      "names in that file or in a filenames.txt beside it, else in the order of their numbers",
-      lamp_file.string(),
-      list.lamps.size(),
-      top.string(),
-      optim::PicturesIn(top).size(),
-      missing.empty() ? "" : ", none of them " + missing));
-}
-
-/// What the names begin with and a star, if no other picture begins so; else empty.
-std::string PatternOf(const std::vector<std::string>& names,
-                      const std::vector<fs::path>& pictures) {
-  std::string common = names.front();
-  for (const std::string& name : names) {
-    const auto end = std::ranges::mismatch(common, name).in1;
-    common.erase(end, common.end());
-  }
-  // Not within a letter of several bytes.
-  while (!common.empty() && static_cast<unsigned char>(common.back()) >= 0x80U) common.pop_back();
-  const auto count = std::ranges::count_if(pictures, [&](const fs::path& picture) {
-    return picture.filename().string().starts_with(common);
-  });
-  const bool is_plain = common.find_first_of("*?[\\") == std::string::npos;
-  return is_plain && !common.empty() && count == static_cast<std::ptrdiff_t>(names.size())
-             ? common + "*"
-             : "";
-}
+constexpr std::size_t kFewPhotos = 8;  // of less, none is held out
 
 double MeanOf(const renderer::Rgb& rgb) { return (rgb.r + rgb.g + rgb.b) / 3.0; }
 
@@ -239,45 +63,33 @@ fs::path FindMaskFile(const fs::path& photos, const fs::path& other) {
   return above.size() == 1 ? above.front() : fs::path();
 }
 
-/// A part of an image.
-struct ImagePart {
-  int x = 0, y = 0, width = 0, height = 0;
-};
-
 /// Where a mask is more than half of its brightest, and a little around it.
-ImagePart PartAround(const Image& mask) {
-  const float half = 0.5F * *std::ranges::max_element(mask.data);
-  int x0 = mask.width, y0 = mask.height, x1 = -1, y1 = -1;
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      if (!(mask.At(x, y, 0) > half)) continue;
-      x0 = std::min(x0, x);
-      y0 = std::min(y0, y);
-      x1 = std::max(x1, x);
-      y1 = std::max(y1, y);
-    }
-  }
-  if (x1 < 0) return {0, 0, mask.width, mask.height};
-  x0 = std::max(0, x0 - kMargin);
-  y0 = std::max(0, y0 - kMargin);
-  return {x0,
-          y0,
-          std::min(mask.width, x1 + 1 + kMargin) - x0,
-          std::min(mask.height, y1 + 1 + kMargin) - y0};
+PixelBox PartAround(const Image& mask) {
+  const PixelBox box = renderer::BoxAbove(mask, 0.5F * *std::ranges::max_element(mask.data));
+  if (box.x1 < box.x0) return {0, 0, mask.width - 1, mask.height - 1};
+  return {std::max(0, box.x0 - kMargin),
+          std::max(0, box.y0 - kMargin),
+          std::min(mask.width - 1, box.x1 + kMargin),
+          std::min(mask.height - 1, box.y1 + kMargin)};
 }
 
-/// The part, no larger than shading needs.
-Image SmallPart(const Image& image, const ImagePart& part) {
-  Image cut(part.width, part.height, image.channels);
-  for (int y = 0; y < part.height; ++y) {
-    const auto* from = image.data.data() + image.Offset(part.x, part.y + y);
-    std::copy_n(from, part.width * image.channels, cut.data.data() + cut.Offset(0, y));
+/// The part, no larger than shading needs. `decode`: undoes the sRGB curve before.
+Image SmallPart(const Image& image, const PixelBox& part, bool decode = false) {
+  Image cut(part.x1 - part.x0 + 1, part.y1 - part.y0 + 1, image.channels);
+  for (int y = 0; y < cut.height; ++y) {
+    const auto* from = image.data.data() + image.Offset(part.x0, part.y0 + y);
+    std::copy_n(from, cut.width * image.channels, cut.data.data() + cut.Offset(0, y));
+  }
+  if (decode) {
+    for (float& value : cut.data) {
+      value = static_cast<float>(renderer::LinearFromSrgb(static_cast<double>(value)));
+    }
   }
   const double scale =
-      std::min(1.0, static_cast<double>(kShadingPx) / std::max(part.width, part.height));
+      std::min(1.0, static_cast<double>(kShadingPx) / std::max(cut.width, cut.height));
   return renderer::ResizeArea(cut,
-                              std::max(1, static_cast<int>(std::lround(scale * part.width))),
-                              std::max(1, static_cast<int>(std::lround(scale * part.height))));
+                              std::max(1, static_cast<int>(std::lround(scale * cut.width))),
+                              std::max(1, static_cast<int>(std::lround(scale * cut.height))));
 }
 
 /// What is not black in the mean of the photos.
@@ -288,7 +100,7 @@ Image MaskByBrightness(const optim::ObservationSet& observations) {
     const Image photo = view.photo.Unpack();
     for (int y = 0; y < mean.height; ++y) {
       for (int x = 0; x < mean.width; ++x) {
-        mean.At(x, y, 0) += static_cast<float>(MeanOf(photo.ColorAt(x, y)));
+        mean.At(x, y, 0) += static_cast<float>(renderer::MeanOfChannels(photo, x, y));
       }
     }
   }
@@ -304,15 +116,6 @@ Image MaskByBrightness(const optim::ObservationSet& observations) {
         "the object: --masks FILE (white = object)");
   }
   return mask;
-}
-
-/// A folder with photos: this one, or the only one in it that has some beside `other`.
-fs::path PhotoFolder(const fs::path& top, const fs::path& other) {
-  if (!NumberedPhotos(top).empty()) return top;
-  const std::vector<fs::path> with = EntriesOf(top, [&](const fs::path& path) {
-    return IsFolder(path) && path != other && !NumberedPhotos(path).empty();
-  });
-  return with.size() == 1 ? with.front() : top;
 }
 
 /// By the highlights of a shiny ball, in photos of its own or in those of the object (`photos`).
@@ -427,7 +230,7 @@ class LampFinder {
     const std::vector<fs::path> pictures = optim::PicturesIn(options.images_dir);
     found_.all_pictures = optim::WithoutRawTwins(pictures).size() == photos_.size();
     found_.pattern = PatternOf(names, pictures);
-    if (photos_.size() < FoundLamps::kFewPhotos) options.validation_every = 0;
+    if (photos_.size() < kFewPhotos) options.validation_every = 0;
     const optim::PhotoFile first = optim::ReadPhotoFile(photos_.front(), options);
     is_linear_file_ = first.bits > 16 || first.raw.has_value();
     has_alpha_ = std::ranges::any_of(first.alpha.data, [](float a) { return a < 0.5F; });
@@ -453,10 +256,8 @@ class LampFinder {
     if (!masks.folder.empty() || masks.alpha) masks.meaning = optim::MaskMeaning::kSilhouette;
   }
 
-  optim::ObservationSet Load(Transfer transfer) {
-    optim::ObservationOptions options = found_.options;
-    options.transfer = transfer;
-    optim::ObservationSet set = optim::LoadObservations(options);
+  optim::ObservationSet Load() {
+    optim::ObservationSet set = optim::LoadObservations(found_.options);
     const auto& first = set.views.front();
     for (const optim::View& view : set.views) {
       if (view.photo.width() == first.photo.width() &&
@@ -474,22 +275,23 @@ class LampFinder {
                       first.photo.height()));
     }
     if (found_.mask.Empty()) {
-      found_.mask_made = options.masks.meaning == optim::MaskMeaning::kNone;
+      found_.mask_made = found_.options.masks.meaning == optim::MaskMeaning::kNone;
       found_.mask = found_.mask_made ? MaskByBrightness(set) : first.mask.Unpack();
     }
     return set;
   }
 
-  [[nodiscard]] optim::ShadingFit Fit(const optim::ObservationSet& set) const {
-    const ImagePart part = PartAround(found_.mask);
+  /// Of the photos as they were loaded, or with the sRGB curve undone.
+  [[nodiscard]] optim::ShadingFit Fit(bool decode) const {
+    const PixelBox part = PartAround(found_.mask);
     std::map<std::string, const optim::View*> views;
-    for (const optim::View& view : set.views) views[view.name] = &view;
+    for (const optim::View& view : found_.observations.views) views[view.name] = &view;
     std::vector<Image> photos;
     std::vector<Vec3> towards;
     std::vector<double> strengths;
     for (std::size_t i = 0; i < list_.lamps.size(); ++i) {
       const optim::View& view = *views.at(photos_[i].filename().string());
-      photos.push_back(SmallPart(view.photo.Unpack(), part));
+      photos.push_back(SmallPart(view.photo.Unpack(), part, decode));
       towards.push_back(list_.lamps[i].towards);
       if (found_.strengths_known) strengths.push_back(MeanOf(*list_.lamps[i].strength));
     }
@@ -498,30 +300,27 @@ class LampFinder {
 
   /// With what photos' numbers mean, where two things are possible.
   void LoadPhotos() {
-    Transfer& transfer = found_.options.transfer;
-    transfer = Transfer::kLinear;
-    found_.observations = Load(transfer);
-    found_.shading = Fit(found_.observations);
+    found_.options.transfer = Transfer::kLinear;
+    found_.observations = Load();
+    found_.shading = Fit(false);
     if (is_linear_file_) return;
     const double as_stored = found_.shading.residual;
-    found_.observations = Load(Transfer::kSrgb);
-    const optim::ShadingFit encoded = Fit(found_.observations);
-    const double least = std::min(encoded.residual, as_stored);
-    const double most = std::max(encoded.residual, as_stored);
+    const optim::ShadingFit decoded = Fit(true);
+    const double least = std::min(decoded.residual, as_stored);
+    const double most = std::max(decoded.residual, as_stored);
     const bool is_told = most > kTold;
     transfer_reason_ =
         is_told ? fmt::format(
                       "a matt surface leaves {:.1f} % of the values as they are stored, "
                       "{:.1f} % after undoing the sRGB curve{}",
                       100.0 * as_stored,
-                      100.0 * encoded.residual,
+                      100.0 * decoded.residual,
                       least > kHardlyDiffer * most ? ", which hardly differ" : "")
                 : "so few lamps do not tell whether that is so; else colour: {transfer: linear}";
-    if (!is_told || encoded.residual < as_stored) {
-      transfer = Transfer::kSrgb;
-      found_.shading = encoded;
-    } else {
-      found_.observations = Load(transfer);
+    if (!is_told || decoded.residual < as_stored) {
+      found_.options.transfer = Transfer::kSrgb;
+      found_.shading = decoded;
+      found_.observations = Load();
     }
   }
 

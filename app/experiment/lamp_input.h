@@ -27,14 +27,14 @@ struct LampPlaces {
 /// they were found and loaded. The frame: x right, y up, z to the camera; the origin is what the
 /// middle of the photos shows.
 struct FoundLamps {
-  static constexpr std::size_t kFewPhotos = 8;  ///< of less, none is held out
   struct Lamp {
     std::string photo;       ///< file name
     renderer::Vec3 towards;  ///< unit
     renderer::Rgb strength;  ///< relative, mean 1
   };
   static constexpr double kPixel = 0.01;  ///< width of a pixel, units of the frame
-  /// Complete but for `masks` where the mask was made. The camera is taken as far away.
+  /// Complete but for `masks` where the mask was made. The camera is taken as far away; of few
+  /// photos none is held out.
   optim::ObservationOptions options;
   bool all_pictures = true;           ///< of the folder are photos
   std::string pattern;                ///< that fits their names alone; empty if there is none

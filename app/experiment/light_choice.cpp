@@ -147,15 +147,6 @@ class LightTrial {
 
 }  // namespace
 
-namespace {
-
-/// Nothing if a PSNR by which it was made is not a number.
-std::optional<LightChoice> Finite(const LightChoice& choice, double a, double b) {
-  return std::isfinite(a) && std::isfinite(b) ? std::optional(choice) : std::nullopt;
-}
-
-}  // namespace
-
 const char* WordOf(DraftLight light) {
   static constexpr std::array kWords = {"world", "camera", "flash"};
   return kWords[static_cast<std::size_t>(light)];
@@ -203,25 +194,27 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
     const bool may_be_flash =
         input.layout && !(input.background && input.background->ShowsThatItIsStill());
     const double turned = may_be_turned ? trial.Explained(DraftLight::kCamera) : still;
+    if (!std::isfinite(still) || !std::isfinite(turned)) return std::nullopt;
+    LightChoice choice{DraftLight::kWorld, ": taken to stand still"};
     if (may_be_turned) {
       compared += fmt::format(", to {:.1f} dB by light that goes with the camera", turned);
       if (turned < still + kClearlyBetter) {
-        return Finite({DraftLight::kWorld, compared + ": taken to stand still"}, still, turned);
+        choice.reason = compared + choice.reason;
+        return choice;
       }
+      choice = {DraftLight::kCamera, ": taken to go with it"};
     }
     if (may_be_flash) {
       const double flash = trial.Explained(DraftLight::kFlash);
       compared += fmt::format(", to {:.1f} dB by a flash on it", flash);
       const double least = may_be_turned ? turned + kSlightlyBetter : still + kClearlyBetter;
       if (flash > least) {
-        return Finite({DraftLight::kFlash, compared + ": taken for one"}, still, flash);
+        if (!std::isfinite(flash)) return std::nullopt;
+        choice = {DraftLight::kFlash, ": taken for one"};
       }
     }
-    return Finite(may_be_turned
-                      ? LightChoice{DraftLight::kCamera, compared + ": taken to go with it"}
-                      : LightChoice{DraftLight::kWorld, compared + ": taken to stand still"},
-                  still,
-                  turned);
+    choice.reason = compared + choice.reason;
+    return choice;
   } catch (const std::runtime_error&) {
     return std::nullopt;  // check says what is wrong with the start
   }

@@ -21,21 +21,6 @@ constexpr int kMargin = 3;       // nodes around it
 constexpr int kSweeps = 600;     // of successive over-relaxation
 constexpr double kInset = 0.25;  // of the spacing: where parts that touch are cut
 
-struct Box {
-  int x0 = 0, y0 = 0, x1 = -1, y1 = -1;
-};
-
-Box BoxOf(const Image& mask) {
-  Box box{mask.width, mask.height, -1, -1};
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      if (mask.At(x, y, 0) <= 0.5F) continue;
-      box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x), std::max(box.y1, y)};
-    }
-  }
-  return box;
-}
-
 /// Distances at the nodes of a plane, in nodes: of the mask's border, positive inside.
 struct Plane {
   int width = 0, height = 0;
@@ -100,7 +85,7 @@ std::vector<double> SquaredHeights(const Plane& distance) {
 
 renderer::Mesh MakeCushion(const Image& whole_mask, double pixel, double depth) {
   const Image mask = renderer::LargestPart(whole_mask, 0.0);
-  const Box box = BoxOf(mask);
+  const renderer::PixelBox box = renderer::BoxAbove(mask, 0.5F);
   if (box.x1 < box.x0) throw renderer::SceneError("the mask is empty");
   const int longer = std::max(box.x1 - box.x0, box.y1 - box.y0) + 1;
   const double step = std::max(1.0, static_cast<double>(longer) / kNodes);  // pixels

@@ -29,12 +29,10 @@ struct Row {
   std::vector<double> numbers;
   std::int64_t line = 0;
 
-  /// What stands before the last `count` numbers.
-  [[nodiscard]] std::string NameBefore(std::size_t count) const {
-    const std::size_t end =
-        count > 0 && count <= begins.size() ? begins[begins.size() - count] : text.size();
-    const std::size_t last = text.find_last_not_of(" \t", end == 0 ? 0 : end - 1);
-    return end == 0 || last == std::string::npos ? "" : text.substr(0, last + 1);
+  /// What stands before the numbers.
+  [[nodiscard]] std::string Name() const {
+    const std::string before = text.substr(0, begins.empty() ? text.size() : begins.front());
+    return before.substr(0, before.find_last_not_of(" \t") + 1);
   }
 };
 
@@ -148,8 +146,6 @@ LampList ReadLampList(const fs::path& path) {
       throw IoError(path.string() + ": says that it has " + rows_said + " lamps, has " +
                     std::to_string(rows.size()));
     }
-  }
-  if (has_count) {
     // The last three are the direction, whatever numbers a name ends with.
     for (Row& row : rows) {
       if (row.numbers.size() <= 3) continue;
@@ -171,7 +167,7 @@ LampList ReadLampList(const fs::path& path) {
                     "blue\", the same for all, perhaps after its photo's name");
     }
     PhotoLamp& lamp = list.lamps.emplace_back();
-    if (HasName(row)) lamp.photo = row.NameBefore(row.begins.size());
+    if (HasName(row)) lamp.photo = row.Name();
     const Vec3 towards{row.numbers[0], row.numbers[1], row.numbers[2]};
     const double length = renderer::Norm(towards);
     if (!(length > 0.0) || !std::isfinite(length)) {

@@ -36,12 +36,6 @@ struct Pixel {
   Eigen::VectorXd values;
 };
 
-double ValueAt(const Image& photo, int x, int y) {
-  double sum = 0.0;
-  for (int c = 0; c < photo.channels; ++c) sum += static_cast<double>(photo.At(x, y, c));
-  return sum / photo.channels;
-}
-
 /// Those of the mask that are not black.
 std::vector<Pixel> PixelsOf(const std::vector<Image>& photos, const Image& mask) {
   std::vector<Pixel> pixels;
@@ -51,7 +45,7 @@ std::vector<Pixel> PixelsOf(const std::vector<Image>& photos, const Image& mask)
       if (!(mask.At(x, y, 0) >= least && least > 0.0F)) continue;
       Pixel pixel{x, y, Eigen::VectorXd(static_cast<Eigen::Index>(photos.size()))};
       std::vector<double> values;
-      for (const Image& photo : photos) values.push_back(ValueAt(photo, x, y));
+      for (const Image& photo : photos) values.push_back(renderer::MeanOfChannels(photo, x, y));
       std::ranges::copy(values, pixel.values.begin());
       if (renderer::Median(values) > 0.0) pixels.push_back(std::move(pixel));
     }
@@ -114,7 +108,7 @@ Vec2 WayOut(const Image& distance, int x, int y) {
   return length > 0.0 ? Vec2{out.x / length, out.y / length} : Vec2{};
 }
 
-/// Means of one: a = normals' component, b = way out.
+/// By sums of products.
 double Correlation(double ab, double aa, double bb) {
   return aa > 0.0 && bb > 0.0 ? ab / std::sqrt(aa * bb) : 0.0;
 }

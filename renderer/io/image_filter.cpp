@@ -59,6 +59,23 @@ cv::Mat DistanceFromOthers(const Image& mask, bool inside) {
 
 }  // namespace
 
+PixelBox BoxAbove(const Image& image, float level) {
+  PixelBox box{image.width, image.height, -1, -1};
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (!(image.At(x, y, 0) > level)) continue;
+      box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x), std::max(box.y1, y)};
+    }
+  }
+  return box;
+}
+
+double MeanOfChannels(const Image& image, int x, int y) {
+  double sum = 0.0;
+  for (int c = 0; c < image.channels; ++c) sum += static_cast<double>(image.At(x, y, c));
+  return sum / image.channels;
+}
+
 Image ResizeArea(const Image& image, int width, int height) {
   CheckImageSize(width, height, "resized image");
   if (image.Empty()) throw IoError("an empty image cannot be resized");

@@ -4,6 +4,16 @@
 
 namespace pathfit::renderer {
 
+/// Pixels x0..x1 by y0..y1, all included; none if x1 < x0.
+struct PixelBox {
+  int x0 = 0, y0 = 0, x1 = -1, y1 = -1;
+};
+/// Around the pixels whose first channel is above `level`.
+PixelBox BoxAbove(const Image& image, float level);
+
+/// Mean of a pixel's channels.
+double MeanOfChannels(const Image& image, int x, int y);
+
 /// Each pixel becomes the average of the source over the pixel's area, exactly, for shrinking and
 /// growing alike. Fails: IoError when the image is empty or the new size is not positive.
 Image ResizeArea(const Image& image, int width, int height);
