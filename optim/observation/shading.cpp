@@ -18,6 +18,7 @@ namespace {
 using renderer::Image;
 using renderer::Vec2;
 using renderer::Vec3;
+using SymmetricSolver = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 
 constexpr float kWhole = 0.99F;   // of a mask's white: no part of the pixel is outside
 constexpr double kDarkest = 0.2;  // of a pixel's median value: less is shadow
@@ -28,7 +29,7 @@ constexpr double kLeastInverse = 1e-3;  // smallest over largest of strengths th
 constexpr double kClearGap = 3.0;
 constexpr double kLeastGap = 1e-5;
 constexpr double kRim = 3.0;         // pixels from the border of the mask
-constexpr double kLeastSpan = 1e-3;  // smallest over largest singular value of the directions
+constexpr double kLeastSpan = 1e-3;  // rms of the directions along the least of all axes
 
 /// A pixel's values by photo.
 struct Pixel {
@@ -75,7 +76,7 @@ std::optional<Eigen::VectorXd> FindStrengths(const std::vector<Pixel>& pixels,
   for (const Pixel& pixel : pixels) {
     products += pixel.values * pixel.values.transpose() / pixel.values.squaredNorm();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(outside.cwiseProduct(products));
+  const SymmetricSolver solver(outside.cwiseProduct(products));
   Eigen::VectorXd inverse = solver.eigenvectors().col(0);
   if (inverse.sum() < 0.0) inverse = -inverse;
   const Eigen::VectorXd& values = solver.eigenvalues();
@@ -151,8 +152,8 @@ ShadingFit FitShading(const std::vector<Image>& photos,
     const Vec3& l = towards[static_cast<std::size_t>(k)];
     lamps.row(k) << l.x, l.y, l.z;
   }
-  if (count < 3 || Eigen::JacobiSVD<Eigen::MatrixX3d>(lamps).singularValues()(2) <
-                       kLeastSpan * std::sqrt(static_cast<double>(count))) {
+  const Eigen::MatrixXd moments = lamps.transpose() * lamps / static_cast<double>(count);
+  if (count < 3 || SymmetricSolver(moments).eigenvalues()(0) < kLeastSpan * kLeastSpan) {
     throw renderer::SceneError(
         "shading tells shape by three photos or more whose lamps do not lie in one plane");
   }
