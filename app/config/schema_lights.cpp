@@ -108,8 +108,9 @@ SchemaNode LightsSchema() {
                   Key("height_m", &LightConfig::height_m) | Doc("Along y, before `rotate`.") |
                       Between(0.0, 1e9) | Unit("metres") | Required() | When("type", {"rectangle"}),
                   Point("target_m", &LightConfig::target) |
-                      Doc("What is in the middle of the cone or picture.") | OneOf("aim") |
-                      When("type", {"spot", "projector"}),
+                      Doc("What is in the middle of the cone or picture. An unknown `position` "
+                          "keeps the direction, not the target: free `rotation`, too.") |
+                      OneOf("aim") | When("type", {"spot", "projector"}),
                   Key("direction", &LightConfig::direction) |
                       Doc("Where the light goes; its length does not matter.") | OneOf("aim") |
                       When("type", {"directional", "spot", "projector"}),

@@ -163,13 +163,14 @@ void SetColors(const std::string& mesh_name, const MaterialConfig& material, Mes
   }
 }
 
-// A mesh that cannot be used is said with its file and the way out.
-void CheckFileMesh(const std::filesystem::path& path, bool is_repaired, const MeshPart& part) {
+// A mesh that cannot be used is said with its file, if it has one, and the way out.
+void CheckMesh(const GeometryConfig& geometry, const MeshPart& part) {
   try {
     renderer::ValidateMesh(part.mesh, part.name);
   } catch (const SceneError& error) {
-    throw SceneError(path.string() + ": " + error.what() +
-                     (is_repaired ? "" : "; `repair: true` mends what can be mended"));
+    const auto* file = std::get_if<FileGeometry>(&geometry.geometry);
+    throw SceneError((file == nullptr ? "" : file->path.string() + ": ") + error.what() +
+                     (geometry.repair ? "" : "; `repair: true` mends what can be mended"));
   }
 }
 
@@ -210,9 +211,7 @@ void AddMeshes(const GeometryConfig& geometry,
       if (!done.empty())
         context.notes.push_back("Mesh " + part.name + " was repaired: " + done + ".");
     }
-    if (const auto* file = std::get_if<FileGeometry>(&geometry.geometry)) {
-      CheckFileMesh(file->path, geometry.repair, part);
-    }
+    CheckMesh(geometry, part);
     const renderer::Material& look = scene.materials[static_cast<std::size_t>(part.material)];
     SetNormals(geometry.normals, config, context, look.normal_texture >= 0, part);
     renderer::ApplyTransform(world_from_file, part.mesh);

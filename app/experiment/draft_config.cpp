@@ -177,7 +177,7 @@ std::string DraftConfig(const FoundInput& input,
   text += fmt::format(
       "\n# What may change, in these stages one after the other.\n"
       "unknowns:\n"
-      "  object.vertices: {{}}\n"
+      "  object.vertices: {{}}{}\n"
       "  object.colors: {{}}\n"
       "{}"
       "  # Photos tell a tinted light on a pale thing badly from a white light on a coloured one: "
@@ -195,6 +195,7 @@ std::string DraftConfig(const FoundInput& input,
       "\nstages:\n"
       "  - {{name: light, free: [{}surroundings.texels, exposure]}}\n"
       "  - {{name: all, free: all}}\n",
+      mesh.empty() ? "" : "  # leave it out where the mesh has the right shape already",
       shines ? "  surface.roughness: {}\n" : "",
       optim::kDefaultLogSmooth,
       has_flash ? "  flash.intensity: {}\n  flash.position: {}\n" : "",

@@ -219,7 +219,8 @@ std::string DoubtWords(const FitHistory& history) {
       "the result explains hardly anything of {} ({:.1f} dB): the worst pictures in the report "
       "show "
       "where. Wrong cameras or masks, no masks at all, and a light of the wrong kind (frame: world "
-      "or camera, or a flash) do that, and so do things that moved between the photos",
+      "or camera, or a flash) do that, and so do things that moved between the photos, or a start "
+      "too far off (other values, another --seed)",
       held_out ? "the held-out photos" : "the photos",
       psnr);
 }

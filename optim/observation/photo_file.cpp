@@ -32,15 +32,27 @@ void RoundTo16Bits(Image& image) {
   }
 }
 
-/// 1 where any channel of the encoded image reaches the level.
+constexpr double kNearlyClipped = 0.8;  // of the level
+
+/// 1 where any channel of the encoded image reaches the level, or nearly does beside such a pixel:
+/// files that lose something (JPEG) and cameras that sharpen leave less than there was at the rim
+/// of what is clipped.
 Image ClippedPixels(const Image& encoded, double clip_above) {
   Image clipped(encoded.width, encoded.height, 1);
+  const auto reaches = [&](int x, int y, double level) {
+    const renderer::Rgb value = encoded.ColorAt(x, y);
+    return std::max({value.r, value.g, value.b}) >= level;
+  };
   bool any = false;
-  for (std::size_t i = 0; i < clipped.data.size(); ++i) {
-    const float* p = encoded.data.data() + 3 * i;
-    if (static_cast<double>(std::max({p[0], p[1], p[2]})) >= clip_above) {
-      clipped.data[i] = 1.0F;
+  for (int y = 0; y < encoded.height; ++y) {
+    for (int x = 0; x < encoded.width; ++x) {
+      if (!reaches(x, y, clip_above)) continue;
       any = true;
+      for (int j = std::max(0, y - 1); j <= std::min(y + 1, encoded.height - 1); ++j) {
+        for (int i = std::max(0, x - 1); i <= std::min(x + 1, encoded.width - 1); ++i) {
+          if (reaches(i, j, kNearlyClipped * clip_above)) clipped.At(i, j, 0) = 1.0F;
+        }
+      }
     }
   }
   return any ? clipped : Image();

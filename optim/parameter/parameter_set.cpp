@@ -135,7 +135,7 @@ void ParameterSet::AddGroup(const renderer::Scene& scene,
     runs_.push_back({count - 1, kSmallestRatio, kLargestRatio});
     runs_.push_back({count, kSmallestOuterAngle, kLargestOuterAngle});
   } else {
-    runs_.push_back({count, lower, upper});
+    runs_.push_back({count, lower, upper, renderer::TraitsOf(unknown.kind).largest_factor});
   }
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "optim/parameter/unknown_spec.h"
@@ -88,6 +89,8 @@ class ParameterSet {
   /// Bounds of theta, infinite where there is none.
   [[nodiscard]] double Lower(std::size_t scalar) const { return RunOf(scalar).lower; }
   [[nodiscard]] double Upper(std::size_t scalar) const { return RunOf(scalar).upper; }
+  /// ParameterTraits::largest_factor, of the value.
+  [[nodiscard]] double LargestFactor(std::size_t scalar) const { return RunOf(scalar).factor; }
 
   /// By scalar: whether theta is at none of its bounds.
   [[nodiscard]] std::vector<bool> InsideBounds(const std::vector<double>& theta) const;
@@ -111,6 +114,7 @@ class ParameterSet {
   struct Run {
     std::size_t end = 0;
     double lower = 0.0, upper = 0.0;
+    double factor = std::numeric_limits<double>::infinity();
   };
   [[nodiscard]] const Run& RunOf(std::size_t scalar) const {
     return *std::ranges::upper_bound(runs_, scalar, {}, &Run::end);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -18,11 +19,15 @@ inline std::pair<double, double> BoundsOfStep(const ParameterSet& set,
                                               std::size_t scalar) {
   const double lower = set.Lower(scalar);
   const double upper = set.Upper(scalar);
-  if (!set.IsLog(scalar)) {
+  const double at = theta[scalar];
+  if (set.IsLog(scalar)) {
+    return {std::max(lower, at - kLargestLogStep), std::min(upper, at + kLargestLogStep)};
+  }
+  const double factor = set.LargestFactor(scalar);
+  if (std::isinf(factor)) {
     return {lower, upper};
   }
-  return {std::max(lower, theta[scalar] - kLargestLogStep),
-          std::min(upper, theta[scalar] + kLargestLogStep)};
+  return {std::max(lower, at / factor), std::min(upper, at * factor)};
 }
 
 }  // namespace pathfit::optim

@@ -139,7 +139,7 @@ void AddLimitsOf(const MeshContact& contact,
     limits.push_back(names + (same ? " cuts itself" : " cut each other") +
                      ": that their common line moves is not in the derivative by moving things");
   }
-  if (contact.overlap && sweep) {
+  if (contact.overlap) {  // what moves before them may be any other thing
     limits.push_back(names + (same ? " lies on itself" : " lie on each other") +
                      " in one plane: which triangle is seen is left to rounding, and what borders "
                      "there do is not in the derivative by moving things");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pathfit::renderer {
 
@@ -81,6 +82,7 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecord& path,
   const auto last = static_cast<std::size_t>(context.max_bounces) -
                     (context.lights.areas.empty() && context.max_bounces > 0 ? 1 : 0);
   bool visible = first == 0;  // next to the camera, mirrors and glass left aside
+  Split split;
   for (auto k = static_cast<std::size_t>(first); k < std::min(last, path.vertices.size()); ++k) {
     const PathRecord::Vertex& v = path.vertices[k];
     if (IsDelta(v.p.material->bsdf) || !v.p.Reflects()) {
@@ -90,16 +92,22 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecord& path,
     const bool is_last = static_cast<int>(k) + 1 == context.max_bounces;
     const bool meets_itself = !is_last || context.lights.AreaLightOf(v.p.id.mesh) != nullptr;
     const double nearness = NearnessOfMotion(
-        v.p, visible && image_form_ && meets_itself, is_last, std::max(share, kTouch));
+        v.p, visible && image_form_ && meets_itself, is_last, std::max(share, kStandIn * kTouch));
     visible = false;
+    split.vertex = static_cast<int>(k);
     if (nearness < kTouch) {
-      return {static_cast<int>(k), 1, true};
+      split.touches = true;
+      return split;
+    }
+    if (nearness < kStandIn * kTouch && k < std::numeric_limits<VertexBits>::digits) {
+      split.stand_ins |= VertexBits{1} << k;
     }
     if (nearness < share) {
-      return {static_cast<int>(k), 2 * static_cast<int>(std::ceil(0.5 * share / nearness))};
+      split.count = 2 * static_cast<int>(std::ceil(0.5 * share / nearness));
+      return split;
     }
   }
-  return {};
+  return split;
 }
 
 }  // namespace pathfit::renderer

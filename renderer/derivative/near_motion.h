@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "renderer/derivative/active_parameters.h"
@@ -25,6 +26,8 @@ class NearMotion {
              const ActiveParameters& active,
              const RenderOptions& options);
 
+  /// Vertices of a path, a bit each; later ones than there are bits stand in for none.
+  using VertexBits = std::uint64_t;
   /// The first vertex (from 0) of a path, from `first` on, that touches something, or whose
   /// direction should be drawn more than once, and how often; count 1 if there is none. `share`: of
   /// the path in its sample, after splits at earlier vertices; 0: no more splits.
@@ -32,6 +35,8 @@ class NearMotion {
     int vertex = 0;
     int count = 1;
     bool touches = false;  ///< the vertex is closer than kTouch: the `contact` of PathAdjoint
+    VertexBits stand_ins =
+        0;  ///< of the vertices looked at, those up to kStandIn times kTouch away
   };
   [[nodiscard]] Split FirstSplit(const PathRecord& path,
                                  const PathContext& context,
@@ -42,9 +47,13 @@ class NearMotion {
   /// of the two meshes if that is less.
   static constexpr double kReach = 0.03;
   static constexpr double kLarge = 8.0;
-  /// Closer, as a share of that distance, a vertex touches: what leaves so narrow a strip has a
-  /// bounded derivative, which is left out, and with it the largest outliers.
+  /// Closer, as a share of that distance, a vertex touches: directions away from so narrow a strip
+  /// are kept fixed, and with them the largest outliers. Their derivative is bounded and hardly
+  /// changes across the strip, so the strip beside it, up to kStandIn times as far away, stands in
+  /// for it: there what turns counts kStandInWeight times.
   static constexpr double kTouch = 4e-3;
+  static constexpr double kStandIn = 3.0;
+  static constexpr double kStandInWeight = kStandIn / (kStandIn - 1.0);
 
  private:
   /// How near what moves against a vertex is, as a share of the distance at which splits begin; at

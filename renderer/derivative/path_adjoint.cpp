@@ -1,6 +1,8 @@
 #include "renderer/derivative/path_adjoint.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstddef>
 
 namespace pathfit::renderer {
 namespace {
@@ -49,10 +51,12 @@ PathAdjoint::PathAdjoint(const AdjointContext& context, DerivativeAccumulator& s
 void PathAdjoint::AddPath(const PixelSample& pixel,
                           const PathRecord& path,
                           std::size_t contact,
+                          NearMotion::VertexBits stand_ins,
                           VertexAdjoint* first) {
   pixel_ = &pixel;
   path_ = &path;
   contact_ = contact;
+  stand_ins_ = stand_ins;
   moving_ = IsMoving();
   if (!moving_ && !active_.any_material && !active_.any_light) {
     return;
@@ -123,6 +127,13 @@ void PathAdjoint::FindStages() {
   bool seen_rough = false;
   frozen_ = contact_ < count ? contact_ + 1 : count;
   first_rough_ = count - 1;
+  motion_weights_.assign(count + 1, 1.0);
+  for (NearMotion::VertexBits left = stand_ins_; left != 0; left &= left - 1) {
+    const auto behind = static_cast<std::ptrdiff_t>(std::countr_zero(left)) + 1;
+    std::for_each(motion_weights_.begin() + behind, motion_weights_.end(), [](double& weight) {
+      weight *= NearMotion::kStandInWeight;
+    });
+  }
   for (std::size_t k = 0; k < count; ++k) {
     const Vertex& v = vertices[k];
     adjoints_[k].throughput = throughput;
@@ -167,9 +178,9 @@ Rgb PathAdjoint::AdjointOfDirect(std::size_t k, const DirectContribution& direct
   ColorGradient d_wi;
   const Rgb bsdf = AdjointOfBsdf(k, light.w, weight, d_wi);
   const Rgb per_radiance = d.throughput * bsdf * direct.factor;
-  const Rgb value = weight * bsdf;
+  Rgb value = weight * bsdf;
   const auto turn = [&](int emitter) {
-    if (Turns(k) && motion_.LightMoves(emitter)) {
+    if (Moves(k) && motion_.LightMoves(emitter)) {
       motion_.LightSpin(emitter, Cross(light.w, d_wi));
     }
   };
@@ -180,6 +191,8 @@ Rgb PathAdjoint::AdjointOfDirect(std::size_t k, const DirectContribution& direct
                        if (!Turns(k)) {
                          return;
                        }
+                       value *= TurnWeight(k);
+                       d_wi = d_wi * (TurnWeight(k) / MotionWeight(k));
                        d_wi += Outer(triangle.n, value * (1.0 / cos_light));
                        const ColorGradient d_y = EndPointAdjoint(light.w, light.distance, d_wi) -
                                                  Outer(light.w, value * (2.0 / light.distance));
@@ -190,12 +203,14 @@ Rgb PathAdjoint::AdjointOfDirect(std::size_t k, const DirectContribution& direct
                      [&](const LightSet::PointLight* point) {
                        const IntensityPartials partials = IntensityDerivative(*point, -light.w);
                        appearance_.Intensity(*point, partials, per_radiance);
-                       if (!Turns(k)) {
+                       if (!Moves(k)) {
                          return;
                        }
+                       value *= MotionWeight(k);
                        ColorGradient d_w;  // by the direction from the light
                        for (int c = 0; c < 3; ++c) {
-                         d_w[c] = partials.d_w[static_cast<std::size_t>(c)] * per_radiance[c];
+                         d_w[c] = partials.d_w[static_cast<std::size_t>(c)] *
+                                  (per_radiance[c] * MotionWeight(k));
                        }
                        d_wi -= d_w;
                        const ColorGradient d_light =
@@ -228,7 +243,8 @@ Rgb PathAdjoint::AdjointOfSegment(std::size_t k, const Rgb& beyond) {
   if (Turns(k) && Moves(k + 1)) {
     const SurfacePoint& next = path_->vertices[k + 1].p;
     VertexAdjoint& d_next = adjoints_[k + 1];
-    const Rgb value = weight * bsdf;
+    const Rgb value = weight * bsdf * TurnWeight(k);
+    d_wi = d_wi * (TurnWeight(k) / MotionWeight(k));
     const double r = Norm(next.x - RayStart(v.p, v.on.wi));
     const Rgb per_cos = value * (1.0 / Dot(next.ng, v.on.wi));
     d_next.d_ng += Outer(v.on.wi, per_cos);
@@ -254,9 +270,10 @@ Rgb PathAdjoint::AdjointOfBsdf(std::size_t k,
   const BsdfPartials f = EvalBsdfPartials(p.material->bsdf, p.inputs, cosines);
   d.AddScaled(weight, f);
   if (Moves(k)) {
-    const Rgb by_cos_i = weight * (f.d_cos_i + f.value * (1.0 / cosines.cos_i));
-    const Rgb by_cos_o = weight * f.d_cos_o;
-    const Rgb by_dot = weight * f.d_dot_io;
+    const Rgb moving = weight * MotionWeight(k);
+    const Rgb by_cos_i = moving * (f.d_cos_i + f.value * (1.0 / cosines.cos_i));
+    const Rgb by_cos_o = moving * f.d_cos_o;
+    const Rgb by_dot = moving * f.d_dot_io;
     d.d_n += Outer(wi, by_cos_i) + Outer(p.wo, by_cos_o);
     d.d_wo += Outer(p.n, by_cos_o) + Outer(wi, by_dot);
     d_wi += Outer(p.n, by_cos_i) + Outer(p.wo, by_dot);
@@ -271,8 +288,9 @@ Rgb PathAdjoint::AdjointOfDeltaWeight(std::size_t k, const Rgb& weight) {
   const DeltaPartials f = DeltaWeight(v);
   d.AddScaled(weight, f);
   if (Moves(k)) {
-    d.d_n += Outer(v.p.wo, weight * f.d_cos_o);
-    d.d_wo += Outer(v.p.n, weight * f.d_cos_o);
+    const Rgb by_cos_o = weight * f.d_cos_o * MotionWeight(k);
+    d.d_n += Outer(v.p.wo, by_cos_o);
+    d.d_wo += Outer(v.p.n, by_cos_o);
   }
   return f.value;
 }
@@ -292,7 +310,7 @@ Rgb PathAdjoint::AdjointOfEscape(std::size_t k, const DirectContribution& direct
   const Rgb per_radiance = d.throughput * value * direct.factor;
   appearance_.Environment(environment, light.w, per_radiance);
   if (Moves(k)) {
-    const ColorGradient d_wi = SkyGradient(environment, light.w, per_radiance);
+    const ColorGradient d_wi = SkyGradient(environment, light.w, per_radiance * MotionWeight(k));
     d.d_wi += d_wi;
     motion_.LightSpin(environment.emitter, -Cross(light.w, d_wi));
   }

@@ -69,12 +69,14 @@ class PathAdjoint {
   PathAdjoint& operator=(const PathAdjoint&) = delete;
 
   static constexpr std::size_t kNoContact = std::numeric_limits<std::size_t>::max();
-  /// Directions away from vertex `contact` are kept fixed, and vertices behind it do not move.
-  /// `first`: if not null, and SharesFirst(path), the first vertex' share goes there instead, for
-  /// AddFirst.
+  /// Directions away from vertex `contact` to surfaces are kept fixed, and vertices behind it do
+  /// not move. Those away from `stand_ins`, and what is behind, count NearMotion::kStandInWeight
+  /// times. `first`: if not null, and SharesFirst(path), the first vertex' share goes there
+  /// instead, for AddFirst.
   void AddPath(const PixelSample& pixel,
                const PathRecord& path,
                std::size_t contact = kNoContact,
+               NearMotion::VertexBits stand_ins = 0,
                VertexAdjoint* first = nullptr);
   /// Whether what the first vertex of a path adds is linear in its adjoint and independent of the
   /// rest of the path, so that paths that begin alike may add it together.
@@ -92,8 +94,12 @@ class PathAdjoint {
   // The sweep: what leaves each vertex, last vertex first.
   [[nodiscard]] bool IsMoving() const;
   [[nodiscard]] bool Moves(std::size_t k) const { return moving_ && k < frozen_; }
-  /// Whether directions away from the sensor turn with the vertex' and its target's motion.
+  /// Whether directions to surfaces, away from the sensor, turn with the vertex' and its target's
+  /// motion.
   [[nodiscard]] bool Turns(std::size_t k) const { return Moves(k) && k != contact_; }
+  /// How often a vertex' motion counts, and that of directions away from it to surfaces.
+  [[nodiscard]] double MotionWeight(std::size_t k) const { return motion_weights_[k]; }
+  [[nodiscard]] double TurnWeight(std::size_t k) const { return motion_weights_[k + 1]; }
   void FindStages();
   Rgb AdjointOfVertex(std::size_t k, const Rgb& beyond);
   Rgb AdjointOfDirect(std::size_t k, const DirectContribution& direct);
@@ -131,9 +137,11 @@ class PathAdjoint {
   const PathRecord* path_ = nullptr;
   std::vector<VertexAdjoint> adjoints_;  // one per vertex
   std::size_t contact_ = kNoContact;
-  bool moving_ = false;          // anything that moves or bends touches the path
-  std::size_t first_rough_ = 0;  // the first vertex that is no mirror or glass
-  std::size_t frozen_ = 0;       // vertices from here on do not move
+  NearMotion::VertexBits stand_ins_ = 0;
+  std::vector<double> motion_weights_;  // by vertex, and of what is behind the last one
+  bool moving_ = false;                 // anything that moves or bends touches the path
+  std::size_t first_rough_ = 0;         // the first vertex that is no mirror or glass
+  std::size_t frozen_ = 0;              // vertices from here on do not move
 };
 
 }  // namespace pathfit::renderer

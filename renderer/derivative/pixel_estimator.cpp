@@ -176,9 +176,10 @@ struct PixelDerivative::Recorded {
   bool on_surface = false;  // the path has vertices, and its radiance is finite
   // Of a path that is drawn again.
   const SurfacePoint* start = nullptr;
-  int first = 0;       // vertex from which on it is new
-  double share = 1.0;  // see NearMotion
-  int alike = 0;       // bounces that it has in common with others: see PathRange
+  int first = 0;                         // vertex from which on it is new
+  double share = 1.0;                    // see NearMotion
+  NearMotion::VertexBits stand_ins = 0;  // before that vertex
+  int alike = 0;                         // bounces that it has in common with others: see PathRange
   double light_share = 1.0;
   VertexAdjoint* shared = nullptr;  // of the first vertex
 };
@@ -325,6 +326,7 @@ void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
         sample.pixel,
         record,
         split.touches ? static_cast<std::size_t>(split.vertex) : PathAdjoint::kNoContact,
+        sample.stand_ins | split.stand_ins,
         sample.shared);
   }
   if (level.again.empty()) {
@@ -353,6 +355,7 @@ void PixelDerivative::AddRecorded(std::size_t depth, std::size_t count) {
       again.start = &sample->path.record().vertices.front().p;
       again.first = split.vertex + 1;
       again.share = sample->share * each;
+      again.stand_ins = sample->stand_ins | split.stand_ins;
       // The first split only: those of the next begin with different directions.
       again.alike = depth == 0 ? split.vertex + 1 : sample->alike;
       again.light_share =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <tuple>
 #include <utility>
@@ -48,6 +49,14 @@ std::vector<NearItem> ItemsOf(const RayCaster& caster,
     first_label += num_parts;
   }
   return items;
+}
+
+/// Whether a triangle is so low above its side a..b that what joins it across its other sides
+/// seems to touch that one.
+bool IsSliver(const RayCaster& caster, TriangleId id, const Vec3& a, const Vec3& b) {
+  const TriangleGeometry& t = caster.Geometry(id);
+  return Norm(Cross(t.e1, t.e2)) <=
+         Norm(b - a) * kTouch * std::max(caster.Offset(a), caster.Offset(b));
 }
 
 /// The parts of the segment a..b that touch a triangle, in ascending order; none where they cross.
@@ -120,13 +129,22 @@ EdgeContacts::EdgeContacts(const RayCaster& caster,
       edges_of[m] = topology.EdgesOfTriangles();
     }
     const bool joined = other.mesh == id.mesh && part(other) == part(id);
-    for (const std::int32_t e : edges_of[m][static_cast<std::size_t>(id.triangle)]) {
+    const auto& own_edges = edges_of[m][static_cast<std::size_t>(id.triangle)];
+    const bool next_to_it =
+        joined && std::ranges::any_of(own_edges, [&](std::int32_t e) {
+          const MeshEdge& edge = topology.edges[static_cast<std::size_t>(e)];
+          return std::ranges::find(edge.faces, other.triangle) != std::end(edge.faces);
+        });
+    for (const std::int32_t e : own_edges) {
       const MeshEdge& edge = topology.edges[static_cast<std::size_t>(e)];
       if (edge.faces[0] != id.triangle || (joined && edge.faces[1] >= 0)) {
         continue;
       }
       const Vec3& a = meshes[m].positions[static_cast<std::size_t>(edge.vertices[0])];
       const Vec3& b = meshes[m].positions[static_cast<std::size_t>(edge.vertices[1])];
+      if (next_to_it && IsSliver(caster, id, a, b)) {
+        continue;
+      }
       for (const SegmentPart& touched : TouchedParts(caster, a, b, caster.Geometry(other))) {
         touches.push_back({id.mesh, e, other, touched});
       }

@@ -179,6 +179,10 @@ struct Row : ParameterTraits {
     log = true;
     return *this;
   }
+  Row& LinearWithin(double factor) {
+    largest_factor = factor;
+    return *this;
+  }
   Row& Priors(std::span<const char* const> names) {
     priors = names;
     return *this;
@@ -370,7 +374,8 @@ std::vector<ParameterTraits> MakeRows() {
           .Lacking([](const Scene& scene, int i) {
             return LackOfConstant(scene, MaterialAt(scene, i).roughness_texture);
           })
-          .Bounded(kMinRoughness, 1.0, kMinRoughness, 1.0),
+          .Bounded(kMinRoughness, 1.0, kMinRoughness, 1.0)
+          .LinearWithin(2.0),
       Row::Materials(Kind::kMetallic,
                      "metallic",
                      "",

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -90,7 +91,9 @@ struct ParameterTraits {
   bool bounded = false;
   double lower = 0.0, upper = 0.0;
   double smallest = 0.0, largest = 0.0;
-  bool log = false;                          ///< whether the logarithm is what moves, if not asked
+  bool log = false;  ///< whether the logarithm is what moves, if not asked
+  /// What images do with it holds for changes by this factor at most.
+  double largest_factor = std::numeric_limits<double>::infinity();
   const char* bounds_advice = "";            ///< behind "bounds of PROPERTY are not supported"
   std::span<const char* const> priors = {};  ///< names of those that mean something
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "renderer/core/error.h"
+#include "renderer/geometry/ray.h"
 #include "renderer/scene/parameter_kinds.h"
 #include "renderer/scene/scene.h"
 
@@ -212,6 +213,15 @@ class SceneValidator {
     Require(InRange(pose.scale, std::numeric_limits<double>::min(), 1e30),
             where,
             "the scale of its pose must be positive and finite");
+    double farthest = 0.0;
+    for (const Vec3& x : m.mesh.positions) farthest = std::max(farthest, Norm(x - pose.pivot));
+    const Vec3 middle = pose.pivot + pose.translation;
+    const double reach = pose.scale * farthest;
+    Require(
+        IsWithinBounds(
+            {std::abs(middle.x) + reach, std::abs(middle.y) + reach, std::abs(middle.z) + reach}),
+        where,
+        "its pose must not lead beyond 1e12 metres");
   }
 
   void CheckEmitter(const Emitter& emitter) {
@@ -279,7 +289,7 @@ class SceneValidator {
   }
 
   void CheckPosition(const Vec3& position) const {
-    Require(IsFinite(position), where_, "position must be finite");
+    Require(IsWithinBounds(position), where_, "position must be within 1e12 metres");
   }
   void CheckFrame(const Mat3& frame_from_light) const {
     Require(IsRotation(frame_from_light), where_, "its frame must be a rotation");

@@ -142,6 +142,22 @@ TEST(DifficultScenes, OpenMeshOfOneAndTwoSides) {
   }
 }
 
+TEST(DifficultScenes, SliverAtTheBorderOfAnOpenMesh) {
+  Mesh tent;
+  tent.positions = {{-0.5, 0, 0.3}, {0.5, 0, 0.3}, {0.05, 0, 0.3 - 1e-6}, {0, 0.8, -0.3}};
+  tent.triangles = {{0, 1, 2}, {1, 3, 2}, {0, 2, 3}};
+  const Scene scene = Above(tests::Placed(tent, 1.0, {0, 0.5, 0}, {0.1, 0.3, 0.05}));
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    CheckKind(std::string("sliver") + (form == kImage ? ", image" : ", material"),
+              scene,
+              ParameterKind::kObjectTranslation,
+              1,
+              Moving(form),
+              1.0,
+              {Term::kPrimary, Term::kDirect});
+  }
+}
+
 TEST(DifficultScenes, ObjectAcrossTheFilmBorder) {
   for (const PixelFilter::Shape shape : {PixelFilter::Shape::kBox, PixelFilter::Shape::kTent}) {
     for (const DerivativeForm form : {kImage, kMaterial}) {

@@ -54,6 +54,10 @@ TEST(DerivativeLimits, SurfacesInOnePlaneAndMeshesThatMeetThemselves) {
             "'floor' and 'ball' lie on each other in one plane");
   ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0), "in one plane");
   EXPECT_TRUE(Limits(scene, ParameterKind::kBaseColor, 0).empty());
+  scene.meshes.push_back({"cube", MakeCube(), 0, {}});
+  for (Vec3& p : scene.meshes[2].mesh.positions) p = p * 0.1 + Vec3{0.2, 0.1, 0.5};
+  ExpectOne(Limits(scene, ParameterKind::kObjectTranslation, 2), "in one plane");
+  scene.meshes.pop_back();
 
   // On a cube it is seen from above, whichever way it is wound; the floor it stands on is not.
   scene.meshes[1].mesh = tests::Plate(0.1, 0.1, 0.2);

@@ -174,6 +174,15 @@ TEST(EdgeContacts, PartsOfOneMeshAndBordersOfOnePart) {
   EXPECT_EQ(within.At(0, {0, 2, 0}, {1, 2, 0}, 0.5), Ids{});
 }
 
+TEST(EdgeContacts, WhatASliverJoinsDoesNotTouchItsOtherSide) {
+  Mesh tent;
+  tent.positions = {{0, 0, 0}, {1, 0, 0}, {0.5, 1e-7, 0}, {0, 0.3, 0.8}};
+  tent.triangles = {{0, 1, 2}, {1, 3, 2}, {0, 2, 3}};
+  EXPECT_EQ(Contacts({tent}).At(0, {0, 0, 0}, {1, 0, 0}, 0.7), Ids{});
+  const Contacts with_another({tent, Moved(Square(), 1.0, {0, 0, 0})});
+  EXPECT_EQ(with_another.At(0, {0, 0, 0}, {1, 0, 0}, 0.7), (Ids{{1, 0}}));
+}
+
 TEST(EdgeContacts, AnyNumberOfTrianglesAndOfParts) {
   // Fins that all end on one edge.
   Mesh fins;

@@ -241,6 +241,24 @@ TEST(FormsAgree, CameraInARoomWithTwoBounces) {
                    kManyReplicates);
 }
 
+// Each facet is hardly wider than the distance at which the others count as near: what the strips
+// along its sides send out is a share that shows. The floor, which nobody sees, makes the scene
+// large, and that distance with it.
+TEST(FormsAgree, CameraInABallOfFacetsAboveALargeFloor) {
+  FloorScene s(30.0);
+  renderer::Scene& scene = s.scene;
+  scene.materials.push_back({"clay", renderer::LambertBsdf{}, {0.7, 0.6, 0.5}});
+  const Vec3 centre{0, 0, 1.5};
+  const int ball = s.Add("ball", Placed(renderer::MakeIcosphere(2, 0.4), 1.0, {}, centre), 2);
+  scene.emitters = {{"lamp",
+                     renderer::LightFrame::kWorld,
+                     {},
+                     renderer::PointEmitter{{0.1, 0.1, 1.55}, {0.1, 0.1, 0.1}}}};
+  scene.sensors = {Sensor({0.05, 0.02, 1.45}, {0.3, 0.5, 1.5}, 8.0)};
+  ExpectFormsAgree(
+      scene, Motion(scene).Vertices(ball, [&](const Vec3& p) { return p - centre; }), Options(2));
+}
+
 TEST(FormsAgree, SmoothMeshUnderASpot) {
   FloorScene s(2.0);
   renderer::Scene& scene = s.scene;

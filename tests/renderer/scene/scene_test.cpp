@@ -236,6 +236,8 @@ TEST(ValidateScene, RefusesBadPoses) {
   ExpectRefused([](Scene& s) { s.meshes[0].pose.scale = INFINITY; }, "'ball'");
   ExpectRefused([](Scene& s) { s.meshes[0].pose.rotation.x = std::nan(""); }, "'ball'");
   ExpectRefused([](Scene& s) { s.meshes[0].pose.pivot.x = INFINITY; }, "'ball'");
+  ExpectRefused([](Scene& s) { s.meshes[0].pose.translation.x = 1e30; }, "1e12");
+  ExpectRefused([](Scene& s) { s.meshes[0].pose.scale = 1e20; }, "1e12");
 }
 
 TEST(ValidateScene, RefusesBadSensors) {
