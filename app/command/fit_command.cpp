@@ -19,6 +19,7 @@
 #include "app/output/file_lock.h"
 #include "app/output/fit_recorder.h"
 #include "app/output/parameter_table.h"
+#include "app/output/report.h"
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/ranks/ranks.h"
 #include "optim/round/fit.h"
@@ -123,7 +124,10 @@ ExitStatus RunInDirectory(CommandContext& context,
     }
     const Ending ending = EndingOf(result.status, signals, run);
     const std::string doubt = DoubtWords(recorder.history());
-    if (ending.status == RunStatus::kFinished && !doubt.empty()) context.log.Warn(doubt);
+    if (ending.status == RunStatus::kFinished) {
+      if (!doubt.empty()) context.log.Warn(doubt);
+      for (const std::string& text : DerivedWarnings(recorder.history())) context.log.Info(text);
+    }
     recorder.Finish(ending.status, ending.reason, static_cast<int>(ending.exit));
     std::string words = ResultWords(recorder.history());
     if (!words.empty()) words = "; " + words;

@@ -26,6 +26,7 @@ constexpr double kModelShare = 0.5;  // of the page
 constexpr double kOverfitDb = 2.0;
 constexpr double kNoiseShare = 0.7;
 constexpr double kVisibleLossDb = 0.05;
+constexpr int kMostNames = 8;  // in one warning
 
 std::string StatusSentence(const ReportData& data) {
   const std::string& reason = data.record.reason;
@@ -228,6 +229,20 @@ std::string Page(const Json& json, bool with_library, bool live) {
   return page.append(rest);
 }
 
+/// Of single numbers that are not held and of which something is to be said: the first few, and how
+/// many more.
+std::string NamesOfSingle(const std::vector<ParameterSummary>& parameters,
+                          std::int64_t ParameterSummary::*number) {
+  std::string names;
+  int count = 0;
+  for (const ParameterSummary& parameter : parameters) {
+    if (parameter.*number == 0 || parameter.num_scalars != 1 || parameter.held) continue;
+    if (count < kMostNames) names += (count == 0 ? "" : ", ") + parameter.name;
+    ++count;
+  }
+  return count > kMostNames ? fmt::format("{} and {} more", names, count - kMostNames) : names;
+}
+
 }  // namespace
 
 fs::path ThumbnailPath(const RunDirectory& run,
@@ -285,14 +300,13 @@ std::vector<std::string> DerivedWarnings(const FitHistory& history) {
   if (last != nullptr && !HasValidation(*last)) {
     warnings.emplace_back("No view was held out, so nothing says how the result generalises.");
   }
-  for (const ParameterSummary& parameter : history.parameters) {
-    if (parameter.num_at_bound > 0 && parameter.num_scalars == 1 && !parameter.held) {
-      warnings.push_back(parameter.name + " ended at its bound.");
-    }
-    if (parameter.num_undetermined > 0 && parameter.num_scalars == 1 && !parameter.held) {
-      warnings.push_back("The photos do not determine " + parameter.name + ".");
-    }
-  }
+  const auto add_names = [&](const char* what, std::int64_t ParameterSummary::*number) {
+    const std::string names = NamesOfSingle(history.parameters, number);
+    if (!names.empty()) warnings.push_back(what + names + ".");
+  };
+  add_names("Ended at a bound: ", &ParameterSummary::num_at_bound);
+  add_names("Not determined by the photos, or hidden by the renderings' noise: ",
+            &ParameterSummary::num_undetermined);
   if (!history.rounds.empty() && history.rounds.back().noise_relative > kNoiseShare) {
     warnings.push_back(fmt::format("In the last round {:.0f} % of the residual was sampling noise.",
                                    100.0 * history.rounds.back().noise_relative));

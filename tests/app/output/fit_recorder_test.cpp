@@ -101,7 +101,9 @@ TEST(FitRecorder, WritesTheRunDirectory) {
   EXPECT_EQ(history.gain_errors[1], 0.125);
   EXPECT_TRUE(std::isnan(history.gain_errors[2]));
   EXPECT_EQ(
-      std::ranges::count(DerivedWarnings(history), "The photos do not determine paint.roughness."),
+      std::ranges::count(
+          DerivedWarnings(history),
+          "Not determined by the photos, or hidden by the renderings' noise: paint.roughness."),
       1);
 
   const fs::path held_out = fit.run().Images() / "IMG_0000";

@@ -257,7 +257,11 @@ TEST(DerivedWarnings, NameWhatAPersonShouldSee) {
   parameter.num_at_bound = 1;
   data.history.rounds.back().noise_relative = 0.9;
   EXPECT_EQ(DerivedWarnings(data.history).size(), 3U);
+  EXPECT_EQ(DerivedWarnings(data.history)[1], "Ended at a bound: paint.roughness.");
   EXPECT_EQ(ReportJson(data, {}).at("warnings").size(), 3U);
+  for (int i = 0; i < 9; ++i)
+    data.history.parameters.push_back(ParameterSummary(data.history.parameters.front()));
+  EXPECT_NE(DerivedWarnings(data.history)[1].find(" and 2 more."), std::string::npos);
   for (optim::ViewReport& view : last.views) view.validation = false;
   EXPECT_NE(DerivedWarnings(data.history).front().find("No view was held out"), std::string::npos);
 }
