@@ -105,8 +105,9 @@ SchemaNode ColourSchema() {
                         "and HDR linear.") |
                     Refuse({{"rec709", ""}, {"gamma", ""}}),
                 Key("clip_above", &ObservationOptions::clip_above) |
-                    Doc("Brighter pixels (share of the file's range) count as clipped: they may "
-                        "pull the model up, never down. 1 = none.") |
+                    Doc("Brighter pixels (share of the file's range), and those beside them that "
+                        "nearly are, count as clipped: they may pull the model up, never down. "
+                        "1 = none.") |
                     From(0.5, 1.0),
                 Choice("white_balance",
                        {{"camera", RawWhiteBalance::kCamera},

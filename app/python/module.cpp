@@ -221,7 +221,11 @@ class PythonObserver final : public optim::FitObserver {
     const py::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (callback.is_none()) return;
-    if (call(callback).is(py::bool_(false))) cancel_ = true;
+    const py::object answer = call(callback);
+    const bool is_bool =
+        py::isinstance<py::bool_>(answer) ||
+        py::str(py::type::of(answer).attr("__name__")).cast<std::string>() == "bool_";
+    if (is_bool && !answer.cast<bool>()) cancel_ = true;  // NumPy's comparisons have their own type
   }
 
   FitCallbacks callbacks_;
@@ -346,8 +350,21 @@ class Scene {
   [[nodiscard]] Parameters ParametersNamed(const std::vector<std::string>& names) const {
     return {renderer_->scene(), names};
   }
+  /// Throws SceneError if they are of another scene: objects by those numbers, of other sizes.
+  [[nodiscard]] const renderer::ParameterLayout& LayoutOf(const Parameters& parameters) const {
+    renderer::ParameterLayout own(renderer_->scene());
+    for (const renderer::ParameterGroup& group : parameters.layout().groups()) {
+      own.Add(group.kind, group.object, group.sharing);
+      const renderer::ParameterGroup& same = own.groups().back();
+      if (same.name != group.name || same.num_blocks != group.num_blocks ||
+          same.block_size != group.block_size) {
+        throw renderer::SceneError("the parameters are of another scene: '" + group.name + "'");
+      }
+    }
+    return parameters.layout();
+  }
   [[nodiscard]] py::array_t<double> Values(const Parameters& parameters) const {
-    std::vector<double> values = parameters.layout().Gather(renderer_->scene());
+    std::vector<double> values = LayoutOf(parameters).Gather(renderer_->scene());
     const auto size = static_cast<py::ssize_t>(values.size());
     return ArrayOf(std::move(values), {size});
   }
@@ -357,10 +374,11 @@ class Scene {
       throw py::value_error(std::to_string(values.size()) + " values for " +
                             std::to_string(parameters.size()) + " parameters");
     }
+    const renderer::ParameterLayout& layout = LayoutOf(parameters);
     const std::vector<double> numbers(values.data(), values.data() + values.size());
     const py::gil_scoped_release release;
     const renderer::ThreadLimit limit(threads_);
-    renderer_->SetCheckedParameters(parameters.layout(), numbers);
+    renderer_->SetCheckedParameters(layout, numbers);
   }
 
   [[nodiscard]] py::array_t<double> Render(const py::object& view,
@@ -414,12 +432,13 @@ class Scene {
                             std::to_string(camera.height) + ", " + std::to_string(camera.width) +
                             ", 4)");
     }
+    const renderer::ParameterLayout& layout = LayoutOf(parameters);
     std::vector<double> gradient;
     {
       const double* data = weights.data();
       const py::gil_scoped_release release;
-      GradientSink sink(parameters.layout(), data, camera.width, camera.height);
-      Differentiate(index, parameters.layout(), OptionsOf(index, spp, seed), sink);
+      GradientSink sink(layout, data, camera.width, camera.height);
+      Differentiate(index, layout, OptionsOf(index, spp, seed), sink);
       gradient = sink.Sum();
     }
     const auto size = static_cast<py::ssize_t>(gradient.size());
@@ -435,7 +454,7 @@ class Scene {
     const std::size_t num_pixels =
         static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
     const auto num_columns = static_cast<std::size_t>(parameters.size());
-    const renderer::ParameterLayout& layout = parameters.layout();
+    const renderer::ParameterLayout& layout = LayoutOf(parameters);
     std::optional<SparseRows<std::int32_t>> narrow;
     std::optional<SparseRows<std::int64_t>> wide;
     {
@@ -462,7 +481,7 @@ class Scene {
   }
 
   [[nodiscard]] std::vector<std::string> NotInTheDerivative(const Parameters& parameters) const {
-    return renderer::DerivativeLimits(renderer_->scene(), parameters.layout());
+    return renderer::DerivativeLimits(renderer_->scene(), LayoutOf(parameters));
   }
 
   /// From the present state, which becomes that of the result.

@@ -455,7 +455,7 @@ void DescribePhotos(const ObservationOptions& options,
   if (options.clip_above < 1.0 && pixels > 0) {
     out.push_back("Clipping: pixels with a channel at or above " + ShortNumber(options.clip_above) +
                   " of the encoded range" + (raw.empty() ? "" : " (RAW: of the sensor's)") +
-                  " count as clipped, and nearly as bright ones beside them; that is " +
+                  " count as clipped, and those beside them that nearly are; that is " +
                   ShortNumber(100.0 * static_cast<double>(clipped) / static_cast<double>(pixels)) +
                   " % of all.");
   }

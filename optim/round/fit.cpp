@@ -527,12 +527,18 @@ class FitDriver {
     const std::vector<double> hessian = PriorHessian(model.priors, model.set, theta);
     const std::vector<double> gradient = PriorGradient(model.priors, model.set, theta);
     std::vector<double> step;
-    // Factors that hardly anything tells go where no model holds.
+    // What hardly anything tells goes where no model holds.
     for (bool goes_far = true; goes_far;) {
       step = FindMinimum(state_.rounds.model, theta, hessian, gradient, free).step;
       goes_far = false;
       for (std::size_t i = 0; i < n; ++i) {
-        if (model.set.IsLog(i) && std::abs(step[i]) > kReachOfLogs) {
+        const double factor = model.set.LargestFactor(i);
+        const double after = theta[i] + step[i];
+        const bool leaves =
+            model.set.IsLog(i)
+                ? std::abs(step[i]) > kReachOfLogs
+                : std::isfinite(factor) && (after < theta[i] / factor || after > theta[i] * factor);
+        if (leaves) {
           free[i] = false;
           goes_far = true;
         }

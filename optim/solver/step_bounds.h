@@ -20,10 +20,11 @@ inline std::pair<double, double> BoundsOfStep(const ParameterSet& set,
   const double lower = set.Lower(scalar);
   const double upper = set.Upper(scalar);
   const double at = theta[scalar];
-  if (set.IsLog(scalar)) {
-    return {std::max(lower, at - kLargestLogStep), std::min(upper, at + kLargestLogStep)};
-  }
   const double factor = set.LargestFactor(scalar);
+  if (set.IsLog(scalar)) {
+    const double most = std::min(kLargestLogStep, std::log(factor));
+    return {std::max(lower, at - most), std::min(upper, at + most)};
+  }
   if (std::isinf(factor)) {
     return {lower, upper};
   }

@@ -254,8 +254,10 @@ std::optional<Hit> TraceIgnoring(const BoundaryContext& context,
   // The ray starts a little before the edge point: a surface that touches the edge there is met,
   // which rounding would otherwise decide by chance.
   const double start = TouchDistance(context, s);
+  // A face that the line grazes would be met at its far border: the ray passes it on the free side.
+  const double aside = s.edge->Grazes(s.w) ? start : 0.0;
   auto hit = context.path.world->caster().IntersectIgnoring(
-      {s.x_b - direction * start, direction}, 0.0, ignored);
+      {s.x_b - direction * start - s.n_b * aside, direction}, 0.0, ignored);
   if (hit) {
     hit->distance -= start;
   }

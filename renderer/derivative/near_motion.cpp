@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/geometry/near_corner.h"
+
 namespace pathfit::renderer {
 
 NearMotion::NearMotion(const World& world,
@@ -21,6 +23,7 @@ NearMotion::NearMotion(const World& world,
     const bool moves = active.meshes[m].moves;
     const double size = kLarge * caster_.Bounds(mesh).HalfDiagonal();
     const double reach = kReach * std::min(caster_.Extent(), size);
+    least_reach_ = m == 0 ? reach : std::min(least_reach_, reach);
     const bool shines = lights.AreaLightOf(mesh) != nullptr;
     if (shines) {
       shining_.push_back(mesh);
@@ -44,10 +47,8 @@ bool NearMotion::MayReachLight(const SurfacePoint& p) const {
   });
 }
 
-double NearMotion::NearnessOfMotion(const SurfacePoint& p,
-                                    bool slides,
-                                    bool is_last,
-                                    double most) const {
+double NearMotion::NearnessOfMotion(
+    const SurfacePoint& p, bool slides, bool is_last, double most, NearFacts& facts) const {
   if (is_last && !MayReachLight(p)) {
     return most;
   }
@@ -64,9 +65,9 @@ double NearMotion::NearnessOfMotion(const SurfacePoint& p,
     }
     if (slides) {
       nearness = world_.own_corners(p.id.mesh).Nearness(
-          {p.x, p.ng * side, p.offset}, reach_.of_all[mesh], nearness);
+          {p.x, p.ng * side, p.offset}, reach_.of_all[mesh], nearness, &facts);
     }
-    nearness = caster_.Nearness(p.x, p.ng * side, against, nearness);
+    nearness = caster_.Nearness(p.x, p.ng * side, against, nearness, &facts);
   }
   return nearness;
 }
@@ -91,19 +92,26 @@ NearMotion::Split NearMotion::FirstSplit(const PathRecord& path,
     // The last reflection meets surfaces that shine only.
     const bool is_last = static_cast<int>(k) + 1 == context.max_bounces;
     const bool meets_itself = !is_last || context.lights.AreaLightOf(v.p.id.mesh) != nullptr;
-    const double nearness = NearnessOfMotion(
-        v.p, visible && image_form_ && meets_itself, is_last, std::max(share, kStandIn * kTouch));
+    const double missed = kMissed * v.p.offset;
+    const double least = std::max(kTouch, missed / least_reach_);
+    const double most = std::min(1.0, std::max(share, kStandIn * least));
+    NearFacts facts;
+    const double nearness =
+        NearnessOfMotion(v.p, visible && image_form_ && meets_itself, is_last, most, facts);
     visible = false;
     split.vertex = static_cast<int>(k);
-    if (nearness < kTouch) {
-      split.touches = true;
-      return split;
-    }
-    if (nearness < kStandIn * kTouch && k < std::numeric_limits<VertexBits>::digits) {
-      split.stand_ins |= VertexBits{1} << k;
+    if (facts.meets) {
+      const double touch = std::max(kTouch, missed / facts.reach);
+      if (nearness < touch) {
+        split.touches = true;
+        return split;
+      }
+      if (nearness < kStandIn * touch && k < std::numeric_limits<VertexBits>::digits) {
+        split.stand_ins |= VertexBits{1} << k;
+      }
     }
     if (nearness < share) {
-      split.count = 2 * static_cast<int>(std::ceil(0.5 * share / nearness));
+      split.count = 2 * static_cast<int>(std::ceil(0.5 * share / std::max(kTouch, nearness)));
       return split;
     }
   }

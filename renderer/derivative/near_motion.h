@@ -47,21 +47,22 @@ class NearMotion {
   /// of the two meshes if that is less.
   static constexpr double kReach = 0.03;
   static constexpr double kLarge = 8.0;
-  /// Closer, as a share of that distance, a vertex touches: directions away from so narrow a strip
-  /// are kept fixed, and with them the largest outliers. Their derivative is bounded and hardly
-  /// changes across the strip, so the strip beside it, up to kStandIn times as far away, stands in
-  /// for it: there what turns counts kStandInWeight times.
+  /// Closer, as a share of that distance (and at least kMissed ray offsets), to a surface that
+  /// meets its own, a vertex touches: directions away from so narrow a strip are kept fixed, and
+  /// with them the largest outliers. Their derivative is bounded and hardly changes across the
+  /// strip, so the strip beside it, up to kStandIn times as far away, stands in for it: there what
+  /// turns counts kStandInWeight times. Where a gap is left, nothing is so near that it has to be
+  /// left out.
   static constexpr double kTouch = 4e-3;
   static constexpr double kStandIn = 3.0;
   static constexpr double kStandInWeight = kStandIn / (kStandIn - 1.0);
 
  private:
   /// How near what moves against a vertex is, as a share of the distance at which splits begin; at
-  /// most `most`. `is_last`: of the last reflection, which meets what shines only.
-  [[nodiscard]] double NearnessOfMotion(const SurfacePoint& p,
-                                        bool slides,
-                                        bool is_last,
-                                        double most) const;
+  /// most `most`. `is_last`: of the last reflection, which meets what shines only. Fills `facts`
+  /// where something is nearer.
+  [[nodiscard]] double NearnessOfMotion(
+      const SurfacePoint& p, bool slides, bool is_last, double most, NearFacts& facts) const;
   [[nodiscard]] bool MayReachLight(const SurfacePoint& p) const;
 
   const World& world_;
@@ -76,6 +77,7 @@ class NearMotion {
   Reaches reach_, reach_of_shining_;
   std::vector<int> shining_;
   std::vector<bool> meets_own_corners_;  // of those that slide
+  double least_reach_ = 1.0;             // of all
 };
 
 }  // namespace pathfit::renderer

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <tuple>
 #include <utility>
@@ -51,12 +50,12 @@ std::vector<NearItem> ItemsOf(const RayCaster& caster,
   return items;
 }
 
-/// Whether a triangle is so low above its side a..b that what joins it across its other sides
-/// seems to touch that one.
-bool IsSliver(const RayCaster& caster, TriangleId id, const Vec3& a, const Vec3& b) {
-  const TriangleGeometry& t = caster.Geometry(id);
-  return Norm(Cross(t.e1, t.e2)) <=
-         Norm(b - a) * kTouch * std::max(caster.Offset(a), caster.Offset(b));
+/// Whether a triangle is so narrow that all of it touches its side a..b.
+bool IsSliver(const TriangleGeometry& t, const Vec3& a, const Vec3& b, double reach) {
+  const std::array<Vec3, 3> corners = t.Corners();
+  return std::ranges::all_of(corners, [&](const Vec3& corner) {
+    return Norm(Cross(corner - a, b - a)) <= reach * Norm(b - a);
+  });
 }
 
 /// The parts of the segment a..b that touch a triangle, in ascending order; none where they cross.
@@ -130,11 +129,22 @@ EdgeContacts::EdgeContacts(const RayCaster& caster,
     }
     const bool joined = other.mesh == id.mesh && part(other) == part(id);
     const auto& own_edges = edges_of[m][static_cast<std::size_t>(id.triangle)];
-    const bool next_to_it =
-        joined && std::ranges::any_of(own_edges, [&](std::int32_t e) {
-          const MeshEdge& edge = topology.edges[static_cast<std::size_t>(e)];
-          return std::ranges::find(edge.faces, other.triangle) != std::end(edge.faces);
-        });
+    // What slivers join to the triangle seems to touch its other sides.
+    const auto is_joined_by_slivers = [&](const Vec3& a, const Vec3& b) {
+      const double reach = kTouch * std::max(caster.Offset(a), caster.Offset(b));
+      std::vector<std::int32_t> seen = {id.triangle};
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        const std::int32_t face = seen[i];
+        if (face == other.triangle) return true;
+        if (!IsSliver(caster.Geometry({id.mesh, face}), a, b, reach)) continue;
+        for (const std::int32_t e : edges_of[m][static_cast<std::size_t>(face)]) {
+          for (const std::int32_t next : topology.edges[static_cast<std::size_t>(e)].faces) {
+            if (next >= 0 && std::ranges::find(seen, next) == seen.end()) seen.push_back(next);
+          }
+        }
+      }
+      return false;
+    };
     for (const std::int32_t e : own_edges) {
       const MeshEdge& edge = topology.edges[static_cast<std::size_t>(e)];
       if (edge.faces[0] != id.triangle || (joined && edge.faces[1] >= 0)) {
@@ -142,7 +152,7 @@ EdgeContacts::EdgeContacts(const RayCaster& caster,
       }
       const Vec3& a = meshes[m].positions[static_cast<std::size_t>(edge.vertices[0])];
       const Vec3& b = meshes[m].positions[static_cast<std::size_t>(edge.vertices[1])];
-      if (next_to_it && IsSliver(caster, id, a, b)) {
+      if (joined && is_joined_by_slivers(a, b)) {
         continue;
       }
       for (const SegmentPart& touched : TouchedParts(caster, a, b, caster.Geometry(other))) {

@@ -12,6 +12,9 @@ namespace pathfit::renderer {
 inline constexpr double kFlat = 1e-3;
 // Nearer than so many offsets, rays from a point that start beside it miss much of a triangle.
 inline constexpr double kMissed = 32.0;
+// A triangle that comes so near to the plane of a point, in offsets, meets the point's surface:
+// what ends above it leaves a gap, in which nothing has distance zero.
+inline constexpr double kMeets = 2.0;
 // Distances to bounds count up to so much farther: they are rounded.
 inline constexpr double kAlmost = 1.0 + 1e-9;
 
@@ -30,6 +33,13 @@ struct CornerView {
 /// in or below the plane, or beyond the limit.
 struct NearCorner {
   double distance = 0.0, rise = 0.0;
+  bool meets = false;  ///< kMeets
+};
+
+/// What was found nearest.
+struct NearFacts {
+  double reach = 0.0;  ///< of its mesh; 0: nothing is near
+  bool meets = false;
 };
 
 /// Whether bounds tell that what is at least so far away, and not higher than `height`, does not
@@ -42,7 +52,7 @@ inline bool IsTooFarOrFlat(double least, double height, double limit) {
 inline NearCorner CornerSeen(const CornerView& view, const TriangleGeometry& t, double limit) {
   const std::array<Vec3, 3> to_corners = {
       t.p0 - view.x, t.p0 + t.e1 - view.x, t.p0 + t.e2 - view.x};
-  const double height = std::max(
+  const auto [lowest, height] = std::minmax(
       {Dot(view.n, to_corners[0]), Dot(view.n, to_corners[1]), Dot(view.n, to_corners[2])});
   if (!(height > 0.0)) {
     return {};
@@ -53,7 +63,7 @@ inline NearCorner CornerSeen(const CornerView& view, const TriangleGeometry& t, 
     return {};
   }
   const Vec3 to_nearest = ClosestPointOfTriangle(view.x, t) - view.x;
-  NearCorner corner{Norm(to_nearest), 0.0};
+  NearCorner corner{Norm(to_nearest), 0.0, lowest <= kMeets * view.offset};
   if (corner.distance >= limit) {
     return {};  // a rise is at most 1
   }

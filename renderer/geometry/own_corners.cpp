@@ -135,7 +135,10 @@ class OwnCorners::Builder {
   std::vector<Key> keys_;
 };
 
-double OwnCorners::Nearness(const CornerView& view, double reach, double most) const {
+double OwnCorners::Nearness(const CornerView& view,
+                            double reach,
+                            double most,
+                            NearFacts* facts) const {
   std::call_once(tree_made_, [&] { Builder(triangles_, tree_); });
   if (tree_.nodes.empty()) {
     return most;
@@ -181,6 +184,7 @@ double OwnCorners::Nearness(const CornerView& view, double reach, double most) c
       if (corner.rise > 0.0) {
         most = NearnessOf(view, corner) / reach;
         limit = most * reach;
+        if (facts != nullptr) *facts = {reach, corner.meets};
       }
     }
   }

@@ -20,7 +20,10 @@ class OwnCorners {
   explicit OwnCorners(std::span<const TriangleGeometry> triangles) : triangles_(triangles) {}
 
   /// Before the surface that view.n points away from; at most `most`, at most 1.
-  [[nodiscard]] double Nearness(const CornerView& view, double reach, double most = 1.0) const;
+  [[nodiscard]] double Nearness(const CornerView& view,
+                                double reach,
+                                double most = 1.0,
+                                NearFacts* facts = nullptr) const;
 
  private:
   /// Of triangles order_[first .. first + count); inner if right > 0, with its left child behind

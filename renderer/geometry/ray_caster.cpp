@@ -430,6 +430,7 @@ struct NearQuery {
   const RayCaster::Reach& reach;
   CornerView view;
   double most;  // what is not nearer, over its rise and the reach, does not count
+  NearFacts* facts;
 };
 
 bool VisitForNearness(RTCPointQueryFunctionArguments* arguments) {
@@ -444,6 +445,7 @@ bool VisitForNearness(RTCPointQueryFunctionArguments* arguments) {
     return false;
   }
   query.most = NearnessOf(query.view, corner) / reach;
+  if (query.facts != nullptr) *query.facts = {reach, corner.meets};
   const double radius = query.most * query.reach.most;
   if (radius >= static_cast<double>(arguments->query->radius)) {
     return false;
@@ -483,11 +485,12 @@ void VisitTriangles(
 
 }  // namespace
 
-double RayCaster::Nearness(const Vec3& x, const Vec3& n, const Reach& reach, double most) const {
+double RayCaster::Nearness(
+    const Vec3& x, const Vec3& n, const Reach& reach, double most, NearFacts* facts) const {
   if (!MayBeNear(*this, x, reach, most)) {
     return most;
   }
-  NearQuery query{*this, reach, {x, n, Offset(x)}, most};
+  NearQuery query{*this, reach, {x, n, Offset(x)}, most, facts};
   VisitTriangles(handles_->scene, x - frame_.center, most * reach.most, VisitForNearness, &query);
   return query.most;
 }

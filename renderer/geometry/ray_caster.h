@@ -16,6 +16,8 @@
 
 namespace pathfit::renderer {
 
+struct NearFacts;  // near_corner.h
+
 /// What rounding and offsets of rays are measured from.
 struct RayFrame {
   Vec3 center;                  ///< see RayCaster::Center()
@@ -85,7 +87,8 @@ class RayCaster {
   [[nodiscard]] double Nearness(const Vec3& x,
                                 const Vec3& n,
                                 const Reach& reach,
-                                double most = 1.0) const;
+                                double most = 1.0,
+                                NearFacts* facts = nullptr) const;
 
   /// The triangle of which Embree's primitive is all or a piece.
   [[nodiscard]] TriangleId TriangleOf(unsigned geometry, unsigned primitive) const {

@@ -142,6 +142,23 @@ TEST(DifficultScenes, OpenMeshOfOneAndTwoSides) {
   }
 }
 
+TEST(DifficultScenes, SunThatGrazesTheSidesOfACube) {
+  Scene scene = Above(tests::Placed(tests::Cube(), 0.3, {0, 0.5, 0}));
+  renderer::DirectionalEmitter sun;
+  sun.direction = renderer::Normalized(renderer::Vec3{0.0, -1.0, -0.5});
+  sun.irradiance = {3.0, 3.0, 3.0};
+  scene.emitters = {{"sun", renderer::LightFrame::kWorld, {}, sun}};
+  for (const DerivativeForm form : {kImage, kMaterial}) {
+    CheckKind(std::string("grazing sun") + (form == kImage ? ", image" : ", material"),
+              scene,
+              ParameterKind::kObjectTranslation,
+              1,
+              Moving(form),
+              1.0,
+              {Term::kPrimary, Term::kDirect});
+  }
+}
+
 TEST(DifficultScenes, SliverAtTheBorderOfAnOpenMesh) {
   Mesh tent;
   tent.positions = {{-0.5, 0, 0.3}, {0.5, 0, 0.3}, {0.05, 0, 0.3 - 1e-6}, {0, 0.8, -0.3}};

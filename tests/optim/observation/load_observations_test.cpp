@@ -466,9 +466,9 @@ TEST_F(RawPhotos, AreLinearWithWhiteBalanceClippingAndExposure) {
                    "), white balance as the camera noted: red times 2, green 1, blue times 1.6 to "
                    "2. The photos differ:");
   ExpectAssumption(
-      "0.99 of the encoded range (RAW: of the sensor's) count as clipped, and nearly as bright "
-      "ones "
-      "beside them; that is 50 %");
+      "0.99 of the encoded range (RAW: of the sensor's) count as clipped, and those beside them "
+      "that "
+      "nearly are; that is 50 %");
   options_.white_balance = renderer::RawWhiteBalance::kNone;
   ExpectAssumption("no white balance: red times 1, green 1, blue times 1.");
   options_.max_size_px = dng_.width / 2;

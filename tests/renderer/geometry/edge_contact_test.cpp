@@ -179,6 +179,10 @@ TEST(EdgeContacts, WhatASliverJoinsDoesNotTouchItsOtherSide) {
   tent.positions = {{0, 0, 0}, {1, 0, 0}, {0.5, 1e-7, 0}, {0, 0.3, 0.8}};
   tent.triangles = {{0, 1, 2}, {1, 3, 2}, {0, 2, 3}};
   EXPECT_EQ(Contacts({tent}).At(0, {0, 0, 0}, {1, 0, 0}, 0.7), Ids{});
+  Mesh two = tent;  // one behind the other
+  two.positions.push_back({0.6, 2e-7, 0});
+  two.triangles = {{0, 1, 2}, {1, 4, 2}, {0, 2, 4}, {1, 3, 4}, {0, 4, 3}};
+  EXPECT_EQ(Contacts({two}).At(0, {0, 0, 0}, {1, 0, 0}, 0.7), Ids{});
   const Contacts with_another({tent, Moved(Square(), 1.0, {0, 0, 0})});
   EXPECT_EQ(with_another.At(0, {0, 0, 0}, {1, 0, 0}, 0.7), (Ids{{1, 0}}));
 }

@@ -9,6 +9,7 @@
 
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/mesh_primitives.h"
+#include "renderer/geometry/near_corner.h"
 #include "renderer/geometry/own_corners.h"
 #include "renderer/math/warp.h"
 #include "renderer/sampler/counter_rng.h"
@@ -131,6 +132,13 @@ TEST(RayCaster, NearnessSeesCornersAndNotWhatLiesBehind) {
   EXPECT_EQ(caster.Nearness({0.5 - d, 0.0, 0.0}, up, {all, 0.5, 1}), 1.0);
   EXPECT_EQ(caster.Nearness({-0.8, 0.0, 0.0}, up, {all, 0.5}), 1.0);
   EXPECT_LT(caster.Nearness({-0.8, 0.0, 0.0}, -up, {all, 0.5}), 4e-4);
+  // What stands on a surface meets it; what hovers, however low, does not.
+  NearFacts facts;
+  EXPECT_GT(caster.Nearness({0.5 - d, 0.0, 0.0}, up, {all, 0.5}, 1.0, &facts), 0.0);
+  EXPECT_TRUE(facts.meets);
+  EXPECT_EQ(facts.reach, 0.5);
+  EXPECT_LT(caster.Nearness({-0.8, 0.0, 0.0}, -up, {all, 0.5}, 1.0, &facts), 1.0);
+  EXPECT_FALSE(facts.meets);
   // Its own triangle does not count, however rounding has moved a point.
   Mesh ball = MakeIcosphere(2, 1.0);
   const RayCaster of_ball = CasterOf({&ball});
