@@ -215,6 +215,12 @@ class Module(unittest.TestCase):
         with self.assertRaises(pathfit.SceneError):
             scene.set_values(parameters, np.full(3, np.nan))
         np.testing.assert_array_equal(scene.values(parameters), [6, 6, 6])
+        other = pathfit.Scene.from_string(SCENE.replace("subdivisions: 2", "subdivisions: 1"))
+        foreign = other.parameters(["ball.vertices"])
+        for use in (scene.values, lambda p: scene.set_values(p, other.values(p)), lambda p: scene.jacobian(0, p),
+                    lambda p: scene.gradient(0, p, np.zeros((20, 24, 4))), scene.not_in_the_derivative):
+            with self.assertRaisesRegex(pathfit.SceneError, "of another scene: 'ball.vertices'"):
+                use(foreign)
         with self.assertRaisesRegex(ValueError, r"\(20, 24, 4\)"):
             scene.gradient(0, parameters, np.zeros((20, 24)))
 
@@ -287,7 +293,7 @@ class Module(unittest.TestCase):
         for stop in ("round", "stage", "view", "warning", "message"):
             calls = []
             again = pathfit.Scene(fit, overrides=changes)
-            answer = again.fit(**{f"on_{stop}": lambda *arguments: calls.append(arguments) or False})
+            answer = again.fit(**{f"on_{stop}": lambda *arguments: calls.append(arguments) or (False if stop == "round" else np.False_)})
             self.assertEqual(answer["status"], "stopped" if calls else "finished", stop)
             self.assertEqual(bool(calls), stop not in ("warning", "message") or bool(answer[f"{stop}s"]))
             if stop == "view":
