@@ -304,9 +304,14 @@ bool StartSegment(const BoundaryContext& context,
   const MeshEdge& mesh_edge =
       context.path.world->topology(edge.mesh).edges[static_cast<std::size_t>(edge.edge)];
   const Mesh& mesh = context.path.world->mesh(edge.mesh);
-  const Vec3& apex = mesh.positions[static_cast<std::size_t>(mesh_edge.apex[0])];
-  const double sign = Dot(normal, apex - edge.a) > 0.0 ? 1.0 : -1.0;
-  segment.n_b = normal * (sign / segment.sin_phi);
+  const auto side_of = [&](std::size_t face) {
+    const Vec3& apex = mesh.positions[static_cast<std::size_t>(mesh_edge.apex[face])];
+    return Dot(normal, apex - edge.a);
+  };
+  double side = side_of(0);
+  // A face that the line grazes is on neither side.
+  if (edge.Grazes(w) && !edge.border && std::abs(side_of(1)) > std::abs(side)) side = side_of(1);
+  segment.n_b = normal * ((side > 0.0 ? 1.0 : -1.0) / segment.sin_phi);
   segment.faces = context.contacts.At(edge.mesh, edge.edge, t);
   return segment.faces.Touching().empty() || PlaceContacts(context, segment);
 }

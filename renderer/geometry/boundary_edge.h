@@ -27,7 +27,7 @@ struct BoundaryEdge {
   [[nodiscard]] bool Grazes(const Vec3& w) const {
     return std::abs(Dot(n0, w)) <= kGrazing || std::abs(Dot(n1, w)) <= kGrazing;
   }
-  static constexpr double kGrazing = 1e-9;  ///< cosine
+  static constexpr double kGrazing = 1e-12;  ///< cosine
   [[nodiscard]] double Length() const { return Norm(b - a); }
 };
 

@@ -143,19 +143,21 @@ TEST(DifficultScenes, OpenMeshOfOneAndTwoSides) {
 }
 
 TEST(DifficultScenes, SunThatGrazesTheSidesOfACube) {
-  Scene scene = Above(tests::Placed(tests::Cube(), 0.3, {0, 0.5, 0}));
-  renderer::DirectionalEmitter sun;
-  sun.direction = renderer::Normalized(renderer::Vec3{0.0, -1.0, -0.5});
-  sun.irradiance = {3.0, 3.0, 3.0};
-  scene.emitters = {{"sun", renderer::LightFrame::kWorld, {}, sun}};
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    CheckKind(std::string("grazing sun") + (form == kImage ? ", image" : ", material"),
-              scene,
-              ParameterKind::kObjectTranslation,
-              1,
-              Moving(form),
-              1.0,
-              {Term::kPrimary, Term::kDirect});
+  for (const Vec3& direction : {Vec3{0, -1, 0}, Vec3{0, -1, -0.5}}) {
+    Scene scene = Above(tests::Placed(tests::Cube(), 0.3, {0, 0.5, 0}));
+    renderer::DirectionalEmitter sun;
+    sun.direction = renderer::Normalized(direction);
+    sun.irradiance = {3.0, 3.0, 3.0};
+    scene.emitters = {{"sun", renderer::LightFrame::kWorld, {}, sun}};
+    for (const DerivativeForm form : {kImage, kMaterial}) {
+      CheckKind(std::string("grazing sun") + (form == kImage ? ", image" : ", material"),
+                scene,
+                ParameterKind::kObjectTranslation,
+                1,
+                Moving(form),
+                1.0,
+                {Term::kPrimary, Term::kDirect});
+    }
   }
 }
 
