@@ -35,8 +35,8 @@ class NearMotion {
     int vertex = 0;
     int count = 1;
     bool touches = false;  ///< the vertex is closer than kTouch: the `contact` of PathAdjoint
-    VertexBits stand_ins =
-        0;  ///< of the vertices looked at, those up to kStandIn times kTouch away
+    /// Of the vertices looked at: those beside a strip of others that touch, which they stand for.
+    VertexBits stand_ins = 0;
   };
   [[nodiscard]] Split FirstSplit(const PathRecord& path,
                                  const PathContext& context,

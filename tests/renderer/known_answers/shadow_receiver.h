@@ -39,11 +39,12 @@ class ShadowReceiver : public ::testing::Test {
     ExpectKnown(name, Irradiance(found.Total()), known);
     return found;
   }
-  /// The whole derivative comes from one term.
+  /// The whole derivative comes from one term. Faces along which light shines are lit by rounding.
   static void ExpectOnly(std::size_t term, const TermReplicates& found) {
+    constexpr double kRounding = 1e-15;
     for (std::size_t t = 0; t < kNumTerms; ++t) {
       if (t == term) continue;
-      for (const double value : found.terms[t]) EXPECT_EQ(value, 0.0) << "term " << t;
+      for (const double value : found.terms[t]) EXPECT_NEAR(value, 0.0, kRounding) << "term " << t;
     }
   }
   static Motion& Move(Motion& motion, int mesh, const Vec3& v) {
