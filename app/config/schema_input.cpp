@@ -151,9 +151,8 @@ SchemaNode ExposureSchema() {
               Key("max_ev", &InputConfig::exposure, &optim::ExposurePrior::max_ev) |
                   Doc("Largest distance from its start.") | Above(0.0) | Unit("EV"),
               known | FreeNames()}) |
-         Doc("Differences of exposure between the photos; their mean is kept where the strengths "
-             "of "
-             "all lights are unknown.") |
+         Doc("Differences of exposure between the photos; their mean is kept where the "
+             "strengths of all lights are unknown.") |
          Always() |
          Refuse({{"init", "; write ev"},
                  {"gauge", "; the mean is kept at 0 EV"},

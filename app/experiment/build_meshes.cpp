@@ -163,12 +163,13 @@ void SetColors(const std::string& mesh_name, const MaterialConfig& material, Mes
   }
 }
 
-// A mesh that cannot be used is said with its file, if it has one, and the way out.
+// A mesh of the user's that cannot be used is said with its file, if it has one, and the way out.
 void CheckMesh(const GeometryConfig& geometry, const MeshPart& part) {
+  const auto* file = std::get_if<FileGeometry>(&geometry.geometry);
+  if (file == nullptr && !std::holds_alternative<InlineGeometry>(geometry.geometry)) return;
   try {
     renderer::ValidateMesh(part.mesh, part.name);
   } catch (const SceneError& error) {
-    const auto* file = std::get_if<FileGeometry>(&geometry.geometry);
     throw SceneError((file == nullptr ? "" : file->path.string() + ": ") + error.what() +
                      (geometry.repair ? "" : "; `repair: true` mends what can be mended"));
   }

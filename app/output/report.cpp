@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/config/nearest_name.h"
 #include "app/config/utf8.h"
 #include "app/output/report_images.h"
 #include "app/output/sha256.h"
@@ -26,7 +27,7 @@ constexpr double kModelShare = 0.5;  // of the page
 constexpr double kOverfitDb = 2.0;
 constexpr double kNoiseShare = 0.7;
 constexpr double kVisibleLossDb = 0.05;
-constexpr int kMostNames = 8;  // in one warning
+constexpr std::size_t kMostNames = 8;  // in one warning
 
 std::string StatusSentence(const ReportData& data) {
   const std::string& reason = data.record.reason;
@@ -233,14 +234,15 @@ std::string Page(const Json& json, bool with_library, bool live) {
 /// many more.
 std::string NamesOfSingle(const std::vector<ParameterSummary>& parameters,
                           std::int64_t ParameterSummary::*number) {
-  std::string names;
-  int count = 0;
+  std::vector<std::string> names;
   for (const ParameterSummary& parameter : parameters) {
     if (parameter.*number == 0 || parameter.num_scalars != 1 || parameter.held) continue;
-    if (count < kMostNames) names += (count == 0 ? "" : ", ") + parameter.name;
-    ++count;
+    names.push_back(parameter.name);
   }
-  return count > kMostNames ? fmt::format("{} and {} more", names, count - kMostNames) : names;
+  if (names.size() <= kMostNames) return JoinNames(names);
+  const std::size_t more = names.size() - kMostNames;
+  names.resize(kMostNames);
+  return fmt::format("{} and {} more", JoinNames(names), more);
 }
 
 }  // namespace

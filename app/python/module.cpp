@@ -222,10 +222,10 @@ class PythonObserver final : public optim::FitObserver {
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (callback.is_none()) return;
     const py::object answer = call(callback);
-    const bool is_bool =
+    const bool is_bool =  // NumPy's comparisons have a type of their own
         py::isinstance<py::bool_>(answer) ||
-        py::str(py::type::of(answer).attr("__name__")).cast<std::string>() == "bool_";
-    if (is_bool && !answer.cast<bool>()) cancel_ = true;  // NumPy's comparisons have their own type
+        py::isinstance(answer, py::module_::import("numpy").attr("bool_"));
+    if (is_bool && !answer.cast<bool>()) cancel_ = true;
   }
 
   FitCallbacks callbacks_;

@@ -23,6 +23,7 @@
 #include "optim/round/stage_plan.h"
 #include "optim/round/surface_levels.h"
 #include "optim/round/texel_fill.h"
+#include "optim/solver/step_bounds.h"
 #include "renderer/core/clock.h"
 #include "renderer/core/error.h"
 #include "renderer/core/indices.h"
@@ -532,12 +533,10 @@ class FitDriver {
       step = FindMinimum(state_.rounds.model, theta, hessian, gradient, free).step;
       goes_far = false;
       for (std::size_t i = 0; i < n; ++i) {
-        const double factor = model.set.LargestFactor(i);
+        const auto [lower, upper] = ReachOfModel(model.set, theta[i], i);
         const double after = theta[i] + step[i];
-        const bool leaves =
-            model.set.IsLog(i)
-                ? std::abs(step[i]) > kReachOfLogs
-                : std::isfinite(factor) && (after < theta[i] / factor || after > theta[i] * factor);
+        const bool leaves = after < lower || after > upper ||
+                            (model.set.IsLog(i) && std::abs(step[i]) > kReachOfLogs);
         if (leaves) {
           free[i] = false;
           goes_far = true;

@@ -23,7 +23,7 @@ NearMotion::NearMotion(const World& world,
     const bool moves = active.meshes[m].moves;
     const double size = kLarge * caster_.Bounds(mesh).HalfDiagonal();
     const double reach = kReach * std::min(caster_.Extent(), size);
-    least_reach_ = m == 0 ? reach : std::min(least_reach_, reach);
+    least_reach_ = std::min(least_reach_, reach);
     const bool shines = lights.AreaLightOf(mesh) != nullptr;
     if (shines) {
       shining_.push_back(mesh);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "renderer/derivative/active_parameters.h"
@@ -76,8 +77,8 @@ class NearMotion {
   };
   Reaches reach_, reach_of_shining_;
   std::vector<int> shining_;
-  std::vector<bool> meets_own_corners_;  // of those that slide
-  double least_reach_ = 1.0;             // of all
+  std::vector<bool> meets_own_corners_;                           // of those that slide
+  double least_reach_ = std::numeric_limits<double>::infinity();  // of all
 };
 
 }  // namespace pathfit::renderer
