@@ -5,6 +5,7 @@
 #include "app/command/colmap_run.h"
 #include "app/command/command_line.h"
 #include "app/command/result.h"
+#include "app/command/video_frames.h"
 #include "app/config/experiment_config.h"
 #include "app/experiment/draft_config.h"
 #include "app/experiment/folder_search.h"
@@ -27,8 +28,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of the folder that holds everything.
+bool IsVideo(const fs::path& path) { return HasVideoExtension(path) && !fs::is_directory(path); }
+
+/// Of the folder that holds everything, or the video.
 std::string NameOf(fs::path folder) {
+  if (IsVideo(folder)) return SafeFileName(folder.stem().string());
   for (const char* usual : {"images", "image", "photos", "rgb", "input"}) {
     if (folder.filename() == usual) {
       folder = folder.parent_path();
@@ -62,11 +66,14 @@ Json Describe(const FoundInput& input,
       {"guessed", Json::array({light.reason})}};
 }
 
+constexpr int kFewestFrames = 3, kMostFrames = 5000;
+
 struct Options {
   fs::path output, masks, mesh, calibration, lamps, ball;
   std::string sfm;      ///< program that finds the cameras; empty: none
   std::string light;    ///< word of a DraftLight; empty: found
   std::string surface;  ///< "matt" or "shiny"; empty: matt
+  int frames = 60;
   bool whole = false;
   bool force = false;
 };
@@ -86,6 +93,19 @@ void Declare(OptionList& options, Options& own) {
   options.Path("-o,--output", "FILE", "Config to write; else NAME.yaml here", own.output);
   options.Word(
       "--sfm", "colmap", "Finds the cameras with this program, which must be installed", own.sfm);
+  options.Whole("--frames",
+                "Of a video in place of the photos: so many of its frames are taken by ffmpeg, "
+                "which must be installed, and their cameras found by COLMAP; 60 unless given",
+                kFewestFrames,
+                kMostFrames,
+                own.frames);
+  options.Check([&options, &own] {
+    const bool is_video = !options.line().targets.empty() && IsVideo(options.line().target);
+    if (is_video) own.sfm = "colmap";
+    if (!is_video && options.Given("--frames")) {
+      options.Fail("--frames are those of a video, which is not given");
+    }
+  });
   options.Path("--masks",
                "DIR|FILE",
                "Folder of the masks, or one mask of all photos, if it is not found",
@@ -159,22 +179,33 @@ void SayNext(const CommandContext& context, const fs::path& config, const Json& 
   }
 }
 
-/// Where COLMAP found cameras, for the photos in `photos`; its workspace is beside the config.
-/// Model empty: a signal came.
+/// What init makes beside the config: "axe_masks" of axe.yaml.
+fs::path BesideConfig(const fs::path& config, const char* what) {
+  return config.parent_path() / (config.stem().string() + "_" + what);
+}
+
+/// Where COLMAP found cameras, for the photos in `photos` or the frames of that video; its
+/// workspace is beside the config. Model empty: a signal came.
 ColmapModel FindCamerasByColmap(const fs::path& photos,
+                                const fs::path& config,
                                 const StopSignals& signals,
                                 const Options& own,
                                 CommandContext& context) {
-  if (context.line.targets.size() > 1 || fs::is_regular_file(photos)) {
+  const bool is_video = IsVideo(photos);
+  if (context.line.targets.size() > 1 || (fs::is_regular_file(photos) && !is_video)) {
     throw UsageError("init", "--sfm finds the cameras; give the folder of the photos alone");
   }
-  const std::string name = NameOf(photos);
-  const fs::path config = ConfigOf(own, name);
-  const fs::path workspace = config.parent_path() / (config.stem().string() + "_colmap");
+  const fs::path workspace = BesideConfig(config, "colmap");
+  const fs::path frames = BesideConfig(config, "frames");
   for (const fs::path& path : {config, workspace}) RefuseToOverwrite(path, own);
+  if (is_video) {
+    RefuseToOverwrite(frames, own);
+    if (!TakeFrames({photos, frames, own.frames}, signals, context)) return {};
+  }
   fs::remove_all(workspace / "sparse");
   fs::remove(workspace / "database.db");
-  return RunColmap({photos, own.masks, own.calibration, workspace}, signals, context);
+  return RunColmap(
+      {is_video ? frames : photos, own.masks, own.calibration, workspace}, signals, context);
 }
 
 /// For photos without masks, in a folder beside the config.
@@ -182,7 +213,7 @@ void TryToMakeMasks(const fs::path& config,
                     const Options& own,
                     CommandContext& context,
                     FoundInput& input) {
-  const fs::path folder = config.parent_path() / (config.stem().string() + "_masks");
+  const fs::path folder = BesideConfig(config, "masks");
   RefuseToOverwrite(folder, own);
   context.log.Info("no masks were found: the object is told from its background by colour");
   if (MakeMasks(folder, input)) {
@@ -338,10 +369,13 @@ ExitStatus Run(CommandContext& context, const Options& own) {
                                                         : fs::path(),
                      .masks = own.masks,
                      .calibration = own.calibration};
+  std::string name;
   if (!own.sfm.empty()) {
+    const fs::path photos = AbsolutePath(first);
+    name = NameOf(photos);
     const StopSignals signals;
     const ColmapModel found =
-        FindCamerasByColmap(fs::absolute(first).lexically_normal(), signals, own, context);
+        FindCamerasByColmap(photos, ConfigOf(own, name), signals, own, context);
     if (found.model.empty()) return signals.Received().value_or(ExitStatus::kInterrupted);
     places.photos = found.photos;
     places.cameras = found.model;
@@ -353,7 +387,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
         "--light flash needs to know how far the object is, but the cameras look at no "
         "common point; take --light camera");
   }
-  const std::string name = NameOf(input.options.images_dir);
+  if (name.empty()) name = NameOf(input.options.images_dir);
   const fs::path config = ConfigOf(own, name);
   RefuseToOverwrite(config, own);
   const bool makes_masks = own.mesh.empty() && !own.whole;
@@ -390,7 +424,8 @@ ExitStatus Run(CommandContext& context, const Options& own) {
 }  // namespace
 
 extern const Command kInitCommand = {"init",
-                                     "Writes a config for photos and cameras that it finds",
+                                     "Writes a config for photos, or a video, and cameras that it "
+                                     "finds",
                                      "[PHOTOS] [CAMERAS]",
                                      Prepare<Options, Declare, Run>,
                                      kResult};

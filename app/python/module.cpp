@@ -40,6 +40,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/derivative/derivative_limits.h"
 #include "renderer/derivative/film_sink.h"
+#include "renderer/io/atomic_file.h"
 #include "renderer/renderer.h"
 
 namespace pathfit::app {
@@ -491,6 +492,7 @@ class Scene {
                bool resume) {
     RequireFittable(config_, "");
     if (resume && !checkpoints) throw py::value_error("resume needs the folder of checkpoints");
+    if (!(time_limit_s >= 0.0)) throw py::value_error("time_limit_s must be at least 0");
     renderer::CancelFlag cancel = false;
     PythonObserver observer(std::move(callbacks), experiment_.observations.views, cancel);
     optim::FitSpec spec = experiment_.fit;
@@ -535,7 +537,7 @@ class Scene {
     for (const auto& [name, value] : kMeshFormats) {
       names.emplace_back(name);
       if (format != name) continue;
-      fs::create_directories(folder);
+      renderer::CreateFolders(folder);
       return app::WriteMeshes(folder, renderer_->scene(), value);
     }
     throw py::value_error("format '" + format + "' is not one of: " + JoinNames(names));
@@ -548,7 +550,7 @@ class Scene {
                           optim::FitControls& controls,
                           PythonObserver& observer) const {
     controls.checkpoint_folder = folder;
-    fs::create_directories(folder);
+    renderer::CreateFolders(folder);
     if (fs::is_empty(folder)) return;
     if (!resume) {
       throw renderer::IoError(folder.string() +
@@ -567,14 +569,18 @@ class Scene {
   /// By name, or by number from 0.
   [[nodiscard]] std::size_t IndexOf(const py::object& view) const {
     const auto& sensors = renderer_->scene().sensors;
-    if (py::isinstance<py::int_>(view)) {
-      const auto index = view.cast<std::int64_t>();
-      if (index >= 0 && index < static_cast<std::int64_t>(sensors.size())) {
+    if (PyIndex_Check(view.ptr()) != 0) {  // also NumPy's whole numbers, of any size
+      const py::object number = py::reinterpret_steal<py::object>(PyNumber_Index(view.ptr()));
+      if (!number) throw py::error_already_set();
+      int overflow = 0;
+      const long long index = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
+      if (overflow == 0 && index >= 0 && index < static_cast<long long>(sensors.size())) {
         return static_cast<std::size_t>(index);
       }
-      throw py::index_error("no view " + std::to_string(index) + "; there are " +
+      throw py::index_error("no view " + std::string(py::str(number)) + "; there are " +
                             std::to_string(sensors.size()));
     }
+    if (!py::isinstance<py::str>(view)) throw py::type_error("a view is a name or a whole number");
     const std::string name = py::str(view);
     const auto found = std::ranges::find(sensors, name, &renderer::Camera::name);
     if (found == sensors.end()) throw py::key_error("no view is called '" + name + "'");

@@ -135,7 +135,10 @@ void ParameterSet::AddGroup(const renderer::Scene& scene,
     runs_.push_back({count - 1, kSmallestRatio, kLargestRatio});
     runs_.push_back({count, kSmallestOuterAngle, kLargestOuterAngle});
   } else {
-    runs_.push_back({count, lower, upper, renderer::TraitsOf(unknown.kind).largest_factor});
+    const double factor = renderer::TraitsOf(unknown.kind).largest_factor;
+    runs_.push_back(is_log && !is_gain
+                        ? Run{count, lower, upper, factor, unknown.lower, unknown.upper}
+                        : Run{count, lower, upper, factor});
   }
 }
 
@@ -189,9 +192,13 @@ std::vector<double> ParameterSet::ThetaFromValues(const std::vector<double>& val
 std::vector<double> ParameterSet::ValuesFromTheta(const std::vector<double>& theta) const {
   PATHFIT_CHECK_EQ(theta.size(), NumScalars());
   std::vector<double> values(theta.size());
+  auto run = runs_.begin();
   for (std::size_t i = 0; i < theta.size(); ++i) {
+    if (i == run->end) {
+      ++run;
+    }
     if (IsLog(i)) {
-      values[i] = std::exp(theta[i]);
+      values[i] = std::clamp(std::exp(theta[i]), run->least, run->most);
     } else if (mapping_[i] == Mapping::kCone) {
       values[i] = 2.0 * std::asin(std::sqrt(theta[i]) * std::sin(0.5 * theta[i + 1]));
     } else {

@@ -112,9 +112,12 @@ class ParameterSet {
 
   /// Scalars with the same bounds: from the end of the run before on.
   struct Run {
+    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
     std::size_t end = 0;
     double lower = 0.0, upper = 0.0;
-    double factor = std::numeric_limits<double>::infinity();
+    double factor = kInfinity;
+    /// Bounds of the value of a logarithm, which rounding must not leave.
+    double least = 0.0, most = kInfinity;
   };
   [[nodiscard]] const Run& RunOf(std::size_t scalar) const {
     return *std::ranges::upper_bound(runs_, scalar, {}, &Run::end);

@@ -192,8 +192,12 @@ class Module(unittest.TestCase):
         scene = pathfit.Scene(self.config)
         with self.assertRaisesRegex(KeyError, "back"):
             scene.render("back")
-        with self.assertRaisesRegex(IndexError, "there are 2"):
-            scene.render(-1)
+        for view in (-1, 2, 2**70, np.int64(2)):
+            with self.assertRaisesRegex(IndexError, "there are 2"):
+                scene.render(view)
+        np.testing.assert_array_equal(scene.render(np.uint8(1)), scene.render(1))
+        with self.assertRaisesRegex(TypeError, "a name or a whole number"):
+            scene.render(1.0)
         with self.assertRaisesRegex(pathfit.SceneError, "bal.vertices"):
             scene.parameters(["bal.vertices"])
         with self.assertRaisesRegex(ValueError, "spp"):
@@ -204,6 +208,9 @@ class Module(unittest.TestCase):
             scene.fit()
         with self.assertRaisesRegex(ValueError, "format 'fbx' is not one of: glb, obj, ply"):
             scene.write_meshes(self.folder / "meshes", "fbx")
+        (self.folder / "a_file").write_text("")
+        with self.assertRaisesRegex(pathfit.IoError, "a_file/meshes: cannot be created"):
+            scene.write_meshes(self.folder / "a_file" / "meshes")
         with self.assertRaisesRegex(ValueError, "threads"):
             pathfit.Scene(self.config, threads=-1)
         with mock.patch.dict(os.environ, {"PATHFIT_THREADS": "many"}):
@@ -276,6 +283,9 @@ class Module(unittest.TestCase):
         run = self.program("fit", fit, "-o", self.folder / "run", "--set", "scene.lights.lamp.intensity=[4, 4, 4]").strip()
         scene = pathfit.Scene(fit, overrides=changes)
         self.assertEqual(scene.photo(0).shape, (20, 24, 3))
+        for limit in (-1.0, np.nan):
+            with self.assertRaisesRegex(ValueError, "time_limit_s"):
+                scene.fit(time_limit_s=limit)
         rounds = []
         result = scene.fit(on_round=lambda figures: rounds.append(figures))
         self.assertEqual((result["status"], result["rounds"]), ("finished", len(rounds)), text)

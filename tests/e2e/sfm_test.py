@@ -1,10 +1,12 @@
-"""`init --sfm colmap`: with a stand-in for the program COLMAP, and with COLMAP itself where it is installed.
+"""`init --sfm colmap` and `init VIDEO`: with stand-ins for the programs COLMAP and ffmpeg, and with these themselves
+where they are installed.
 
 Usage: sfm_test.py PATHFIT SOURCE_DIR. Unittest output; exits 1 if anything fails.
 """
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -30,6 +32,19 @@ cp -r "$FAKE"/models/. "$2"
 """
 
 
+# A film of ten pictures a second, of which every fifth is sharp: frames are those of the masks, in their order.
+STAND_IN_FFMPEG = """#!/bin/sh
+echo "$(basename "$0") $@" >> "$FAKE/words"
+[ -e "$FAKE/no_video" ] && { echo "moov atom not found" >&2; exit 1; }
+case "$0" in *ffprobe) cat "$FAKE/probe"; exit 0;; esac
+for last; do :; done
+[ "$last" = - ] && { cat "$FAKE/blur"; exit 0; }
+i=0
+for picture in "$FAKE"/pictures/*; do i=$((i + 1)); cp "$picture" "$(printf "$last" $i)"; done
+"""
+FRAMES = 24
+
+
 class Sfm(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="pathfit_sfm_"))
@@ -38,9 +53,10 @@ class Sfm(unittest.TestCase):
         (self.folder / "help").write_text("--SiftExtraction.use_gpu arg (=1)\n")
         (self.folder / "status").write_text("0\n")
         (self.folder / "bin").mkdir()
-        program = self.folder / "bin" / "colmap"
-        program.write_text(STAND_IN)
-        program.chmod(0o755)
+        for name, text in (("colmap", STAND_IN), ("ffmpeg", STAND_IN_FFMPEG), ("ffprobe", STAND_IN_FFMPEG)):
+            program = self.folder / "bin" / name
+            program.write_text(text)
+            program.chmod(0o755)
         self.photos = self.folder / "set" / "images"
         shutil.copytree(AXE / "images", self.photos)
         self.log = self.folder / "set_colmap" / "colmap.log"
@@ -48,9 +64,30 @@ class Sfm(unittest.TestCase):
     def environment(self, path=None):
         return {**os.environ, "FAKE": str(self.folder), "PATH": path or f"{self.folder}/bin:{os.environ['PATH']}"}
 
+    def run_init(self, *words, path=None):
+        return subprocess.run([PATHFIT, "init", *map(str, words)], cwd=self.folder, env=self.environment(path),
+                              capture_output=True, text=True, timeout=300)
+
     def init(self, *words, path=None):
-        return subprocess.run([PATHFIT, "init", "set", "--sfm", "colmap", *map(str, words)], cwd=self.folder,
-                              env=self.environment(path), capture_output=True, text=True, timeout=300)
+        return self.run_init("set", "--sfm", "colmap", *words, path=path)
+
+    def write_video(self):
+        """What the stand-in says of set.mp4, and the model of its frames."""
+        (self.folder / "set.mp4").write_text("a film")
+        (self.folder / "probe").write_text(
+            "width=512\nheight=342\ncolor_space=unknown\ncolor_transfer=bt709\navg_frame_rate=10/1\n"
+            "duration=N/A\nduration=12.0\n")
+        (self.folder / "blur").write_text("".join(
+            f"frame:{i} pts:{i} pts_time:{i / 10}\nlavfi.blur={3.5 if i % 5 == 2 else 9.0}\n"
+            for i in range(5 * FRAMES)))
+        shutil.copytree(AXE / "masks", self.folder / "pictures")
+        self.write_model("0", FRAMES)
+        images = self.folder / "models" / "0" / "images.txt"
+        lines = images.read_text().split("\n")
+        for i in range(FRAMES):
+            words = lines[2 * i + 1].split()
+            lines[2 * i + 1] = " ".join(words[:-1] + [f"frame_{i + 1:04d}.png"])
+        images.write_text("\n".join(lines))
 
     def write_model(self, name, photos):
         """The cameras of this many photos of the axe, as COLMAP would have found them."""
@@ -141,6 +178,73 @@ class Sfm(unittest.TestCase):
         self.assertEqual(out.returncode, 0, out.stderr)
         self.assertIn("a camera of its own", out.stderr)
         self.assertNotIn("single_camera", " ".join(self.words()[1]))
+
+    def test_a_video_s_sharpest_frames_are_the_photos(self):
+        self.write_video()
+        out = self.run_init("set.mp4", "--frames", FRAMES, "--whole-photos", "--light", "world", "--json")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        result = json.loads(out.stdout)
+        self.assertEqual((result["name"], result["photos"]), ("set", FRAMES))
+        frames = self.folder / "set_frames"
+        self.assertEqual(sorted(p.name for p in frames.iterdir()), [f"frame_{i + 1:04d}.png" for i in range(FRAMES)])
+        self.assertFalse((self.folder / "set_frames.part").exists())
+        text = (self.folder / "set.yaml").read_text()
+        self.assertIn("images: set_frames", text)
+        self.assertIn("path: set_colmap/sparse/0", text)
+        words = (self.folder / "words").read_text().splitlines()
+        self.assertEqual([line.split()[0] for line in words[:3]], ["ffprobe", "ffmpeg", "ffmpeg"])
+        self.assertIn("fps=10.0", words[1])
+        chosen = [int(n) for n in re.findall(r"eq\(n\\,(\d+)\)", words[2])]
+        self.assertEqual(chosen, [5 * i + 2 for i in range(FRAMES)])
+        self.assertIn("in_color_matrix=bt601", words[2])
+        self.assertEqual(self.run_init("set.mp4", "--whole-photos").returncode, 2)
+        (frames / "note.txt").write_text("mine")
+        for picture in sorted((self.folder / "pictures").iterdir())[12:]:
+            picture.unlink()
+        out = self.run_init("set.mp4", "--frames", 12, "--whole-photos", "--light", "world", "--force")
+        self.assertIn("12 frames of", out.stderr)
+        self.assertEqual(len(list(frames.glob("*.png"))), 12)
+        self.assertTrue((frames / "note.txt").exists())
+
+    def test_says_when_a_video_cannot_be_read(self):
+        self.write_video()
+        self.assertIn("apt install ffmpeg", self.run_init("set.mp4", path=str(self.folder)).stderr)
+        out = self.run_init("set", "--frames", 12)
+        self.assertEqual(out.returncode, 2)
+        self.assertIn("--frames are those of a video", out.stderr)
+        self.assertEqual(self.run_init("set.mp4", "cameras.yaml").returncode, 2)
+        (self.folder / "probe").write_text("width=512\nheight=342\navg_frame_rate=0/0\nduration=N/A\n")
+        out = self.run_init("set.mp4")
+        self.assertEqual(out.returncode, 4)
+        self.assertIn("no moving pictures of known length", out.stderr)
+        (self.folder / "no_video").touch()
+        out = self.run_init("set.mp4", "--force")
+        self.assertEqual(out.returncode, 4)
+        self.assertIn("moov atom not found", out.stderr)
+        self.assertFalse((self.folder / "set_frames").exists())
+
+    @unittest.skipUnless(shutil.which("ffmpeg"), "FFMPEG IS NOT INSTALLED: init VIDEO was tried with a stand-in only")
+    def test_ffmpeg_itself_answers(self):
+        """Each photo stands for half a second and is sharp for a fifth of it."""
+        self.write_video()
+        for name in ("ffmpeg", "ffprobe"):
+            (self.folder / "bin" / name).unlink()
+        for i, photo in enumerate(sorted(self.photos.iterdir())):
+            photo.rename(self.photos / f"{i:02d}.jpg")
+        blur = "fps=10,gblur=sigma=4:enable='not(eq(mod(n,5),3))',format=yuv420p"
+        film = self.folder / "100 %d film's.mp4"
+        subprocess.run(["ffmpeg", "-v", "error", "-framerate", "2", "-i", self.photos / "%02d.jpg", "-vf", blur,
+                        "-c:v", "mpeg4", "-q:v", "2", film], check=True)
+        out = self.run_init(film.name, "--frames", FRAMES, "--whole-photos", "--light", "world", "-o", "set.yaml")
+        self.assertEqual(out.returncode, 0, out.stderr)
+        self.assertIn(f"{FRAMES} frames of", out.stderr)
+        frames = sorted((self.folder / "set_frames").iterdir())
+        self.assertEqual(len(frames), FRAMES)
+        for i in (0, 11, FRAMES - 1):
+            likeness = subprocess.run(
+                ["ffmpeg", "-i", frames[i], "-i", self.photos / f"{i:02d}.jpg", "-lavfi", "[0][1]psnr", "-f", "null", "-"],
+                capture_output=True, text=True).stderr
+            self.assertGreater(float(re.search(r"average:([\d.]+)", likeness)[1]), 32, likeness)
 
     def test_a_signal_ends_colmap_too(self):
         (self.folder / "slow").touch()

@@ -80,6 +80,23 @@ TEST(ParameterSet, MapsLogarithmsAndBoundsThere) {
   EXPECT_DOUBLE_EQ(set.Slope(1, values[1]), 3.0);
 }
 
+TEST(ParameterSet, RoundingLeavesNoBoundOfALogarithm) {
+  const renderer::Scene scene = tests::BallAndWall();
+  for (const double bound : {0.03, 0.1, 0.6, 3.3}) {
+    std::vector<UnknownSpec> unknowns = Unknowns();
+    unknowns[1].lower = bound;
+    unknowns[1].upper = 1.7 * bound;
+    const ParameterSet set(scene, unknowns, {1}, {0}, {});
+    std::vector<double> theta(set.NumScalars());
+    for (std::size_t i = 0; i < theta.size(); ++i) {
+      theta[i] = i % 2 == 0 ? set.Lower(i) : set.Upper(i);
+    }
+    const std::vector<double> values = set.ValuesFromTheta(theta);
+    EXPECT_GE(std::ranges::min(values), bound);
+    EXPECT_LE(std::ranges::max(values), 1.7 * bound);
+  }
+}
+
 TEST(ParameterSet, KeepsTheInnerAngleOfASpotBelowTheOuter) {
   renderer::Scene scene = tests::BallAndWall();
   renderer::SpotEmitter spot;
