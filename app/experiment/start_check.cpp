@@ -27,6 +27,9 @@ constexpr double kSize = 256.0;  // pixels of the longer side
 
 // What is so far off that a fit hardly finds back.
 constexpr double kPoorIou = 0.3;
+constexpr double kPoorCarvedIou =
+    0.9;                           // real photos reach 0.95: no more than all masks have is left
+constexpr double kOpenIou = 0.75;  // of held-out photos, where a carved body is not bounded
 constexpr double kInvertedIou = 0.5;
 constexpr double kOtherSize = 4.0;       // in area
 constexpr double kLittleLeft = 0.1;      // of a mask, by erosion
@@ -95,6 +98,7 @@ class StartChecker {
     RefuseUnseen();
     WarnOfMasks();
     WarnOfPlace();
+    WarnOfOpenSides();
     WarnOfOddPhotos();
     WarnOfBounds();
     WarnOfClipping();
@@ -334,10 +338,7 @@ class StartChecker {
            "Leave masks out if there are none");
       return;
     }
-    const bool carved = std::ranges::any_of(config_.geometry, [](const GeometryConfig& mesh) {
-      return std::holds_alternative<VisualHullGeometry>(mesh.geometry);
-    });
-    const bool white_object = !carved && iou > kInvertedIou;
+    const bool white_object = !IsCarved() && iou > kInvertedIou;
     inverted_ = (white > kWhiteBorder && !white_object) || inverted > kInvertedIou;
     if (inverted_) {
       Warn(
@@ -351,8 +352,28 @@ class StartChecker {
     }
   }
 
+  [[nodiscard]] bool IsCarved() const {
+    return std::ranges::any_of(config_.geometry, [](const GeometryConfig& mesh) {
+      return std::holds_alternative<VisualHullGeometry>(mesh.geometry);
+    });
+  }
+
   void WarnOfPlace() {
     const double iou = MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    if (!inverted_ && IsCarved() && iou < kPoorCarvedIou) {
+      const auto white = FittedWhere(
+          [](const ViewStart&, const ViewFacts& f) { return f.white_border > kWhiteBorder; });
+      Warn(fmt::format(
+          "the body carved from the masks agrees with them to a median IoU of {:.2f} "
+          "only, where more than 0.95 is usual: {}",
+          iou,
+          white.empty() ? "a mask misses a part of the object or is of another photo, "
+                          "or cameras are not those of these photos; the check page "
+                          "shows where"
+                        : "masks look inverted, as they are white along the border, in " +
+                              Counted(white, num_fitted_)));
+      return;
+    }
     if (inverted_ || !(iou < kPoorIou)) return;
     const double ratio =
         MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.covered / v.masked; });
@@ -370,6 +391,25 @@ class StartChecker {
                     "not find back; likely {}",
                     iou,
                     reason));
+  }
+
+  /// What fitted photos leave open, held-out ones show.
+  void WarnOfOpenSides() {
+    std::vector<double> held_out;
+    for (const ViewStart& view : check_.views) {
+      if (view.validation) held_out.push_back(view.iou);
+    }
+    const double iou = KnownMedian(std::move(held_out));
+    const double fitted =
+        MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    if (!IsCarved() || !(fitted >= kPoorCarvedIou) || !(iou < kOpenIou)) return;
+    Warn(fmt::format(
+        "the body carved from the fitted photos' masks agrees with those of held-out "
+        "photos to a median IoU of {:.2f} only, with its own to {:.2f}: seen from there "
+        "nothing bounds it. More photos from more sides help; input.split: {{validation: "
+        "none}} fits all that there are",
+        iou,
+        fitted));
   }
 
   /// One that is far from the start while the others agree is of another place, or has the mask of

@@ -64,8 +64,8 @@ std::string StageWords(const optim::StageReport& report);
 /// What a fit came to: PSNR and IoU of its start and of its newest stage, of held-out photos if
 /// there are any. Empty without two stages' ends, the start's counted.
 std::string ResultWords(const FitHistory& history);
-/// What makes one doubt a finished fit that explains hardly anything of its photos; empty for
-/// others.
+/// What makes one doubt a finished fit that explains hardly anything of its photos, or of held-out
+/// ones far less than of others; empty for others.
 std::string DoubtWords(const FitHistory& history);
 /// One JSON object with every figure of the round, named as in metrics.csv.
 std::string JsonLine(const optim::RoundReport& report,

@@ -74,6 +74,29 @@ SilhouetteField::SilhouetteField(const ObservationSet& observations, double diss
   num_dissenting_ = static_cast<std::size_t>(dissent * static_cast<double>(views_.size()));
 }
 
+std::vector<bool> SilhouetteField::Cells(std::size_t view, int cells_along) const {
+  const SilhouetteView& v = views_[view];
+  std::vector<bool> inside;
+  for (int y = 0; y < cells_along; ++y) {
+    for (int x = 0; x < cells_along; ++x) {
+      const double column = v.low.x + (x + 0.5) / cells_along * (v.high.x - v.low.x);
+      const double row = v.low.y + (y + 0.5) / cells_along * (v.high.y - v.low.y);
+      inside.push_back(Lookup(v, column, row).value > 0.0);
+    }
+  }
+  return inside;
+}
+
+int SilhouetteField::CellOf(std::size_t view, int cells_along, const renderer::Vec3& x) const {
+  const SilhouetteView& v = views_[view];
+  const auto p = v.camera.Project(x);
+  if (!p) return -1;
+  const double column = std::floor((p->u - v.low.x) / (v.high.x - v.low.x) * cells_along);
+  const double row = std::floor((p->v - v.low.y) / (v.high.y - v.low.y) * cells_along);
+  const bool is_inside = column >= 0.0 && column < cells_along && row >= 0.0 && row < cells_along;
+  return is_inside ? static_cast<int>(row) * cells_along + static_cast<int>(column) : -1;
+}
+
 SilhouetteField::PixelDistance SilhouetteField::Lookup(const SilhouetteView& view,
                                                        double u,
                                                        double v) {

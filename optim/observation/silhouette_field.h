@@ -34,6 +34,13 @@ class SilhouetteField {
   /// Radius of a ball about `center` onto which every mask falls.
   [[nodiscard]] double Radius(const renderer::Vec3& center) const;
 
+  [[nodiscard]] std::size_t NumViews() const { return views_.size(); }
+  /// A view's silhouette on a square grid over its box: whether the cells' centres lie in it, row
+  /// by row.
+  [[nodiscard]] std::vector<bool> Cells(std::size_t view, int cells_along) const;
+  /// The cell in which a point is seen; -1: outside of the grid.
+  [[nodiscard]] int CellOf(std::size_t view, int cells_along, const renderer::Vec3& x) const;
+
  private:
   struct SilhouetteView {
     renderer::CameraModel camera;

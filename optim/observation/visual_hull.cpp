@@ -45,6 +45,12 @@ constexpr double kMaxTurn = 0.3;   // least cosine between a triangle's normals 
 constexpr double kMinArea = 1e-4;  // twice the area, in squared voxels
 constexpr int kMaxReverts = 20;
 
+// Parts: cells along a silhouette's box, a few voxels each, and the share of the cells that no
+// other part covers. Parts beyond so many are specks.
+constexpr int kCellsAlong = 32;
+constexpr double kLeastShare = 0.02;
+constexpr std::size_t kMostParts = 64;
+
 double LongestSide(const Box& box) { return box.Size()[box.LongestAxis()]; }
 
 VoxelGrid MakeGrid(const Vec3& origin, double spacing, const std::array<int, 3>& size) {
@@ -178,6 +184,44 @@ VoxelGrid CarveFinely(const SilhouetteField& field, const Box& box, int resoluti
   return grid;
 }
 
+/// Keeps the largest part, and of the others those that some of the silhouettes are of: what lies
+/// where viewing cones of other bodies meet by chance is behind or before these everywhere.
+void KeepPartsOfSilhouettes(const SilhouetteField& field, Mesh& mesh) {
+  const MeshParts parts = PartsByVolume(mesh);
+  const std::size_t count = std::min(parts.volumes.size(), kMostParts);
+  // By view and cell: the parts that cover it.
+  std::vector<std::vector<std::uint64_t>> covering(field.NumViews());
+  renderer::ParallelFor(static_cast<std::int64_t>(covering.size()), [&](std::int64_t i) {
+    const auto view = static_cast<std::size_t>(i);
+    covering[view].resize(static_cast<std::size_t>(kCellsAlong) * kCellsAlong);
+    for (std::size_t f = 0; count > 1 && f < mesh.triangles.size(); ++f) {
+      if (parts.of_triangle[f] >= count) continue;
+      const Vec3& corner = mesh.positions[static_cast<std::size_t>(mesh.triangles[f][0])];
+      const int cell = field.CellOf(view, kCellsAlong, corner);
+      if (cell >= 0) {
+        covering[view][static_cast<std::size_t>(cell)] |= std::uint64_t{1} << parts.of_triangle[f];
+      }
+    }
+  });
+  std::uint64_t kept = count == kMostParts ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+  for (std::size_t part = count; part-- > 1;) {
+    const std::uint64_t bit = std::uint64_t{1} << part;
+    double share = 0.0;
+    for (std::size_t view = 0; view < covering.size(); ++view) {
+      const std::vector<bool> inside = field.Cells(view, kCellsAlong);
+      const auto num_alone = static_cast<double>(std::ranges::count_if(
+          covering[view], [&](std::uint64_t parts_here) { return (parts_here & kept) == bit; }));
+      share += num_alone / std::max(1.0, static_cast<double>(std::ranges::count(inside, true)));
+    }
+    if (share < kLeastShare * static_cast<double>(covering.size())) kept &= ~bit;
+  }
+  std::vector<bool> keep;
+  for (const std::size_t part : parts.of_triangle) {
+    keep.push_back(part < count && ((kept >> part) & 1) != 0);
+  }
+  KeepTriangles(keep, mesh);
+}
+
 /// Newton steps along the gradient; the result is kept only where it is nearer to the zero.
 Vec3 NearestZero(const SilhouetteField& field, const Vec3& start, double spacing) {
   Vec3 best = start;
@@ -254,7 +298,7 @@ Mesh CarveVisualHull(const ObservationSet& observations, const VisualHullOptions
   const VoxelGrid grid = CarveFinely(field, FindBox(field), options.resolution);
   Mesh mesh = ExtractSurface(grid);
   SeparateTouchingParts(kInset * grid.spacing, mesh);
-  KeepLargestPart(mesh);
+  KeepPartsOfSilhouettes(field, mesh);
   MoveToZero(field, grid.spacing, mesh);
   WeldPositions(mesh);
   ValidateMesh(mesh, "visual hull");

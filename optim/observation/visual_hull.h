@@ -12,9 +12,10 @@ struct VisualHullOptions {
   double dissent = 0.0;  ///< share of the views that may leave out what the others have
 };
 
-/// Surface of the largest body whose silhouettes lie inside the masks of all fitted views but those
-/// that may dissent, found from cameras and masks alone: closed, manifold, outward winding, welded,
-/// one component, in the frame of the cameras. Throws SceneError with advice: no silhouette masks,
+/// Surface of the bodies whose silhouettes lie inside the masks of all fitted views but those that
+/// may dissent, found from cameras and masks alone: closed, manifold, outward winding, welded, in
+/// the frame of the cameras; the largest component, and those without which a part of the masks
+/// would show nothing. Throws SceneError with advice: no silhouette masks,
 /// views from one side only, nothing left after carving, a body that the views do not bound,
 /// options out of range.
 renderer::Mesh CarveVisualHull(const ObservationSet& observations,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -69,6 +70,8 @@ void AddQuad(const openvdb::Vec4I& quad, Mesh& mesh) {
   }
 }
 
+}  // namespace
+
 /// Vertices and triangles of the parts listed by `keep` (one entry per triangle).
 void KeepTriangles(const std::vector<bool>& keep, Mesh& mesh) {
   std::vector<std::int32_t> new_index(mesh.positions.size(), -1);
@@ -88,8 +91,6 @@ void KeepTriangles(const std::vector<bool>& keep, Mesh& mesh) {
   }
   mesh = std::move(out);
 }
-
-}  // namespace
 
 Mesh ExtractSurface(const VoxelGrid& grid) {
   std::vector<openvdb::Vec3s> points;
@@ -159,25 +160,44 @@ void SeparateTouchingParts(double inset, Mesh& mesh) {
   }
 }
 
-void KeepLargestPart(Mesh& mesh) {
-  renderer::DisjointSets parts(mesh.positions.size());
+MeshParts PartsByVolume(const Mesh& mesh) {
+  renderer::DisjointSets sets(mesh.positions.size());
   for (const Triangle& t : mesh.triangles) {
-    parts.Unite(Index(t[0]), Index(t[1]));
-    parts.Unite(Index(t[1]), Index(t[2]));
+    sets.Unite(Index(t[0]), Index(t[1]));
+    sets.Unite(Index(t[1]), Index(t[2]));
   }
   std::vector<double> volume(mesh.positions.size(), 0.0);
+  std::vector<bool> is_used(mesh.positions.size(), false);
   const Vec3 origin = mesh.positions.empty() ? Vec3{} : mesh.positions.front();
   for (const Triangle& t : mesh.triangles) {
     const Vec3 a = mesh.positions[Index(t[0])] - origin;
     const Vec3 b = mesh.positions[Index(t[1])] - origin;
     const Vec3 c = mesh.positions[Index(t[2])] - origin;
-    volume[parts.Find(Index(t[0]))] += Dot(a, Cross(b, c)) / 6.0;
+    const std::size_t root = sets.Find(Index(t[0]));
+    volume[root] += Dot(a, Cross(b, c)) / 6.0;
+    is_used[root] = true;
   }
-  const auto largest = static_cast<std::size_t>(std::ranges::max_element(volume) - volume.begin());
-  std::vector<bool> keep(mesh.triangles.size());
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    keep[f] = parts.Find(Index(mesh.triangles[f][0])) == largest;
+  std::vector<std::size_t> roots;
+  for (std::size_t v = 0; v < is_used.size(); ++v) {
+    if (is_used[v]) roots.push_back(v);
   }
+  std::ranges::stable_sort(roots, std::greater(), [&](std::size_t root) { return volume[root]; });
+  MeshParts parts;
+  std::vector<std::size_t> part_of(mesh.positions.size());
+  for (const std::size_t root : roots) {
+    part_of[root] = parts.volumes.size();
+    parts.volumes.push_back(volume[root]);
+  }
+  for (const Triangle& t : mesh.triangles) {
+    parts.of_triangle.push_back(part_of[sets.Find(Index(t[0]))]);
+  }
+  return parts;
+}
+
+void KeepLargestPart(Mesh& mesh) {
+  const MeshParts parts = PartsByVolume(mesh);
+  std::vector<bool> keep;
+  for (const std::size_t part : parts.of_triangle) keep.push_back(part == 0);
   KeepTriangles(keep, mesh);
 }
 

@@ -37,7 +37,17 @@ renderer::Mesh ExtractSurface(const VoxelGrid& grid);
 /// Positions and triangles only.
 void SeparateTouchingParts(double inset, renderer::Mesh& mesh);
 
-/// Keeps the part of largest enclosed volume, and its positions only.
+/// A mesh in parts that share no vertex, those of larger enclosed volume first.
+struct MeshParts {
+  std::vector<std::size_t> of_triangle;
+  std::vector<double> volumes;
+};
+MeshParts PartsByVolume(const renderer::Mesh& mesh);
+
+/// Keeps these triangles, and their positions only.
+void KeepTriangles(const std::vector<bool>& keep, renderer::Mesh& mesh);
+
+/// Keeps the part of largest enclosed volume.
 void KeepLargestPart(renderer::Mesh& mesh);
 
 }  // namespace pathfit::optim

@@ -208,4 +208,23 @@ std::vector<double> ParameterSet::ValuesFromTheta(const std::vector<double>& the
   return values;
 }
 
+void MoveIntoBounds(const std::vector<UnknownSpec>& unknowns, renderer::Scene& scene) {
+  for (const UnknownSpec& unknown : unknowns) {
+    if (unknown.hold || IsReplaced(scene, unknown, unknowns)) {
+      continue;
+    }
+    renderer::ParameterLayout layout(scene);
+    layout.Add(unknown.kind, unknown.object);
+    std::vector<double> values = layout.Gather(scene);
+    bool is_inside = true;
+    for (double& value : values) {
+      const double start = std::exchange(value, std::clamp(value, unknown.lower, unknown.upper));
+      is_inside = is_inside && value == start;
+    }
+    if (!is_inside) {
+      layout.Scatter(values, scene);
+    }
+  }
+}
+
 }  // namespace pathfit::optim

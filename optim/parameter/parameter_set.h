@@ -140,4 +140,7 @@ class ParameterSet {
   std::vector<Turn> turns_;
 };
 
+/// Moves what lies outside of its unknown's bounds to the nearest of them.
+void MoveIntoBounds(const std::vector<UnknownSpec>& unknowns, renderer::Scene& scene);
+
 }  // namespace pathfit::optim

@@ -16,6 +16,7 @@
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
 #include "optim/round/mesh_levels.h"
+#include "optim/round/other_starts.h"
 #include "optim/round/persistence.h"
 #include "optim/round/recorded_errors.h"
 #include "optim/round/round_policy.h"
@@ -41,6 +42,9 @@ constexpr double kReachOfLogs = 0.1;
 constexpr int kRoundsPerLook = 5;
 constexpr int kMostRestarts = 2;
 constexpr double kMostRise = 4.0;  // of the cost: points that photos show cost more
+
+// From another start, of the smallest photos.
+constexpr int kRoundsOfTrial = 8;
 
 int CountMovingVertices(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
   std::size_t sum = 0;
@@ -128,6 +132,7 @@ class FitDriver {
     try {
       if (!division_.Share(controls_.resume.has_value())) {
         state_.scene = start_;
+        MoveIntoBounds(spec_.unknowns, state_.scene);
         StageReport report;
         report.stage = report.kept = "start";
         evaluation_.SharedViewsAt(spec_.stages.back().image_scale);
@@ -303,6 +308,7 @@ class FitDriver {
                               std::to_string(state_.level) + " of " +
                               std::to_string(scales.size()));
     }
+    ChooseStart(stage, scales.front());
     bool in_time = true;
     while (in_time && state_.level + 1 < static_cast<int>(scales.size())) {
       in_time = RunLevel(stage, scales);
@@ -342,6 +348,72 @@ class FitDriver {
                          views.num_channels / 3.0,
                          {.moves = MovesSomething(model.set), .few = IsFew(model.set)}),
             division_};
+  }
+
+  /// Where rounds from another start surely explain small photos better, the stage begins there.
+  void ChooseStart(const StageSpec& stage, double scale) {
+    if (state_.round > 0 || state_.level > 0) {
+      return;
+    }
+    while (0.5 * scale * SmallestSide(observations_) >= kSmallestSideOfShapes) scale *= 0.5;
+    const FitViews* views = nullptr;
+    std::optional<renderer::Scene> end;  // of rounds from the start so far
+    for (const int index : stage.free) {
+      const UnknownSpec& unknown = spec_.unknowns[static_cast<std::size_t>(index)];
+      for (const double value : OtherStarts(state_.scene, unknown, spec_.unknowns)) {
+        if (division_.Share(IsLate())) {
+          return;
+        }
+        if (views == nullptr) {
+          views = &evaluation_.SharedViewsAt(scale);
+          end = EndOfTrial(state_.scene, stage, scale, *views);
+        }
+        renderer::Scene start = StartingAt(state_.scene, unknown, value);
+        renderer::Scene other = EndOfTrial(start, stage, scale, *views);
+        if (!Compare({&*end, &other}, stage, *views, FitEvaluation::kMostSpp).IsSurelyWorse(0, 1)) {
+          continue;
+        }
+        std::array<char, 80> text{};
+        std::snprintf(
+            text.data(), text.size(), "%.3g than at %.3g", value, StartOf(state_.scene, unknown));
+        observer_.OnMessage("stage '" + stage.name + "': rounds of small photos end better where " +
+                            unknown.name + " starts at " + text.data() +
+                            ", and the stage begins there");
+        state_.scene = state_.level_scene = std::move(start);
+        end = std::move(other);
+      }
+    }
+  }
+
+  /// Where a few rounds of a coarse level lead to, which nothing else learns of.
+  [[nodiscard]] renderer::Scene EndOfTrial(const renderer::Scene& start,
+                                           const StageSpec& stage,
+                                           double scale,
+                                           const FitViews& views) {
+    constexpr int kMoreLevels = 2;  // finer ones come
+    FitState trial = state_;
+    trial.scene = trial.level_scene = start;
+    const Model model = MakeModel(start, stage, views);
+    const auto source = evaluation_.MakeSource(start, model.set.layout(), views);
+    const StageContext context = ContextOf(stage, scale, views, model);
+    while (trial.round < kRoundsOfTrial && StopReason(stage, trial, kMoreLevels).empty()) {
+      ThrowIfCancelled();
+      RunRound(context, *source, trial);
+      ShareState(trial);
+    }
+    return std::move(trial.scene);
+  }
+
+  void ThrowIfCancelled() const {
+    if (controls_.cancel != nullptr && controls_.cancel->load() && division_.IsFirst()) {
+      throw renderer::Cancelled();
+    }
+  }
+
+  /// Whether the time limit leaves no room for another round.
+  [[nodiscard]] bool IsLate() const {
+    return spec_.time_limit_s > 0.0 &&
+           WallSeconds() - earlier_wall_s_ + round_s_ > spec_.time_limit_s;
   }
 
   /// False when the time limit ended it.
@@ -421,16 +493,12 @@ class FitDriver {
     renderer::ReturnFreedMemory();  // pieces as large as those of another level
     double unexplained = state_.unexplained;
     while (StopReason(stage, state_, num_levels).empty()) {
-      if (controls_.cancel != nullptr && controls_.cancel->load() && division_.IsFirst()) {
-        throw renderer::Cancelled();
-      }
+      ThrowIfCancelled();
       if (BeginAgain(context, stage, num_levels)) {
         return RoundsEnd::kMended;
       }
       const double before = WallSeconds();
-      const bool is_late =
-          spec_.time_limit_s > 0.0 && before - earlier_wall_s_ + round_s_ > spec_.time_limit_s;
-      if (division_.Share(is_late)) {
+      if (division_.Share(IsLate())) {
         return RoundsEnd::kTimeLimit;
       }
       RoundReport report = RunRound(context, *source, state_);
@@ -707,15 +775,15 @@ class FitDriver {
   }
 
   /// Gives all ranks the state of the first, which alone takes steps.
-  void ShareState() {
+  void ShareState() { ShareState(state_); }
+  void ShareState(FitState& state) {
     if (division_.IsAlone()) {
       return;
     }
     const FitOrigin origin{start_, spec_.unknowns};
-    const Bytes bytes =
-        division_.Share(division_.IsFirst() ? EncodeState(origin, state_) : Bytes());
+    const Bytes bytes = division_.Share(division_.IsFirst() ? EncodeState(origin, state) : Bytes());
     if (!division_.IsFirst()) {
-      state_ = DecodeState(origin, bytes);
+      state = DecodeState(origin, bytes);
     }
   }
 

@@ -239,6 +239,9 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
   if (last && state.within_error >= kRoundsWithinError && state.precise) {
     return "converged: the last steps were within their error";
   }
+  if (last && stage.stop_relative_cost > 0.0 && state.within_error >= kRoundsOfChance) {
+    return "the last steps were within their error, which falls slowly";
+  }
   if (!last && state.still >= kRoundsWithinError) {
     return "nothing moves at this scale";
   }

@@ -106,6 +106,9 @@ std::string StopReason(const StageSpec& stage, const FitState& state, int num_le
 inline constexpr int kSmallestSide = 8;
 inline constexpr int kSmallestSideOfShapes = 32;
 inline constexpr int kRoundsWithinError = 2;
+/// So many steps of few unknowns in a row that their error explains end a stage, precise or not: as
+/// many again would lower what the renderings' noise adds to the errors by less than a third.
+inline constexpr int kRoundsOfChance = 12;
 /// A round whose cost no longer falls counts so many signs; one if the renderings' noise is most of
 /// the residual, none if the cost does not stand out of that noise.
 inline constexpr int kSignsOfRound = 3;

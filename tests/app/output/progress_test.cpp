@@ -91,6 +91,16 @@ TEST(ResultWords, SayWhatAFitCameTo) {
   EXPECT_EQ(ResultWords(history),
             "PSNR of held-out photos 18.1 -> 28.2 dB (sRGB), mask IoU 0.980 -> 0.989");
   EXPECT_EQ(DoubtWords(history), "");
+  history.stages.back().report.iou_val = 0.85;
+  EXPECT_NE(DoubtWords(history).find("(28.2 dB, IoU 0.85) than fitted ones (30.0 dB, IoU 0.98)"),
+            std::string::npos);
+  history.stages.back().report.iou_val = 0.98;
+  history.stages.back().report.psnr_srgb_val = 23.0;
+  EXPECT_NE(DoubtWords(history).find("explained far worse"), std::string::npos);
+  ParameterSummary& poses = history.parameters.emplace_back();
+  poses.name = "camera.rotation";
+  EXPECT_EQ(DoubtWords(history), "") << "held-out cameras stay where they were";
+  history.parameters.clear();
   for (StageEntry& entry : history.stages) {
     entry.report.psnr_srgb_val = entry.report.iou_val = entry.report.iou_fit = kNan;
   }

@@ -97,6 +97,19 @@ TEST(ParameterSet, RoundingLeavesNoBoundOfALogarithm) {
   }
 }
 
+TEST(ParameterSet, WhatStartsOutsideOfItsBoundsIsMovedIntoThem) {
+  renderer::Scene scene = tests::BallAndWall();  // the lamp is 4, 3, 2
+  std::vector<UnknownSpec> unknowns = Unknowns();
+  unknowns[1].lower = 2.5;
+  unknowns[3].lower = 0.9;  // held
+  const renderer::Material held = scene.materials[1];
+  optim::MoveIntoBounds(unknowns, scene);
+  EXPECT_EQ(std::get<renderer::PointEmitter>(scene.emitters[1].light).intensity,
+            (renderer::Rgb{3.5, 3.0, 2.5}));
+  EXPECT_EQ(std::get<renderer::MetallicRoughnessBsdf>(scene.materials[1].bsdf).roughness,
+            std::get<renderer::MetallicRoughnessBsdf>(held.bsdf).roughness);
+}
+
 TEST(ParameterSet, KeepsTheInnerAngleOfASpotBelowTheOuter) {
   renderer::Scene scene = tests::BallAndWall();
   renderer::SpotEmitter spot;

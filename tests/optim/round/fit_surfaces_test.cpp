@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -128,6 +131,42 @@ TEST_F(FitSurfacesTest, RoughnessAndIndexOfAMetal) {
   EXPECT_NEAR(found.eta.r, 0.3, 0.05) << "from 0.5";
   EXPECT_NEAR(found.eta.g, 0.9, 0.05) << "from 0.5";
   EXPECT_NEAR(found.eta.b, 1.1, 0.05) << "from 0.5";
+}
+
+TEST_F(FitSurfacesTest, MetalThatStartsAsPaint) {
+  Scene truth = tests::BallScene(3, 5, kSize);
+  std::vector<Rgb> colors;
+  for (const Vec3& p : truth.meshes[0].mesh.positions) {
+    colors.push_back({0.4 + 0.3 * std::sin(5.0 * p.x), 0.4 + 0.3 * std::cos(4.0 * p.y), 0.3});
+  }
+  truth.meshes[0].mesh.colors = colors;
+  truth.materials[0].bsdf = renderer::MetallicRoughnessBsdf{0.4, 1.0};
+  truth.emitters.push_back({"lamp",
+                            renderer::LightFrame::kWorld,
+                            {},
+                            renderer::PointEmitter{{2.0, 3.0, 3.0}, {20, 20, 20}}});
+  Scene start = truth;
+  renderer::SetUniformVertexColors({0.5, 0.5, 0.5}, start.meshes[0].mesh);
+  start.materials[0].bsdf = renderer::MetallicRoughnessBsdf{0.4, 0.1};
+  for (const ParameterKind kind :
+       {ParameterKind::kVertexColors, ParameterKind::kRoughness, ParameterKind::kMetallic}) {
+    UnknownSpec& unknown = Free(kind, 0);
+    unknown.lower = kind == ParameterKind::kMetallic ? 0.0 : 0.03;
+    unknown.upper = 1.0;
+  }
+  const auto found = [&] {
+    return std::get<renderer::MetallicRoughnessBsdf>(Fit(start, truth, 16).materials[0].bsdf);
+  };
+  const renderer::MetallicRoughnessBsdf metal = found();
+  EXPECT_GT(metal.metallic, 0.85) << "from 0.1";
+  EXPECT_NEAR(metal.roughness, 0.4, 0.02);
+  const auto tells = [](const std::string& text) {
+    return text.find("starts at 1 than at 0.1") != std::string::npos;
+  };
+  EXPECT_TRUE(std::ranges::any_of(observer_.messages, tells));
+  // One that is said to be believed is where the fit begins.
+  spec_.unknowns.back().gaussian = optim::GaussianPriorSpec{{}, 100.0};
+  EXPECT_LT(found().metallic, metal.metallic - 0.05);
 }
 
 }  // namespace

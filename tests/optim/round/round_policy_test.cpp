@@ -135,6 +135,20 @@ TEST(StoppingRule, FewUnknownsEndByTheErrorOfTheirSteps) {
   EXPECT_NE(optim::StopReason(stage, state, 1).find("converged"), std::string::npos);
 }
 
+TEST(StoppingRule, FewUnknownsEndAfterManyStepsOfChanceThoughTheirErrorsAreNotSmall) {
+  optim::StageSpec stage;
+  optim::FitState state;
+  state.round = 20;
+  state.rounds.model.weight = 1.0;
+  state.within_error = optim::kRoundsOfChance - 1;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "");
+  state.within_error = optim::kRoundsOfChance;
+  EXPECT_NE(optim::StopReason(stage, state, 1).find("falls slowly"), std::string::npos);
+  EXPECT_EQ(optim::StopReason(stage, state, 2), "") << "the next level sees more";
+  stage.stop_relative_cost = 0.0;
+  EXPECT_EQ(optim::StopReason(stage, state, 1), "") << "as many as the config says";
+}
+
 TEST(StoppingRule, ManyUnknownsEndWhereHeldOutPhotosGainNoMore) {
   optim::StageSpec stage;
   optim::FitState state;
