@@ -158,6 +158,7 @@ std::string DraftConfig(const FoundInput& input,
         "[x, y]}], distance_m: 0.1}\n";
   }
   text += MaskLines(input, folder);
+  text += SplitLine(input.options);
   text += fmt::format(
       "  exposure: {{model: gain}}  # each photo has a brightness of its own{}; none: all the "
       "same\n",

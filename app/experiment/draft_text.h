@@ -5,6 +5,7 @@
 
 #include "app/config/near_path.h"
 #include "app/config/wrapped_words.h"
+#include "optim/observation/load_observations.h"
 #include "renderer/core/lower_case.h"
 
 namespace pathfit::app {
@@ -46,6 +47,13 @@ inline std::string DraftBeginning(const std::string& name) {
          "(configs/README.md lists them).\n"
          "schema: 1\nname: '" +
          name + "'\n\ninput:\n";
+}
+
+/// What a draft says of photos that are held out; nothing where it is usual.
+inline std::string SplitLine(const optim::ObservationOptions& options) {
+  return options.validation_every > 0
+             ? ""
+             : "  split: {validation: none}  # so few photos are all needed\n";
 }
 
 /// The surface of a draft.

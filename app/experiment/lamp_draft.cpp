@@ -98,9 +98,7 @@ std::string DraftLampConfig(const FoundLamps& found,
       found.options.masks.alpha ? "alpha" : YamlPath(files.mask, folder),
       found.mask_made ? "; made from brightness by pathfit init, to be looked at" : "",
       is_linear ? "linear" : "srgb");
-  if (found.options.validation_every == 0) {
-    text += "  split: {validation: none}  # so few photos are all needed\n";
-  }
+  text += SplitLine(found.options);
   text += fmt::format(
       "\nscene:\n  geometry:\n"
       "    # The start: the mask, filled like a cushion. A mesh of your own: {{file: mesh.ply, "

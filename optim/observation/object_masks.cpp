@@ -234,7 +234,8 @@ class MaskMaker {
     const SmallView view(full, kOutlinePx, centre_, radius_);
     const Image silhouette = SilhouetteOf(body_, view);
     const std::vector<ObjectHint> hints = HintsOfBody(silhouette, view);
-    Image mask = renderer::LargestPart(renderer::SegmentByColor(view.photo, hints, kTurns), kHole);
+    Image mask = renderer::PartsWithin(
+        renderer::SegmentByColor(view.photo, hints, kTurns), silhouette, kHole);
     // In a photo whose colours do not tell, what the others say.
     if (MaskIou(silhouette, mask) < kAgreement) mask = silhouette;
     const Image distance = renderer::SignedDistanceToMask(mask);

@@ -6,6 +6,7 @@
 #include <OpenMesh/Core/Geometry/VectorT.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+#include <OpenMesh/Tools/Decimater/ModAspectRatioT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 
@@ -15,6 +16,8 @@ namespace pathfit::optim {
 namespace {
 
 constexpr double kMostTurnDeg = 60.0;  // of a triangle's normal by one collapse
+// Longest side over height: in a flat part corners may come to lie in a row, which no normal shows.
+constexpr float kMostAspect = 50.0F;
 
 struct Traits : OpenMesh::DefaultTraits {
   using Point = OpenMesh::Vec3d;
@@ -46,10 +49,13 @@ renderer::Mesh Decimate(const renderer::Mesh& mesh, int num_triangles) {
   OpenMesh::Decimater::DecimaterT<Kernel> decimater(kernel);
   OpenMesh::Decimater::ModQuadricT<Kernel>::Handle quadric;
   OpenMesh::Decimater::ModNormalFlippingT<Kernel>::Handle flipping;
+  OpenMesh::Decimater::ModAspectRatioT<Kernel>::Handle aspect;
   decimater.add(quadric);
   decimater.add(flipping);
+  decimater.add(aspect);
   decimater.module(quadric).unset_max_err();
   decimater.module(flipping).set_max_normal_deviation(kMostTurnDeg);
+  decimater.module(aspect).set_aspect_ratio(kMostAspect);
   if (!decimater.initialize()) throw renderer::SceneError("the surface cannot be decimated");
   decimater.decimate_to_faces(0, static_cast<std::size_t>(num_triangles));
   kernel.garbage_collection();

@@ -13,8 +13,9 @@
 namespace pathfit::renderer {
 namespace {
 
-constexpr int kSameEveryTime = 1;  // seed of the thread's numbers, which start the mixtures
-constexpr int kBySides = 4;        // neighbours of a pixel
+constexpr int kSameEveryTime = 1;    // seed of the thread's numbers, which start the mixtures
+constexpr int kBySides = 4;          // neighbours of a pixel
+constexpr double kLeastPart = 0.05;  // of the largest
 
 unsigned char ToByte(float encoded) {
   return static_cast<unsigned char>(
@@ -101,15 +102,34 @@ Image SegmentByColor(const Image& encoded, const std::vector<ObjectHint>& hints,
 }
 
 Image LargestPart(const Image& mask, double hole) {
+  return PartsWithin(mask, Image(mask.width, mask.height, 1), hole);
+}
+
+Image PartsWithin(const Image& mask, const Image& expected, double hole) {
   CheckImageSize(mask.width, mask.height, "mask");
+  if (expected.width != mask.width || expected.height != mask.height) {
+    throw IoError("where parts of a mask are expected must have its size");
+  }
   Image result(mask.width, mask.height, 1);
   for (std::size_t i = 0; i < mask.data.size(); ++i)
     result.data[i] = mask.data[i] > 0.5F ? 1.0F : 0.0F;
   const Parts inside = PartsOf(result, 1.0F);
   const auto largest = std::ranges::max_element(inside.areas);
-  const int kept = static_cast<int>(largest - inside.areas.begin());
+  std::vector<double> num_expected(inside.areas.size());
   for (std::size_t i = 0; i < result.data.size(); ++i) {
-    if (inside.labels[i] != kept) result.data[i] = 0.0F;
+    if (inside.labels[i] >= 0 && expected.data[i] > 0.5F) {
+      num_expected[static_cast<std::size_t>(inside.labels[i])] += 1.0;
+    }
+  }
+  std::vector<bool> is_kept;
+  for (std::size_t part = 0; part < inside.areas.size(); ++part) {
+    const double area = inside.areas[part];
+    is_kept.push_back(inside.areas.begin() + static_cast<std::ptrdiff_t>(part) == largest ||
+                      (area >= kLeastPart * *largest && num_expected[part] > 0.5 * area));
+  }
+  for (std::size_t i = 0; i < result.data.size(); ++i) {
+    const int part = inside.labels[i];
+    if (part < 0 || !is_kept[static_cast<std::size_t>(part)]) result.data[i] = 0.0F;
   }
   const Parts outside = PartsOf(result, 0.0F);
   const double most = hole * (inside.areas.empty() ? 0.0 : *largest);

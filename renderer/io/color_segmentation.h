@@ -20,4 +20,8 @@ Image SegmentByColor(const Image& encoded, const std::vector<ObjectHint>& hints,
 /// holes of up to `hole` times as many pixels.
 Image LargestPart(const Image& mask, double hole);
 
+/// So with the other parts of at least a twentieth of its pixels that lie mostly where `expected`
+/// is above 0.5. Fails: IoError when that has another size.
+Image PartsWithin(const Image& mask, const Image& expected, double hole);
+
 }  // namespace pathfit::renderer

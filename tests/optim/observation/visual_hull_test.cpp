@@ -12,6 +12,7 @@
 
 #include "optim/observation/load_observations.h"
 #include "optim/observation/silhouette_field.h"
+#include "optim/observation/voxel_surface.h"
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_topology.h"
 #include "renderer/io/image_file.h"
@@ -132,16 +133,55 @@ TEST(CarveVisualHull, IgnoresValidationViews) {
   ExpectHullOfTheBall(CarveVisualHull(set, {.resolution = 32}));
 }
 
-TEST(CarveVisualHull, KeepsOnlyTheLargestPart) {
-  ObservationSet set = BallFromAllSides();
+/// With a second ball beside the first.
+void AddBall(const Vec3& center, double radius, ObservationSet& set) {
   for (View& view : set.views) {
-    const Image second = BallMask(view.camera, kCenter + Vec3{0.0, 0.62, 0.0}, 0.05);
+    const Image second = BallMask(view.camera, center, radius);
     Image both = view.mask.Unpack();
     std::ranges::transform(
         second.data, both.data, both.data.begin(), [](float a, float b) { return std::max(a, b); });
     view.mask = both;
   }
+}
+
+TEST(CarveVisualHull, LeavesSpecksAway) {
+  ObservationSet set = BallFromAllSides();
+  AddBall(kCenter + Vec3{0.0, 0.62, 0.0}, 0.05, set);
   ExpectHullOfTheBall(CarveVisualHull(set, {.resolution = 48}));
+}
+
+TEST(CarveVisualHull, KeepsEveryBodyThatMasksShow) {
+  ObservationSet set = BallFromAllSides();
+  AddBall(kCenter + Vec3{0.0, 0.7, 0.0}, 0.15, set);
+  const MeshParts parts = PartsByVolume(CarveVisualHull(set, {.resolution = 64}));
+  ASSERT_EQ(parts.volumes.size(), 2U);
+  EXPECT_NEAR(std::cbrt(parts.volumes[0] / parts.volumes[1]), kRadius / 0.15, 0.3);
+}
+
+TEST(CarveVisualHull, LeavesAwayWhatNoMaskIsOf) {
+  // Of two balls, by two cameras: their cones meet in four places, and either pair of them explains
+  // all masks.
+  ObservationSet set;
+  set.mask_meaning = MaskMeaning::kSilhouette;
+  for (const Vec3& direction : {Vec3{1, 0, 0}, Vec3{0, 0, 1}}) {
+    set.views.push_back(BallView(direction));
+    set.views.back().name = "view" + std::to_string(set.views.size());
+  }
+  AddBall(kCenter + Vec3{0.7, 0.0, 0.7}, 0.15, set);
+  EXPECT_EQ(PartsByVolume(CarveVisualHull(set, {.resolution = 64})).volumes.size(), 2U);
+}
+
+TEST(CarveVisualHull, IsAsGoodFarFromTheOrigin) {
+  ObservationSet set = BallFromAllSides();
+  const double volume = SignedVolume(CarveVisualHull(set, {.resolution = 32}));
+  for (View& view : set.views) {
+    view.camera.world_from_camera.translation += Vec3{4e5, 200.0, 5.8e6};
+  }
+  Mesh hull = CarveVisualHull(set, {.resolution = 32});
+  std::vector<Vec3> positions = hull.positions;
+  for (Vec3& p : positions) p -= Vec3{4e5, 200.0, 5.8e6};
+  hull.positions = positions;
+  EXPECT_NEAR(SignedVolume(hull), volume, 1e-3 * volume);
 }
 
 TEST(CarveVisualHull, WorksFromFiles) {

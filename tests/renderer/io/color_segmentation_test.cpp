@@ -84,6 +84,27 @@ TEST(LargestPart, IsConnectedBySides) {
   EXPECT_EQ(std::ranges::count(LargestPart(Image(3, 3, 1), 1.0).data, 0.0F), 9);
 }
 
+TEST(PartsWithin, AreThoseThatAreExpected) {
+  Image mask(20, 10, 1), expected(20, 10, 1);
+  const auto fill = [](int x0, int x1, Image& image) {
+    for (int y = 2; y < 8; ++y) {
+      for (int x = x0; x < x1; ++x) image.At(x, y, 0) = 1.0F;
+    }
+  };
+  fill(0, 8, mask);
+  fill(9, 12, mask);
+  fill(13, 16, mask);
+  mask.At(18, 5, 0) = 1.0F;  // less than a twentieth
+  fill(10, 14, expected);
+  expected.At(18, 5, 0) = 1.0F;
+  const Image parts = PartsWithin(mask, expected, 0.0);
+  EXPECT_EQ(parts.At(4, 5, 0), 1.0F) << "the largest";
+  EXPECT_EQ(parts.At(9, 5, 0), 1.0F) << "two thirds of it are expected";
+  EXPECT_EQ(parts.At(13, 5, 0), 0.0F) << "one third is";
+  EXPECT_EQ(parts.At(18, 5, 0), 0.0F);
+  EXPECT_THROW(PartsWithin(mask, Image(10, 10, 1), 0.0), IoError);
+}
+
 TEST(LargestPart, HasNoSmallHoles) {
   Image mask(12, 12, 1);
   std::ranges::fill(mask.data, 1.0F);
