@@ -132,6 +132,12 @@ ExitStatus Run(CommandContext& context, const Options& own) {
                          : out.extension() == ".json" ? "transforms"
                          : is_yaml                    ? "list"
                                                       : "colmap";
+  if (own.to.empty() && to == "colmap" && out.has_extension() && !fs::is_directory(out)) {
+    throw UsageError("convert",
+                     out.string() +
+                         ": the ending says no format that is written; --to names one, and COLMAP "
+                         "models are folders");
+  }
   const bool is_file =
       (to == "transforms" && out.extension() == ".json") || (to == "list" && is_yaml);
   const fs::path folder = is_file ? out.parent_path() : out;
@@ -150,6 +156,8 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     context.log.Warn(fmt::format("COLMAP models have no unit; that 1 unit is {} m is not written",
                                  imported.metres_per_unit));
   }
+  const std::string lost = to == "colmap" ? LostInColmap(cameras.cameras) : "";
+  if (!lost.empty()) context.log.Warn(lost);
   const std::vector<TextFile> files =
       FilesOf(cameras, to, is_file ? out : fs::path(), folder, imported.metres_per_unit);
   for (const auto& [path, text] : files) {

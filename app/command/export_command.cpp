@@ -50,8 +50,9 @@ Files WriteMeshesAs(const fs::path& folder, const RunScene& loaded, Log& /*log*/
   return written;
 }
 
-Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& /*log*/) {
+Files WriteColmap(const fs::path& folder, const RunScene& loaded, Log& log) {
   const Photos photos = PhotosOf(loaded, folder);
+  if (const std::string lost = LostInColmap(photos.cameras); !lost.empty()) log.Warn(lost);
   const ColmapText text = ColmapModel(photos.cameras, photos.names);
   const std::array<std::pair<const char*, const std::string*>, 3> files = {
       {{"cameras.txt", &text.cameras},

@@ -120,7 +120,12 @@ ExitStatus RunInDirectory(CommandContext& context,
     record.SetTimes(result.wall_s, 0.0);
     if (result.gauge) {
       record.SetGauge(result.gauge);
-      context.log.Info(GaugeSentence(*result.gauge));
+      const std::string sentence = GaugeSentence(*result.gauge);
+      if (MissesItsRule(*result.gauge)) {
+        context.log.Warn(sentence);
+      } else {
+        context.log.Info(sentence);
+      }
     }
     const Ending ending = EndingOf(result.status, signals, run);
     const std::string doubt = DoubtWords(recorder.history());

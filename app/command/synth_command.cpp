@@ -95,6 +95,10 @@ std::string FitText(const SyntheticScene& scene, const PhotoErrors& errors) {
   const ExperimentConfig& config = scene.config;
   YamlNode root = Given(config.resolved);
   for (const char* key : {"schema", "name", "input", "output", "gradcheck"}) Erase(root, key);
+  if (YamlNode* solver = root.Find("solver")) {  // threads are a matter of this machine
+    Erase(*solver, "threads");
+    if (solver->entries.empty()) Erase(root, "solver");
+  }
   YamlNode& described = *root.Find("scene");
   Erase(described, "sensors");
   if (YamlNode* geometry = described.Find("geometry")) {

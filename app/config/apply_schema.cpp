@@ -150,9 +150,10 @@ class Applier {
     if (!parsed.value) {
       return Report(at, parsed.problem + (at.schema.words.empty() ? "" : allowed()));
     }
-    if (!at.schema.has_range || InRange(at.schema.range, static_cast<double>(*parsed.value))) {
-      return true;
-    }
+    const auto value = static_cast<double>(*parsed.value);
+    constexpr double kExact = 0x1p53;  // above, a whole number may be rounded into the range
+    const bool is_rounded = std::abs(value) <= kExact && static_cast<T>(value) != *parsed.value;
+    if (!at.schema.has_range || (InRange(at.schema.range, value) && !is_rounded)) return true;
     return Report(at, at.node.text + " is out of range" + allowed());
   }
 

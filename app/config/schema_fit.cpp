@@ -395,8 +395,9 @@ SchemaNode StagesSchema() {
                       {Key("relative_cost", &StageSpec::stop_relative_cost) |
                        Doc("More than 500 unknowns: end when three rounds lower the mean cost of "
                            "fitted or of held-out photos by less than this share; 0 = never. Fewer "
-                           "end when their steps are within their error and, where nothing moves, "
-                           "when steps lower the cost by less than this.") |
+                           "end when their steps are within their error, which is small or has "
+                           "been so for twelve rounds, and, where nothing moves, when steps lower "
+                           "the cost by less than this; 0 = by small errors alone.") |
                        From(0.0, 1.0)}) |
                       Doc("When to end before max_rounds.") | Always() |
                       Refuse({{"gradient", ""}, {"patience", ""}})}) |

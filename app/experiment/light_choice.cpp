@@ -24,6 +24,7 @@ using renderer::ParameterKind;
 
 // Measured, light that goes with the camera against one that stands still, in dB: a flash 2.3, a
 // turntable 1.5; a room in which the camera moved 0.4, renderings of one 0.1.
+constexpr double kPoorlyExplained = 18.0;  // dB
 constexpr double kClearlyBetter = 0.8;
 constexpr double kSlightlyBetter = 0.5;
 constexpr std::size_t kTrialPhotos = 24;
@@ -204,8 +205,9 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
       }
       choice = {DraftLight::kCamera, ": taken to go with it"};
     }
+    double flash = still;
     if (may_be_flash) {
-      const double flash = trial.Explained(DraftLight::kFlash);
+      flash = trial.Explained(DraftLight::kFlash);
       compared += fmt::format(", to {:.1f} dB by a flash on it", flash);
       const double least = may_be_turned ? turned + kSlightlyBetter : still + kClearlyBetter;
       if (flash > least) {
@@ -214,6 +216,12 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
       }
     }
     choice.reason = compared + choice.reason;
+    const double best = std::max({still, turned, flash});
+    if (best < kPoorlyExplained) {
+      choice.reason +=
+          ", though none explains them well (clipped or dark photos, masks or cameras that are "
+          "off)";
+    }
     return choice;
   } catch (const std::runtime_error&) {
     return std::nullopt;  // check says what is wrong with the start

@@ -159,6 +159,16 @@ std::string CameraListYaml(const std::vector<Camera>& cameras,
   return text;
 }
 
+std::string LostInColmap(const std::vector<Camera>& cameras) {
+  const auto count =
+      std::ranges::count_if(cameras, [](const Camera& c) { return !c.vignetting.IsNone(); });
+  return count == 0 ? ""
+                    : fmt::format(
+                          "COLMAP models have no vignetting; that of {} cameras is not "
+                          "written (transforms.json and cameras.yaml hold it)",
+                          count);
+}
+
 ColmapText ColmapModel(const std::vector<Camera>& cameras,
                        const std::vector<std::string>& image_names) {
   PATHFIT_CHECK(cameras.size() == image_names.size());

@@ -29,6 +29,8 @@ struct ColmapText {
 };
 ColmapText ColmapModel(const std::vector<renderer::Camera>& cameras,
                        const std::vector<std::string>& image_names);
+/// What the cameras have and COLMAP's models do not, in words; empty: nothing.
+std::string LostInColmap(const std::vector<renderer::Camera>& cameras);
 
 /// transforms.json, and unless a camera is orthographic cameras.txt, images.txt and points3D.txt.
 /// Throws IoError when not writable.

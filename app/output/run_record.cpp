@@ -62,8 +62,16 @@ std::string EffectiveStatus(const RunRecord& record) {
   return Json(record.status).get<std::string>();
 }
 
-std::string GaugeSentence(const optim::GaugeReport& gauge) {
+bool MissesItsRule(const optim::GaugeReport& gauge) {
   constexpr double kReached = 1e-3;
+  if (gauge.source != optim::GaugeSource::kMeanColor) return false;
+  for (int c = 0; c < 3; ++c) {
+    if (std::abs(gauge.mean[c] - gauge.wanted[c]) > kReached * gauge.wanted[c]) return true;
+  }
+  return false;
+}
+
+std::string GaugeSentence(const optim::GaugeReport& gauge) {
   const auto words = [](const renderer::Rgb& c) {
     return fmt::format("{:.4g} {:.4g} {:.4g}", c.r, c.g, c.b);
   };
@@ -82,10 +90,8 @@ std::string GaugeSentence(const optim::GaugeReport& gauge) {
       break;
     case optim::GaugeSource::kMeanColor:
       how = "by the rule that the mean base colour is " + words(gauge.wanted);
-      for (int c = 0; c < 3; ++c) {
-        if (std::abs(gauge.mean[c] - gauge.wanted[c]) <= kReached * gauge.wanted[c]) continue;
+      if (MissesItsRule(gauge)) {
         how += ", which is not reached: a colour or a light would leave its bounds";
-        break;
       }
       break;
     case optim::GaugeSource::kNothing:

@@ -109,6 +109,8 @@ struct Fields<RunSession> {
 
 /// In words: which rule was in force and what came of it.
 std::string GaugeSentence(const optim::GaugeReport& gauge);
+/// Whether colours or lights could not be scaled as the gauge's rule wants it.
+bool MissesItsRule(const optim::GaugeReport& gauge);
 
 template <>
 struct Fields<optim::GaugeReport> {

@@ -152,6 +152,13 @@ class Commands(unittest.TestCase):
             for i in range(4):
                 for j in range(4):
                     self.assertAlmostEqual(before["transform_matrix"][i][j], after["transform_matrix"][i][j], delta=1e-13)
+        cameras = json.loads((self.own / "a.json").read_text())
+        cameras["frames"][0]["v1"] = -0.2
+        (self.own / "vignetting.json").write_text(json.dumps(cameras))
+        lossy = self.done("convert", "cameras", self.own / "vignetting.json", self.own / "model2")
+        self.assertIn("that of 1 cameras is not written", lossy.stderr)
+        unknown = self.done("convert", "cameras", source, self.own / "cameras.xml", status=2)
+        self.assertIn("says no format that is written", unknown.stderr)
         exists = self.done("convert", "cameras", source, self.own / "a.json", status=2)
         self.assertIn("--force overwrites", exists.stderr)
         self.assertIn("no such camera file", self.done("convert", "cameras", "gone", self.own / "d.json", status=4).stderr)

@@ -68,6 +68,9 @@ TEST(Overrides, UnknownPlacesAreNamedWithTheNearest) {
        "scene.materials.glze.two_sided: no MATERIAL is called 'glze' (did you mean 'glaze'?)"},
       {"output.report+=1", "output.report: true or false is needed, not a list"},
       {"name+=1", "name: += needs a list, this is 'mug'"},
+      {"seed=9007199254740993",
+       "seed: 9007199254740993 is out of range (allowed: a whole number from 0 to "
+       "9007199254740992)"},
       {"seed", "the form is path.to.key=VALUE"},
       {"=5", "the form is path.to.key=VALUE"},
       {"seed=", "seed: no value after '='"},

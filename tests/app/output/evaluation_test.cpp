@@ -1,10 +1,13 @@
 #include "app/output/evaluation.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include <gtest/gtest.h>
 
 #include "app/output/report.h"
+#include "renderer/geometry/mesh_primitives.h"
 #include "tests/app/output/html_check.h"
 #include "tests/optim/round/synthetic_fit.h"
 
@@ -201,6 +204,27 @@ TEST(Evaluation, ErrorsInAFewPlacesAreToldFromErrorsEverywhere) {
   EXPECT_EQ(metal.rms, 0.0);
   EXPECT_TRUE(std::isnan(metal.rms_percent));  // there is no metal to have a share of
   EXPECT_EQ(EvaluationText(all).find("nan"), std::string::npos);
+}
+
+TEST(Evaluation, ObjectsThatShineByAPictureAreNoLamps) {
+  Scene truth = Truth();
+  truth.meshes[0].mesh = renderer::MakeRectangle();
+  truth.textures.emplace_back();
+  truth.textures[0].name = "glow";
+  truth.textures[0].width = truth.textures[0].height = 2;
+  truth.textures[0].texels = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.3, 0.2, 0.1}};
+  renderer::AreaEmitter glow{0, {1.0, 1.0, 1.0}, 0};
+  truth.emitters.push_back({"glow", renderer::LightFrame::kWorld, {}, glow});
+  const Evaluation object = Evaluate(RunOf(truth, truth), &truth, Quick());
+  EXPECT_FALSE(object.surfaces.empty());
+  EXPECT_FALSE(object.appearance.empty());
+  glow.texture = -1;
+  truth.emitters.back().light = glow;
+  const Evaluation lamp = Evaluate(RunOf(truth, truth), &truth, Quick());
+  EXPECT_TRUE(lamp.surfaces.empty());
+  EXPECT_TRUE(std::ranges::any_of(lamp.notes, [](const std::string& note) {
+    return note.find("lamps that shine alike") != std::string::npos;
+  }));
 }
 
 TEST(Evaluation, WhatDoesNotCompareIsSaid) {
