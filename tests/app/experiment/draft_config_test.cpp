@@ -10,10 +10,12 @@
 #include "app/experiment/experiment.h"
 #include "app/experiment/start_check.h"
 #include "app/output/export_cameras.h"
+#include "app/output/fields.h"
 #include "app/output/report_images.h"
 #include "optim/observation/camera_import.h"
 #include "renderer/core/error.h"
 #include "renderer/image/color.h"
+#include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/raw_file.h"
 #include "tests/optim/observation/exif_bytes.h"
@@ -109,6 +111,24 @@ TEST_F(DraftConfigTest, FindsPhotosCamerasAndMasks) {
   const StartCheck start = CheckStart(LoadExperimentConfig(top() / "draft.yaml", {}), experiment);
   EXPECT_TRUE(start.warnings.empty()) << start.warnings.front();
   for (const ViewStart& view : start.views) EXPECT_GT(view.iou, 0.85) << "a hull";
+}
+
+TEST_F(DraftConfigTest, FewPhotosAreAllFitted) {
+  WriteSet(top(), Cameras::kTransforms);
+  WriteMasks(top() / "masks", false);
+  EXPECT_FALSE(Says(DraftConfig(FindInput({.photos = top()}),
+                                LightAsSaid(DraftLight::kWorld),
+                                top() / "draft.yaml",
+                                "ball",
+                                {}),
+                    "validation"));
+  Json cameras = Json::parse(renderer::ReadWholeFile(top() / "transforms.json"));
+  Json& frames = cameras["frames"];
+  frames.erase(frames.begin() + 4, frames.end());
+  std::ofstream(top() / "transforms.json") << cameras;
+  const Experiment experiment = Built(FindInput({.photos = top()}));
+  EXPECT_EQ(experiment.observations.views.size(), 4U);
+  EXPECT_TRUE(std::ranges::none_of(experiment.observations.views, &optim::View::validation));
 }
 
 TEST_F(DraftConfigTest, NamesTheLensWhichMayChangeToo) {

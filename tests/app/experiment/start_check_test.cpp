@@ -213,6 +213,36 @@ TEST_F(StartCheckTest, AFloorThatFillsThePicturesIsNoInvertedMask) {
   EXPECT_TRUE(Says(check.warnings[0], "inverted")) << check.warnings[0];
 }
 
+TEST_F(StartCheckTest, WhatIsCarvedFitsMasksThatFitTheCameras) {
+  std::vector<renderer::Vec3> positions = experiment_.scene.meshes[0].mesh.positions;
+  for (renderer::Vec3& p : positions) p = p * 0.9;  // a mask that misses something carves it away
+  experiment_.scene.meshes[0].mesh.positions = positions;
+  EXPECT_TRUE(Check().warnings.empty()) << "a mesh of one's own may differ so much";
+  config_.geometry.emplace_back().geometry = VisualHullGeometry{};
+  ExpectOneWarning("agrees with them to a median IoU of 0.79 only");
+  ExpectOneWarning("misses a part of the object");
+  optim::View& view = experiment_.observations.views[1];
+  renderer::Image mask = view.mask.Unpack();
+  for (float& v : mask.data) v = 1.0F - v;
+  view.mask = mask;
+  StartCheck check = Check();
+  ASSERT_FALSE(check.warnings.empty());
+  EXPECT_TRUE(Says(check.warnings[0], "inverted")) << check.warnings[0];
+  EXPECT_TRUE(Says(check.warnings[0], "1 of 4 fitted photos (view1)")) << check.warnings[0];
+}
+
+TEST_F(StartCheckTest, HeldOutMasksShowSidesThatNothingBounds) {
+  optim::View& view = experiment_.observations.views.back();
+  renderer::Image mask = view.mask.Unpack();
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = mask.width / 2; x < mask.width; ++x) mask.At(x, y, 0) = 0.0F;
+  }
+  view.mask = mask;
+  EXPECT_TRUE(Check().warnings.empty());
+  config_.geometry.emplace_back().geometry = VisualHullGeometry{};
+  ExpectOneWarning("held-out photos to a median IoU of 0.49 only");
+}
+
 TEST_F(StartCheckTest, OutlinesLieBetweenTheInsideAndTheOutside) {
   renderer::Image image(4, 3, 1);
   image.At(1, 1, 0) = 1.0F;
