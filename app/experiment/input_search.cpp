@@ -35,7 +35,7 @@ constexpr double kUsefulMasks = 0.5;  // share of the photos
 constexpr int kSmallPx = 48;          // width at which backgrounds are compared
 constexpr double kRim = 0.12;         // of the width: background of photos without masks
 constexpr std::size_t kFewestNumbers = 120;
-constexpr std::size_t kFewPhotos = 5;    // of less, none is held out
+constexpr std::size_t kFewViews = 5;     // of less, none is held out
 constexpr std::size_t kPartsOfRow = 24;  // photos are taken in a row, often once around
 constexpr double kDark = 0.1;            // linear: below, noise would be a change
 
@@ -256,7 +256,7 @@ class InputFinder {
     input_.options.images_dir = FindPhotos(places_, cameras_);
     FindMasks();
     CountUnused();
-    if (cameras_.cameras.size() < kFewPhotos) input_.options.validation_every = 0;
+    if (cameras_.cameras.size() < kFewViews) input_.options.validation_every = 0;
     Load();
     std::vector<renderer::Camera> sensors;
     for (const optim::View& view : input_.observations.views) sensors.push_back(view.camera);

@@ -24,7 +24,7 @@ using renderer::ParameterKind;
 
 // Measured, light that goes with the camera against one that stands still, in dB: a flash 2.3, a
 // turntable 1.5; a room in which the camera moved 0.4, renderings of one 0.1.
-constexpr double kPoorlyExplained = 18.0;  // dB
+constexpr double kDoubtful = 18.0;  // dB
 constexpr double kClearlyBetter = 0.8;
 constexpr double kSlightlyBetter = 0.5;
 constexpr std::size_t kTrialPhotos = 24;
@@ -217,7 +217,7 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
     }
     choice.reason = compared + choice.reason;
     const double best = std::max({still, turned, flash});
-    if (best < kPoorlyExplained) {
+    if (best < kDoubtful) {
       choice.reason +=
           ", though none explains them well (clipped or dark photos, masks or cameras that are "
           "off)";

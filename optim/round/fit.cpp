@@ -390,13 +390,16 @@ class FitDriver {
                                            const StageSpec& stage,
                                            double scale,
                                            const FitViews& views) {
-    constexpr int kMoreLevels = 2;  // finer ones come
+    // As the first of two levels, which has its share of the rounds.
+    constexpr int kLevels = 2;
+    StageSpec trial_stage = stage;
+    trial_stage.max_rounds = (kLevels + 1) * kRoundsOfTrial;
     FitState trial = state_;
     trial.scene = trial.level_scene = start;
     const Model model = MakeModel(start, stage, views);
     const auto source = evaluation_.MakeSource(start, model.set.layout(), views);
     const StageContext context = ContextOf(stage, scale, views, model);
-    while (trial.round < kRoundsOfTrial && StopReason(stage, trial, kMoreLevels).empty()) {
+    while (trial.round < kRoundsOfTrial && StopReason(trial_stage, trial, kLevels).empty()) {
       ThrowIfCancelled();
       RunRound(context, *source, trial);
       ShareState(trial);
