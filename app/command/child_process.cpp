@@ -64,6 +64,11 @@ std::optional<int> RunChild(const ChildProcess& process, const StopSignals& sign
   return WEXITSTATUS(status);
 }
 
+std::string EndOf(const std::string& text) {
+  constexpr std::size_t kShown = 600;
+  return text.size() <= kShown ? text : "..." + text.substr(text.size() - kShown);
+}
+
 std::optional<fs::path> FindProgram(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::string_view rest = path == nullptr ? "" : path;

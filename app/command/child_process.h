@@ -21,6 +21,9 @@ struct ChildProcess {
 /// empty if a signal ended it. Throws IoError when it cannot be started.
 std::optional<int> RunChild(const ChildProcess& process, const StopSignals& signals);
 
+/// What is shown of all that a process said: "..." and the last of it, where its reasons stand.
+std::string EndOf(const std::string& text);
+
 /// Where PATH has the program; empty if nowhere.
 std::optional<std::filesystem::path> FindProgram(const std::string& name);
 

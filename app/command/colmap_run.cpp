@@ -25,7 +25,6 @@ namespace fs = std::filesystem;
 using renderer::IoError;
 using Words = std::vector<std::string>;
 
-constexpr std::size_t kFewestPhotos = 3;
 constexpr std::size_t kMostForAllPairs = 200;
 
 /// The pictures in a folder, or in one of its folders of a usual name.
@@ -60,13 +59,13 @@ class ColmapRunner {
     program_ = *program;
     pictures_ = FindPictures(input_.photos);
     const fs::path folder = pictures_.front().parent_path();
-    if (pictures_.size() < kFewestPhotos) {
+    if (std::ssize(pictures_) < kFewestPhotosOfColmap) {
       throw IoError(
           fmt::format("{}: holds {} pictures; cameras are found from at least {} that "
                       "overlap",
                       folder.string(),
                       pictures_.size(),
-                      kFewestPhotos));
+                      kFewestPhotosOfColmap));
     }
     renderer::CreateFolders(input_.workspace / "sparse");
     FindGpuOptions();
@@ -217,15 +216,9 @@ class ColmapRunner {
                                 status ? fmt::format("failed (status {})", *status)
                                        : "was ended by a signal (too little memory?)",
                                 log_.string(),
-                                EndOfLog()));
+                                EndOf(renderer::ReadWholeFile(log_))));
     }
     context_.log.Info(fmt::format("colmap {}: {:.0f} s", name, renderer::SecondsSince(start)));
-  }
-
-  [[nodiscard]] std::string EndOfLog() const {
-    constexpr std::size_t kShown = 600;
-    const std::string text = renderer::ReadWholeFile(log_);
-    return text.size() <= kShown ? text : "..." + text.substr(text.size() - kShown);
   }
 
   /// Of the folders sparse/0, sparse/1 ...

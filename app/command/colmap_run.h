@@ -7,6 +7,8 @@
 
 namespace pathfit::app {
 
+inline constexpr int kFewestPhotosOfColmap = 3;
+
 struct ColmapInput {
   std::filesystem::path photos;  ///< folder of the photos, or of everything
   std::filesystem::path masks;   ///< folder; empty: the whole photos are matched

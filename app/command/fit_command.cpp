@@ -120,12 +120,8 @@ ExitStatus RunInDirectory(CommandContext& context,
     record.SetTimes(result.wall_s, 0.0);
     if (result.gauge) {
       record.SetGauge(result.gauge);
-      const std::string sentence = GaugeSentence(*result.gauge);
-      if (MissesItsRule(*result.gauge)) {
-        context.log.Warn(sentence);
-      } else {
-        context.log.Info(sentence);
-      }
+      context.log.Write(MissesItsRule(*result.gauge) ? LogLevel::kWarn : LogLevel::kInfo,
+                        GaugeSentence(*result.gauge));
     }
     const Ending ending = EndingOf(result.status, signals, run);
     const std::string doubt = DoubtWords(recorder.history());

@@ -66,7 +66,7 @@ Json Describe(const FoundInput& input,
       {"guessed", Json::array({light.reason})}};
 }
 
-constexpr int kFewestFrames = 3, kMostFrames = 5000;
+constexpr int kMostFrames = 5000;
 
 struct Options {
   fs::path output, masks, mesh, calibration, lamps, ball;
@@ -96,7 +96,7 @@ void Declare(OptionList& options, Options& own) {
   options.Whole("--frames",
                 "Of a video in place of the photos: so many of its frames are taken by ffmpeg, "
                 "which must be installed, and their cameras found by COLMAP; 60 unless given",
-                kFewestFrames,
+                kFewestPhotosOfColmap,
                 kMostFrames,
                 own.frames);
   options.Check([&options, &own] {

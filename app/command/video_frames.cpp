@@ -114,16 +114,14 @@ class FrameTaker {
     words.insert(words.begin(), {program, "-v", "error"});
     const std::optional<int> status = RunChild({Find(program), words, answer, true}, signals_);
     if (signals_.Received()) return "";
-    std::string text = fs::exists(answer) ? renderer::ReadWholeFile(answer) : "";
+    const std::string text = fs::exists(answer) ? renderer::ReadWholeFile(answer) : "";
     if (!status || *status != 0) {
-      constexpr std::size_t kShown = 600;
-      if (text.size() > kShown) text = "..." + text.substr(text.size() - kShown);
       throw IoError(
           fmt::format("{}: {} {}; it says:\n{}",
                       input_.video.string(),
                       program,
                       status ? fmt::format("failed (status {})", *status) : "was ended by a signal",
-                      text));
+                      EndOf(text)));
     }
     return text;
   }

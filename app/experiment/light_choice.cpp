@@ -24,9 +24,9 @@ using renderer::ParameterKind;
 
 // Measured, light that goes with the camera against one that stands still, in dB: a flash 2.3, a
 // turntable 1.5; a room in which the camera moved 0.4, renderings of one 0.1.
-constexpr double kDoubtful = 18.0;  // dB
 constexpr double kClearlyBetter = 0.8;
 constexpr double kSlightlyBetter = 0.5;
+constexpr double kDoubtful = 18.0;  // dB, of the best
 constexpr std::size_t kTrialPhotos = 24;
 constexpr double kTrialPixels = 600.0;                            // of the object in a photo
 constexpr double kLeastTrialSide = 64.0, kMostTrialSide = 256.0;  // of a photo, the longer one

@@ -27,9 +27,8 @@ constexpr double kSize = 256.0;  // pixels of the longer side
 
 // What is so far off that a fit hardly finds back.
 constexpr double kPoorIou = 0.3;
-constexpr double kPoorCarvedIou =
-    0.9;                           // real photos reach 0.95: no more than all masks have is left
-constexpr double kOpenIou = 0.75;  // of held-out photos, where a carved body is not bounded
+constexpr double kPoorCarvedIou = 0.9;  // a body carved from masks reaches 0.95 of real photos
+constexpr double kOpenIou = 0.75;       // of held-out photos, where a carved body is not bounded
 constexpr double kInvertedIou = 0.5;
 constexpr double kOtherSize = 4.0;       // in area
 constexpr double kLittleLeft = 0.1;      // of a mask, by erosion
@@ -176,6 +175,14 @@ class StartChecker {
     std::vector<double> values;
     for (std::size_t i = 0; i < check_.views.size(); ++i) {
       if (!check_.views[i].validation) values.push_back(figure(check_.views[i], facts_[i]));
+    }
+    return KnownMedian(std::move(values));
+  }
+
+  [[nodiscard]] double MedianIou(bool of_held_out = false) const {
+    std::vector<double> values;
+    for (const ViewStart& view : check_.views) {
+      if (view.validation == of_held_out) values.push_back(view.iou);
     }
     return KnownMedian(std::move(values));
   }
@@ -329,7 +336,7 @@ class StartChecker {
     const double inverted =
         MedianOfFitted([](const ViewStart&, const ViewFacts& f) { return f.inverted_iou; });
     // A floor or wall may fill the pictures. What is carved from masks agrees with them anyway.
-    const double iou = MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    const double iou = MedianIou();
     const std::size_t full =
         FittedWhere([](const ViewStart& v, const ViewFacts&) { return v.masked >= 1.0; }).size();
     if (full == num_fitted_ && iou < kInvertedIou) {
@@ -359,7 +366,7 @@ class StartChecker {
   }
 
   void WarnOfPlace() {
-    const double iou = MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    const double iou = MedianIou();
     if (!inverted_ && IsCarved() && iou < kPoorCarvedIou) {
       const auto white = FittedWhere(
           [](const ViewStart&, const ViewFacts& f) { return f.white_border > kWhiteBorder; });
@@ -395,13 +402,8 @@ class StartChecker {
 
   /// What fitted photos leave open, held-out ones show.
   void WarnOfOpenSides() {
-    std::vector<double> held_out;
-    for (const ViewStart& view : check_.views) {
-      if (view.validation) held_out.push_back(view.iou);
-    }
-    const double iou = KnownMedian(std::move(held_out));
-    const double fitted =
-        MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    const double iou = MedianIou(true);
+    const double fitted = MedianIou();
     if (!IsCarved() || !(fitted >= kPoorCarvedIou) || !(iou < kOpenIou)) return;
     Warn(fmt::format(
         "the body carved from the fitted photos' masks agrees with those of held-out "
@@ -415,8 +417,7 @@ class StartChecker {
   /// One that is far from the start while the others agree is of another place, or has the mask of
   /// another.
   void WarnOfOddPhotos() {
-    const double median =
-        MedianOfFitted([](const ViewStart& v, const ViewFacts&) { return v.iou; });
+    const double median = MedianIou();
     if (inverted_ || !(median > kOddLeast)) return;
     const auto odd = FittedWhere([&](const ViewStart& v, const ViewFacts&) {
       return v.covered > 0.0 && v.masked > 0.0 && v.iou < kOddIou * median;

@@ -17,8 +17,8 @@ namespace pathfit::app {
 namespace {
 
 // Good fits end above 22 dB, such with a wrong light or without masks at 14 to 17.
-constexpr double kFarWorseDb = 6.0, kFarWorseIou = 0.9;  // held-out photos, of fitted ones
 constexpr double kHardlyExplainedDb = 18.0;
+constexpr double kFarWorseDb = 6.0, kFarWorseIou = 0.9;  // held-out photos, of fitted ones
 
 constexpr double kRedrawSeconds = 0.2;
 constexpr double kLineSeconds = 10.0;
@@ -210,41 +210,34 @@ std::string ResultWords(const FitHistory& history) {
   return words;
 }
 
-namespace {
-
-std::string IouWords(double iou) {
-  return std::isfinite(iou) ? fmt::format(", IoU {:.2f}", iou) : "";
-}
-
-}  // namespace
-
 std::string DoubtWords(const FitHistory& history) {
   if (history.stages.size() < 2) return "";
   const optim::StageReport& last = history.stages.back().report;
   const bool held_out = std::isfinite(last.psnr_srgb_val);
   const double psnr = held_out ? last.psnr_srgb_val : last.psnr_srgb_fit;
+  if (psnr < kHardlyExplainedDb) {
+    return fmt::format(
+        "the result explains hardly anything of {} ({:.1f} dB): the worst pictures in the report "
+        "show where. Wrong cameras or masks, no masks at all, and a light of the wrong kind "
+        "(frame: world or camera, or a flash) do that, and so do things that moved between the "
+        "photos, or a start too far off (other values, another --seed)",
+        held_out ? "the held-out photos" : "the photos",
+        psnr);
+  }
   const bool is_far_worse = last.psnr_srgb_val < last.psnr_srgb_fit - kFarWorseDb ||
                             last.iou_val < kFarWorseIou * last.iou_fit;
-  if (!(psnr < kHardlyExplainedDb) && is_far_worse && !FitsPoses(history.parameters)) {
-    return fmt::format(
-        "held-out photos are explained far worse ({:.1f} dB{}) than fitted ones ({:.1f} dB{}): "
-        "what "
-        "these leave open is wrong in the result. Too few photos, or from too few sides, do that, "
-        "and so does a material, or a light, of the wrong kind",
-        last.psnr_srgb_val,
-        IouWords(last.iou_val),
-        last.psnr_srgb_fit,
-        IouWords(last.iou_fit));
-  }
-  if (!(psnr < kHardlyExplainedDb)) return "";
+  if (!is_far_worse || FitsPoses(history.parameters)) return "";
+  const auto iou = [](double value) {
+    return std::isfinite(value) ? fmt::format(", IoU {:.2f}", value) : "";
+  };
   return fmt::format(
-      "the result explains hardly anything of {} ({:.1f} dB): the worst pictures in the report "
-      "show "
-      "where. Wrong cameras or masks, no masks at all, and a light of the wrong kind (frame: world "
-      "or camera, or a flash) do that, and so do things that moved between the photos, or a start "
-      "too far off (other values, another --seed)",
-      held_out ? "the held-out photos" : "the photos",
-      psnr);
+      "held-out photos are explained far worse ({:.1f} dB{}) than fitted ones ({:.1f} dB{}): what "
+      "these leave open is wrong in the result. Too few photos, or from too few sides, do that, "
+      "and so does a material, or a light, of the wrong kind",
+      last.psnr_srgb_val,
+      iou(last.iou_val),
+      last.psnr_srgb_fit,
+      iou(last.iou_fit));
 }
 
 std::string JsonLine(const optim::RoundReport& report,

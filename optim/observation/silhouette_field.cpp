@@ -74,17 +74,17 @@ SilhouetteField::SilhouetteField(const ObservationSet& observations, double diss
   num_dissenting_ = static_cast<std::size_t>(dissent * static_cast<double>(views_.size()));
 }
 
-std::vector<bool> SilhouetteField::Cells(std::size_t view, int cells_along) const {
+int SilhouetteField::NumCells(std::size_t view, int cells_along) const {
   const SilhouetteView& v = views_[view];
-  std::vector<bool> inside;
+  int count = 0;
   for (int y = 0; y < cells_along; ++y) {
     for (int x = 0; x < cells_along; ++x) {
       const double column = v.low.x + (x + 0.5) / cells_along * (v.high.x - v.low.x);
       const double row = v.low.y + (y + 0.5) / cells_along * (v.high.y - v.low.y);
-      inside.push_back(Lookup(v, column, row).value > 0.0);
+      count += Lookup(v, column, row).value > 0.0 ? 1 : 0;
     }
   }
-  return inside;
+  return count;
 }
 
 int SilhouetteField::CellOf(std::size_t view, int cells_along, const renderer::Vec3& x) const {

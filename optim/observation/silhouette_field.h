@@ -35,10 +35,9 @@ class SilhouetteField {
   [[nodiscard]] double Radius(const renderer::Vec3& center) const;
 
   [[nodiscard]] std::size_t NumViews() const { return views_.size(); }
-  /// A view's silhouette on a square grid over its box: whether the cells' centres lie in it, row
-  /// by row.
-  [[nodiscard]] std::vector<bool> Cells(std::size_t view, int cells_along) const;
-  /// The cell in which a point is seen; -1: outside of the grid.
+  /// Cells of a square grid over the box of a view's silhouette whose centres lie in it.
+  [[nodiscard]] int NumCells(std::size_t view, int cells_along) const;
+  /// The cell, row by row, in which a point is seen; -1: outside of the grid.
   [[nodiscard]] int CellOf(std::size_t view, int cells_along, const renderer::Vec3& x) const;
 
  private:

@@ -184,40 +184,57 @@ VoxelGrid CarveFinely(const SilhouetteField& field, const Box& box, int resoluti
   return grid;
 }
 
+/// What the parts cover of a view's silhouette.
+struct Coverage {
+  std::vector<std::uint64_t> parts;  ///< by cell, a bit for each
+  double num_cells = 0.0;            ///< of the silhouette, at least 1
+};
+
+Coverage CoverageOf(const SilhouetteField& field,
+                    std::size_t view,
+                    const Mesh& mesh,
+                    const MeshParts& parts) {
+  Coverage out;
+  out.parts.resize(static_cast<std::size_t>(kCellsAlong) * kCellsAlong);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    if (parts.of_triangle[f] >= kMostParts) continue;
+    const Vec3& corner = mesh.positions[static_cast<std::size_t>(mesh.triangles[f][0])];
+    const int cell = field.CellOf(view, kCellsAlong, corner);
+    if (cell >= 0) {
+      out.parts[static_cast<std::size_t>(cell)] |= std::uint64_t{1} << parts.of_triangle[f];
+    }
+  }
+  out.num_cells = std::max(1, field.NumCells(view, kCellsAlong));
+  return out;
+}
+
 /// Keeps the largest part, and of the others those that some of the silhouettes are of: what lies
 /// where viewing cones of other bodies meet by chance is behind or before these everywhere.
 void KeepPartsOfSilhouettes(const SilhouetteField& field, Mesh& mesh) {
   const MeshParts parts = PartsByVolume(mesh);
-  const std::size_t count = std::min(parts.volumes.size(), kMostParts);
-  // By view and cell: the parts that cover it.
-  std::vector<std::vector<std::uint64_t>> covering(field.NumViews());
-  renderer::ParallelFor(static_cast<std::int64_t>(covering.size()), [&](std::int64_t i) {
+  if (parts.volumes.size() < 2) {
+    KeepLargestPart(mesh);
+    return;
+  }
+  std::vector<Coverage> views(field.NumViews());
+  renderer::ParallelFor(static_cast<std::int64_t>(views.size()), [&](std::int64_t i) {
     const auto view = static_cast<std::size_t>(i);
-    covering[view].resize(static_cast<std::size_t>(kCellsAlong) * kCellsAlong);
-    for (std::size_t f = 0; count > 1 && f < mesh.triangles.size(); ++f) {
-      if (parts.of_triangle[f] >= count) continue;
-      const Vec3& corner = mesh.positions[static_cast<std::size_t>(mesh.triangles[f][0])];
-      const int cell = field.CellOf(view, kCellsAlong, corner);
-      if (cell >= 0) {
-        covering[view][static_cast<std::size_t>(cell)] |= std::uint64_t{1} << parts.of_triangle[f];
-      }
-    }
+    views[view] = CoverageOf(field, view, mesh, parts);
   });
-  std::uint64_t kept = count == kMostParts ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
-  for (std::size_t part = count; part-- > 1;) {
+  std::uint64_t kept = ~std::uint64_t{0};
+  for (std::size_t part = std::min(parts.volumes.size(), kMostParts); part-- > 1;) {
     const std::uint64_t bit = std::uint64_t{1} << part;
     double share = 0.0;
-    for (std::size_t view = 0; view < covering.size(); ++view) {
-      const std::vector<bool> inside = field.Cells(view, kCellsAlong);
-      const auto num_alone = static_cast<double>(std::ranges::count_if(
-          covering[view], [&](std::uint64_t parts_here) { return (parts_here & kept) == bit; }));
-      share += num_alone / std::max(1.0, static_cast<double>(std::ranges::count(inside, true)));
+    for (const Coverage& view : views) {
+      const auto num_alone = std::ranges::count_if(
+          view.parts, [&](std::uint64_t here) { return (here & kept) == bit; });
+      share += static_cast<double>(num_alone) / view.num_cells;
     }
-    if (share < kLeastShare * static_cast<double>(covering.size())) kept &= ~bit;
+    if (share < kLeastShare * static_cast<double>(views.size())) kept &= ~bit;
   }
   std::vector<bool> keep;
   for (const std::size_t part : parts.of_triangle) {
-    keep.push_back(part < count && ((kept >> part) & 1) != 0);
+    keep.push_back(part < kMostParts && ((kept >> part) & 1) != 0);
   }
   KeepTriangles(keep, mesh);
 }
