@@ -135,7 +135,17 @@ class Applier {
   }
 
   bool WrongType(const Spot& at) {
-    return Report(at, DescribeType(at.allowed) + " is needed, not " + DescribeNode(at.node));
+    std::vector<std::string> keys;
+    for (const SchemaNode& child : at.allowed.children) {
+      if (at.allowed.type != Type::kMap || !child.when_key.empty()) {
+        keys.clear();  // which there are depends on others
+        break;
+      }
+      keys.push_back(child.key);
+    }
+    return Report(
+        at,
+        DescribeType(at.allowed) + " is needed, not " + DescribeNode(at.node) + NameHint("", keys));
   }
 
   template <class T>

@@ -327,11 +327,20 @@ void ParseInto(const std::string& text, YamlDocument& document) {
     document.problems = std::move(builder.problems());
     const std::string explanation = Explain(error.msg);
     Place place = PlaceOf(error.mark);
-    // The parser names the end of the file.
-    if (explanation == kOpenList) {
-      place = builder.InnermostOpen(YamlNode::Kind::kList).value_or(place);
-    } else if (explanation == kOpenMap) {
-      place = builder.InnermostOpen(YamlNode::Kind::kMap).value_or(place);
+    // Of a bracket that stays open, the parser names what comes instead of its end.
+    if (explanation == kOpenList || explanation == kOpenMap) {
+      const bool is_map = explanation == kOpenMap;
+      const Place open =
+          builder.InnermostOpen(is_map ? YamlNode::Kind::kMap : YamlNode::Kind::kList)
+              .value_or(place);
+      const bool at_end = text.find_first_not_of(" \n", static_cast<std::size_t>(error.mark.pos)) ==
+                          std::string::npos;
+      if (open.line == place.line && !at_end) {
+        const char* close = is_map ? "'}'" : "']'";
+        throw YamlFailure{
+            place, std::string("',' or ") + close + " is needed before this (is a comma missing?)"};
+      }
+      place = open;
     }
     throw YamlFailure{place, explanation};
   }

@@ -76,7 +76,8 @@ TEST(ConfigMistakes, RangesAndChoicesSayWhatIsAllowed) {
        {"loss.residual=relativ",
         "loss.residual: 'relativ' is not allowed; one of linear, relative is needed (did you mean "
         "'relative'?)"},
-       {"solver=fast", "solver: a map is needed, not 'fast'"},
+       {"solver=fast",
+        "solver: a map is needed, not 'fast' (known: linear_solver, max_memory, threads)"},
        {"stages=none", "stages: a list of maps is needed, not 'none'"}});
   ExpectProblems(kSceneConfig,
                  {{"scene.sensors.front.fov_deg=180",
@@ -245,7 +246,9 @@ TEST(ConfigMistakes, SensorsAndMeshesAreChecked) {
 
 TEST(ConfigMistakes, TheFormOfTheFileIsChecked) {
   EXPECT_EQ(ProblemOf("schema: 1\n"), "1:1: required key 'scene' is missing (a map)");
-  EXPECT_EQ(ProblemOf("[]\n"), "1:1: a map is needed, not a list");
+  EXPECT_EQ(ProblemOf("[]\n"),
+            "1:1: a map is needed, not a list (known: schema, name, seed, input, scene, render, "
+            "unknowns, loss, gauge, stages, solver, output, gradcheck)");
   EXPECT_EQ(ProblemOf(Replaced(kSceneConfig, "schema: 1", "schema: 1\nschema: 1")),
             "2:1: key 'schema' is given twice (first at 1:1)");
   EXPECT_EQ(ProblemOf(Replaced(kSceneConfig, "schema: 1\n", "")),
@@ -254,8 +257,10 @@ TEST(ConfigMistakes, TheFormOfTheFileIsChecked) {
 
 TEST(ConfigMistakes, WhatIsWrongIsNotAlsoMissing) {
   // A wrong input is an input: no complaint about cameras or stages without photos.
-  EXPECT_EQ(ProblemOf(kFitConfig, {"input.cameras=5"}),
-            "--set #1: input.cameras: a map is needed, not '5'");
+  EXPECT_EQ(
+      ProblemOf(kFitConfig, {"input.cameras=5"}),
+      "--set #1: input.cameras: a map is needed, not '5' (known: path, sensor, photos, format, "
+      "calibration, distortion, orientation)");
   // A wrong mesh still has a name, a wrong material one too.
   EXPECT_EQ(ProblemOf(kFitConfig, {"scene.materials.glaze=5"}),
             "--set #1: scene.materials.glaze: a map is needed, not '5'");
