@@ -23,6 +23,7 @@ using renderer::SceneMesh;
 
 constexpr double kPoints = 20000.0;  // of all surfaces, at which the mean colour is taken
 constexpr std::size_t kMostRows = 200;
+constexpr double kRelativeStep = 1e-4;  // of theta
 
 const Material& MaterialOf(const Scene& scene, const SceneMesh& item) {
   return scene.materials[static_cast<std::size_t>(item.material)];
@@ -62,6 +63,18 @@ ColorGroup ColorsOf(const Scene& scene, std::size_t mesh) {
 
 bool IsFree(const ParameterSet& set, const ColorGroup& colors) {
   return set.layout().FirstBlock(colors.kind, colors.object) >= 0;
+}
+
+/// Whether a group is the base colours of surfaces that do not shine.
+bool IsColor(const Scene& scene, const renderer::ParameterGroup& group) {
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const ColorGroup colors = ColorsOf(scene, m);
+    if (AreaLightOf(scene, m) == nullptr && colors.kind == group.kind &&
+        colors.object == group.object) {
+      return true;
+    }
+  }
+  return false;
 }
 
 bool IsBlackSurface(const Scene& scene, std::size_t mesh) {
@@ -216,15 +229,37 @@ void FixColorGauge(const ParameterSet& set, const FitSpec& spec, const Scene& st
     scale(set.layout().groups()[static_cast<std::size_t>(group)], factor);
   }
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    bool is_color = false;
-    for (std::size_t m = 0; m < scene.meshes.size() && !is_color; ++m) {
-      const ColorGroup colors = ColorsOf(scene, m);
-      is_color = AreaLightOf(scene, m) == nullptr && colors.kind == group.kind &&
-                 colors.object == group.object;
-    }
-    if (is_color) scale(group, {1.0 / factor.r, 1.0 / factor.g, 1.0 / factor.b});
+    if (IsColor(scene, group)) scale(group, {1.0 / factor.r, 1.0 / factor.g, 1.0 / factor.b});
   }
   if (ClampToBounds(set, values)) set.layout().Scatter(values, scene);
+}
+
+std::vector<std::vector<double>> SlopesOfRule(const ParameterSet& set,
+                                              const FitSpec& spec,
+                                              const Scene& scene) {
+  const std::optional<GaugeReport> gauge = SourceOfGauge(set, spec, scene);
+  if (!gauge || gauge->source != GaugeSource::kMeanColor) return {};
+  const int material = MaterialOf(spec.gauge, scene);
+  const std::vector<double> theta = set.ThetaFromValues(set.layout().Gather(scene));
+  std::vector<std::vector<double>> slopes(3, std::vector<double>(theta.size()));
+  Scene moved = scene;
+  const auto mean_at = [&](const std::vector<double>& there) {
+    set.layout().Scatter(set.ValuesFromTheta(there), moved);
+    return MeanBaseColor(moved, material);
+  };
+  const Rgb mean = mean_at(theta);
+  for (const renderer::ParameterGroup& group : set.layout().groups()) {
+    if (!IsColor(scene, group)) continue;
+    const auto first = static_cast<std::size_t>(group.first_scalar);
+    for (std::size_t i = first; i < first + group.NumScalars(); ++i) {
+      std::vector<double> there = theta;
+      const double by = kRelativeStep * std::max(1.0, std::abs(theta[i]));
+      there[i] += by;
+      const Rgb change = mean_at(there) - mean;
+      for (int c = 0; c < 3; ++c) slopes[static_cast<std::size_t>(c)][i] = change[c] / by;
+    }
+  }
+  return slopes;
 }
 
 std::optional<GaugeReport> ReportGauge(const FitSpec& spec,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "optim/parameter/parameter_set.h"
 #include "optim/round/fit_report.h"
@@ -25,6 +26,12 @@ void FixColorGauge(const ParameterSet& set,
                    const FitSpec& spec,
                    const renderer::Scene& start,
                    renderer::Scene& scene);
+
+/// Where the rule holds, slopes of the mean base colour by theta, a vector by channel; else
+/// nothing.
+std::vector<std::vector<double>> SlopesOfRule(const ParameterSet& set,
+                                              const FitSpec& spec,
+                                              const renderer::Scene& scene);
 
 /// Of the last stage that frees colours and lights at once, for the result of a fit.
 std::optional<GaugeReport> ReportGauge(const FitSpec& spec,

@@ -220,6 +220,28 @@ bool IsNothingLeft(const StageContext& context,
                         context.views.num_channels;
 }
 
+/// Adds to the priors' matrix, for errors, that the mean base colour is as a rule says, where one
+/// holds: photos tell nothing along the common scale, so that any weight keeps errors on the rule.
+void AddRule(const StageContext& context,
+             const QuadraticModel& model,
+             const renderer::Scene& scene,
+             std::vector<double>& hessian) {
+  const std::size_t n = model.NumScalars();
+  for (const std::vector<double>& slopes : SlopesOfRule(context.set, context.spec, scene)) {
+    double curvature = 0.0, square = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (slopes[i] != 0.0) curvature += model.square[i * (n + 1)] / model.weight;
+      square += slopes[i] * slopes[i];
+    }
+    if (!(square > 0.0)) continue;
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        hessian[i * n + j] += curvature / square * slopes[i] * slopes[j];
+      }
+    }
+  }
+}
+
 /// What the model says of the step just taken and of the point it leads to. `costs`: of the round's
 /// start. Returns whether the step's own error explains it.
 bool Judge(const StageContext& context,
@@ -231,8 +253,8 @@ bool Judge(const StageContext& context,
            double motion,
            FitState& state) {
   const bool explained = SignificanceOfStep(step, model) <= LargestStepByChance(model.NumScalars());
-  const std::vector<double> prior_hessian =
-      PriorHessian(context.priors, context.set, outcome.theta);
+  std::vector<double> prior_hessian = PriorHessian(context.priors, context.set, outcome.theta);
+  AddRule(context, model, state.scene, prior_hessian);
   std::vector<double> ranges(context.set.NumScalars());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     ranges[i] = context.set.Upper(i) - context.set.Lower(i);

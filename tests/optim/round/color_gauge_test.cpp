@@ -6,6 +6,7 @@
 
 #include "optim/round/fit.h"
 #include "renderer/renderer.h"
+#include "renderer/sampler/counter_rng.h"
 #include "tests/optim/round/free_fit.h"
 #include "tests/optim/round/synthetic_fit.h"
 
@@ -113,6 +114,64 @@ TEST_F(ColorGaugeTest, WhatIsKnownOrSeenDecides) {
   renderer::Scene same = start_;
   FixColorGauge(Set(), spec_, start_, same);
   EXPECT_EQ(same.meshes[0].mesh.colors[0].r, start_.meshes[0].mesh.colors[0].r);
+}
+
+// Photos show the products of two colours with an unknown light; the rule says the rest.
+TEST_F(ColorGaugeTest, ErrorsAreThoseOnTheRule) {
+  spec_.unknowns.clear();
+  renderer::SceneMesh second = start_.meshes[0];
+  start_.meshes[0].pose.translation = {-0.7, 0.0, 0.0};
+  second.name = "second";
+  second.material = 1;
+  second.pose.translation = {0.7, 0.0, 0.0};
+  for (renderer::SceneMesh* ball : {&start_.meshes[0], &second}) ball->pose.scale = 0.5;
+  start_.meshes.push_back(second);
+  start_.materials = {{"paint", renderer::LambertBsdf{}, {0.4, 0.4, 0.4}},
+                      {"chalk", renderer::LambertBsdf{}, {0.4, 0.4, 0.4}}};
+  start_.emitters = {{"sun",
+                      renderer::LightFrame::kWorld,
+                      {},
+                      renderer::DirectionalEmitter{{0.0, -0.6, -0.8}, {2.0, 2.0, 2.0}}}};
+  renderer::Scene truth = start_;
+  truth.materials[0].base_color = {0.2, 0.3, 0.4};
+  truth.materials[1].base_color = {0.4, 0.3, 0.2};
+  std::get<renderer::DirectionalEmitter>(truth.emitters[0].light).irradiance = {3.0, 3.0, 3.0};
+  for (const int material : {0, 1}) {
+    optim::UnknownSpec& color = Free(ParameterKind::kBaseColor, material);
+    color.lower = 0.01;
+    color.upper = 0.99;
+  }
+  optim::UnknownSpec& light = Free(ParameterKind::kLightIntensity, 0);
+  light.parameterization = optim::Parameterization::kLog;
+  light.lower = 1e-3;
+  optim::ObservationSet photos = tests::Photograph(truth, 64);
+  renderer::CounterRng noise(7);
+  tests::EditPhotos(
+      [&](renderer::Image& photo) {
+        for (float& value : photo.data) {
+          value += 0.02F * static_cast<float>(noise.Next() - 0.5);
+        }
+      },
+      photos);
+  spec_.stages = {Stage(30, 16, 64)};
+  const auto fit = [&](const ColorGauge& gauge) {
+    spec_.gauge = gauge;
+    tests::RecordingObserver observer;
+    return optim::RunFit(start_, photos, spec_, observer, {});
+  };
+  const optim::FitResult by_rule = fit({ColorGauge::Rule::kMeanColor, {0.3}, ""});
+  for (const int c : {0, 1, 2}) {
+    const auto scalar = static_cast<std::size_t>(c);
+    const double found = by_rule.scene.materials[0].base_color[c];
+    const double error = by_rule.standard_errors.at("paint.base_color")[scalar];
+    EXPECT_LT(error, 3e-3);
+    EXPECT_LT(std::abs(found - truth.materials[0].base_color[c]), 4.0 * error);
+    // The mean does not move: of surfaces of one size, what one colour gains the other loses.
+    EXPECT_NEAR(error, by_rule.standard_errors.at("chalk.base_color")[scalar], 1e-3 * error);
+    EXPECT_LT(by_rule.standard_errors.at("sun.intensity")[scalar], 0.03);
+  }
+  const optim::FitResult without = fit({ColorGauge::Rule::kPhotos, {}, ""});
+  EXPECT_GT(without.standard_errors.at("paint.base_color")[0], 0.1);
 }
 
 // A photo tells a metal with a dark colour from paint by little; the prior decides.
