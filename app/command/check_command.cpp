@@ -27,6 +27,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A fit that takes longer, and with photos half as large no more than a share of that, is told so.
+constexpr double kLongFit_s = 600.0;
+constexpr double kWorthHalving = 0.7;
+
 /// Of all photos with a mask, the worst first.
 struct Overlap {
   std::string name;
@@ -145,21 +149,30 @@ void PrintStage(const Experiment& experiment,
   }
   fmt::print(".\nTime of stage {}: likely {}, at most {}; {} for its first round.\n",
              stage.name,
-             DurationText(memory->likely_s),
-             DurationText(memory->most_s),
-             DurationText(memory->first_round_s));
+             DurationText(memory->times.likely_s),
+             DurationText(memory->times.most_s),
+             DurationText(memory->times.first_round_s));
 }
 
-void PrintTotal(const std::vector<optim::StageMemory>& memory) {
+void PrintTotal(const Experiment& experiment, const std::vector<optim::StageMemory>& memory) {
   if (memory.empty()) return;
-  double likely_s = 0.0, most_s = 0.0;
+  double likely_s = 0.0, most_s = 0.0, half_size_s = 0.0;
   for (const optim::StageMemory& stage : memory) {
-    likely_s += stage.likely_s;
-    most_s += stage.most_s;
+    likely_s += stage.times.likely_s;
+    most_s += stage.times.most_s;
+    half_size_s += stage.likely_half_size_s;
   }
   fmt::print("Time of the fit: likely {}, at most {} on this machine, as busy as it is now.\n",
              DurationText(likely_s),
              DurationText(most_s));
+  if (likely_s < kLongFit_s || half_size_s > kWorthHalving * likely_s) return;
+  int longest = 0;
+  for (const optim::View& view : experiment.observations.views) {
+    longest = std::max({longest, view.photo.width(), view.photo.height()});
+  }
+  fmt::print("With photos half as large (input.max_size_px: {}): likely {}.\n",
+             longest / 2,
+             DurationText(half_size_s));
 }
 
 Json ResultOf(const Experiment& experiment,
@@ -190,9 +203,10 @@ Json ResultOf(const Experiment& experiment,
         static_cast<std::int64_t>(memory[i].num_scalars_at_start);
     json["stages"][i]["memory_bytes"] = optim::TotalBytes(memory[i].items);
     json["stages"][i]["jacobian_bytes"] = memory[i].jacobian_bytes;
-    json["stages"][i]["first_round_s"] = memory[i].first_round_s;
-    json["stages"][i]["likely_s"] = memory[i].likely_s;
-    json["stages"][i]["most_s"] = memory[i].most_s;
+    json["stages"][i]["first_round_s"] = memory[i].times.first_round_s;
+    json["stages"][i]["likely_s"] = memory[i].times.likely_s;
+    json["stages"][i]["likely_half_size_s"] = memory[i].likely_half_size_s;
+    json["stages"][i]["most_s"] = memory[i].times.most_s;
     json["stages"][i]["linear_solver"] = optim::LinearSolverName(memory[i].solver);
   }
   for (const Overlap& overlap : OverlapsOf(start)) json["initial_iou"][overlap.name] = overlap.iou;
@@ -229,7 +243,8 @@ constexpr ResultKey kResult[] = {
      "list",
      "Maps of name, unknowns (with meshes as fine as its photos), unknowns_at_start, image_scale, "
      "max_rounds; with photos memory_bytes, jacobian_bytes, linear_solver, first_round_s, likely_s "
-     "(of as many rounds as are usual) and most_s (if all are needed)"},
+     "(of as many rounds as are usual), likely_half_size_s (with photos half as wide and high) and "
+     "most_s (if all are needed)"},
     {"initial_iou", "map", "By photo with a mask: overlap of the start's silhouette with it"},
     {"page", "text or null", "The page that was written; null without photos"}};
 
@@ -294,7 +309,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     write_page();
   }
   if (speaks) {
-    PrintTotal(memory);
+    PrintTotal(experiment, memory);
     if (!page.is_null()) fmt::print("The start over every photo: {}\n", page.get<std::string>());
   } else {
     PrintResult(context, result);

@@ -55,11 +55,4 @@ FitHistory ReadHistory(const std::filesystem::path& path) {
   }
 }
 
-bool FitsPoses(const std::vector<ParameterSummary>& parameters) {
-  return std::ranges::any_of(parameters, [](const ParameterSummary& parameter) {
-    return !parameter.held &&
-           (parameter.name == "camera.position" || parameter.name == "camera.rotation");
-  });
-}
-
 }  // namespace pathfit::app

@@ -98,7 +98,4 @@ void WriteHistory(const std::filesystem::path& path, const FitHistory& history);
 /// version did not write have their default.
 FitHistory ReadHistory(const std::filesystem::path& path);
 
-/// Whether each photo's camera was moved: those of held-out photos stay where they began.
-bool FitsPoses(const std::vector<ParameterSummary>& parameters);
-
 }  // namespace pathfit::app

@@ -226,7 +226,7 @@ std::string DoubtWords(const FitHistory& history) {
   }
   const bool is_far_worse = last.psnr_srgb_val < last.psnr_srgb_fit - kFarWorseDb ||
                             last.iou_val < kFarWorseIou * last.iou_fit;
-  if (!is_far_worse || FitsPoses(history.parameters)) return "";
+  if (!is_far_worse) return "";
   const auto iou = [](double value) {
     return std::isfinite(value) ? fmt::format(", IoU {:.2f}", value) : "";
   };

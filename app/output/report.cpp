@@ -284,13 +284,10 @@ std::vector<std::string> DerivedWarnings(const FitHistory& history) {
   const optim::StageReport* last = LastReport(history);
   if (last != nullptr && HasValidation(*last)) {
     if (last->psnr_srgb_val < last->psnr_srgb_fit - kOverfitDb) {
-      warnings.push_back(fmt::format(
-          "Held-out views are {:.1f} dB worse than fitted ones: {}.",
-          last->psnr_srgb_fit - last->psnr_srgb_val,
-          FitsPoses(history.parameters)
-              ? "their cameras keep the poses that they began with, those of the others "
-                "were fitted"
-              : "the result does not generalise to views it was not fitted to"));
+      warnings.push_back(
+          fmt::format("Held-out views are {:.1f} dB worse than fitted ones: the result does not "
+                      "generalise to views it was not fitted to.",
+                      last->psnr_srgb_fit - last->psnr_srgb_val));
     }
     for (std::size_t i = 1; i < history.stages.size(); ++i) {
       const double lost =

@@ -62,6 +62,7 @@ ImageProblem::ImageProblem(ImageSource& source,
       views_(views),
       set_(set),
       options_(options),
+      fitted_(options.fitted != nullptr ? *options.fitted : views.fitted),
       uses_gram_(FormsNormalEquations(options.linear_solver, set.NumScalars())),
       uses_sparse_gram_(FormsSparseNormalEquations(options.linear_solver, set.NumScalars())),
       split_meter_(options.num_measured > 0 ? SplitMeter(set) : SplitMeter()) {
@@ -75,9 +76,9 @@ ImageProblem::ImageProblem(ImageSource& source,
     size_.num_spread_scalars = static_cast<double>(PairedBlocks(set).NumSpreadScalars());
     size_.sparse_gram_empty = static_cast<double>(SparseGram::BytesOfEmpty(set));
   } else if (!uses_gram_) {
-    roots_.emplace(set, std::max(views.fitted.size(), options.expected_views));
+    roots_.emplace(set, std::max(fitted_.size(), options.expected_views));
   }
-  for (const int view : views.fitted) {
+  for (const int view : fitted_) {
     size_.images_bytes +=
         BytesOfView(views.levels[static_cast<std::size_t>(view)], options_.loss, uses_gram_);
   }
@@ -125,8 +126,8 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   if (uses_gram_) {
     CheckFits(size_, LinearSolverKind::kGram, options_.max_memory_bytes);
     round_model_ = QuadraticModel(set_.NumScalars());
-    start_pixel_costs_.resize(views_.fitted.size());
-    if (keeps_rows_) round_rows_.resize(views_.fitted.size());
+    start_pixel_costs_.resize(fitted_.size());
+    if (keeps_rows_) round_rows_.resize(fitted_.size());
   }
   if (uses_sparse_gram_) {
     CheckFits(size_, LinearSolverKind::kSparseGram, options_.max_memory_bytes);
@@ -138,8 +139,8 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
   source_.SetValues(values);
   sums_ = GradientSums(set_.NumScalars());
   costs_ = {};
-  trust_.resize(views_.fitted.size());
-  rank_of_ = division().DealItems(Division::Kind::kDerivative, views_.fitted);
+  trust_.resize(fitted_.size());
+  rank_of_ = division().DealItems(Division::Kind::kDerivative, fitted_);
   division().ForEach<LinearizedPart>(
       Division::Kind::kDerivative,
       rank_of_,
@@ -154,7 +155,7 @@ void ImageProblem::Linearize(const std::vector<double>& values) {
     sparse_gram_.Deflate(options_.draws_gradients ? std::vector<double>() : sums_.gradient);
   } else {
     roots_->Finish();
-    if (options_.expected_views <= views_.fitted.size()) {
+    if (options_.expected_views <= fitted_.size()) {
       size_.roots = roots_->Size();
     }
     offset_squared_ = roots_->residual_squared() + costs_.noise_squared + 1e-12;
@@ -214,7 +215,7 @@ void ImageProblem::MakeNormalEquations(const std::vector<double>& values) {
 }
 
 bool ImageProblem::IsMeasured(std::size_t index) const {
-  const std::size_t count = views_.fitted.size();
+  const std::size_t count = fitted_.size();
   const std::size_t turned = (index + options_.first_measured) % count;
   // One of each run of views, as many as wanted.
   return turned * options_.num_measured / count != (turned + 1) * options_.num_measured / count;
@@ -223,7 +224,7 @@ bool ImageProblem::IsMeasured(std::size_t index) const {
 void ImageProblem::LinearizeView(std::size_t index,
                                  const std::vector<double>& values,
                                  const std::function<void(const LinearizedPart&)>& give) {
-  const int view = views_.fitted[index];
+  const int view = fitted_[index];
   const ViewLevel level = views_.levels[static_cast<std::size_t>(view)].Unpack();
   const std::string& name = views_.names[static_cast<std::size_t>(view)];
   const bool is_measured = IsMeasured(index);
@@ -309,7 +310,7 @@ void ImageProblem::RenderTrialViews() {
 }
 
 ImageProblem::TrialCosts ImageProblem::RenderTrialView(std::size_t index) {
-  const int view = views_.fitted[index];
+  const int view = fitted_[index];
   const std::string& name = views_.names[static_cast<std::size_t>(view)];
   const renderer::Film a = source_.RenderPrimal(view, options_.samples.a);
   CheckFinite(a, name);

@@ -23,6 +23,8 @@
 namespace pathfit::optim {
 
 struct ImageProblemOptions {
+  /// Views to fit; null: those of the views. Must outlive the problem.
+  const std::vector<int>* fitted = nullptr;
   LossSpec loss;
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
   double max_memory_bytes = 0.0;
@@ -137,6 +139,7 @@ class ImageProblem {
   const FitViews& views_;
   const ParameterSet& set_;
   ImageProblemOptions options_;
+  const std::vector<int>& fitted_;
   bool uses_gram_, uses_sparse_gram_;
   bool keeps_rows_ = false;  // of all rounds
 

@@ -15,6 +15,7 @@
 #include "optim/round/color_gauge.h"
 #include "optim/round/evaluation.h"
 #include "optim/round/exposure_gauge.h"
+#include "optim/round/held_out_cameras.h"
 #include "optim/round/mesh_levels.h"
 #include "optim/round/other_starts.h"
 #include "optim/round/persistence.h"
@@ -121,6 +122,12 @@ class FitDriver {
       observer_.OnMessage(
           std::string("assumption: held-out photos tell when many unknowns gain no more") +
           (free_gains_ != FreeGains::kNone ? ", and the gains of their own view" : "") +
+          (std::ranges::any_of(spec.stages,
+                               [&](const StageSpec& stage) {
+                                 return MovesHeldOutCameras(spec, stage, ListViews(observations));
+                               })
+               ? ", and the places of their own cameras"
+               : "") +
           "; nothing else of them enters the fit");
     }
     for (const std::string& limit : renderer::DerivativeLimits(start_, all_.layout())) {
@@ -492,7 +499,11 @@ class FitDriver {
                       const StageSpec& stage,
                       int num_levels,
                       std::vector<PriorTerm>& priors) {
-    const auto source = evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
+    const auto make_source = [&] {
+      return evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
+    };
+    const bool moves_held_out = MovesHeldOutCameras(spec_, stage, context.views);
+    std::unique_ptr<SceneImageSource> source = make_source();
     renderer::ReturnFreedMemory();  // pieces as large as those of another level
     double unexplained = state_.unexplained;
     while (StopReason(stage, state_, num_levels).empty()) {
@@ -507,6 +518,7 @@ class FitDriver {
       RoundReport report = RunRound(context, *source, state_);
       bool mended = false;
       if (division_.IsFirst()) {
+        if (moves_held_out) MoveHeldOutCameras(context, evaluation_, report, state_);
         mended = report.accepted && Mend(stage, context.views);
         EndRound(context, before, std::move(report));
       }
@@ -514,6 +526,7 @@ class FitDriver {
       if (division_.Share(mended)) {
         return RoundsEnd::kMended;
       }
+      if (moves_held_out) source = make_source();  // which shows where those cameras are now
       if (state_.unexplained != unexplained && FollowsTheUnexplained(stage)) {
         unexplained = state_.unexplained;
         priors = std::vector<PriorTerm>();  // first: of many texels they are large

@@ -224,42 +224,45 @@ double RoundSeconds(const ViewSeconds& times, const ViewCounts& counts, int spp)
   return times.step + counts.fitted * times.Round(spp, 1) + validation;
 }
 
-/// Fills the times of a stage.
-void ForecastTimes(const FitSpec& spec,
-                   int stage_index,
-                   const StagePlan& plan,
-                   const ViewCounts& counts,
-                   const SizedSeconds& sizes,
-                   int smallest_side,
-                   StageMemory& memory) {
+/// Of a stage, with photos `reduced` times as large as `sizes` are of, which the plan is for.
+StageTimes ForecastTimes(const FitSpec& spec,
+                         int stage_index,
+                         const StagePlan& plan,
+                         const ViewCounts& counts,
+                         const SizedSeconds& sizes,
+                         double reduced,
+                         int smallest_side,
+                         LinearSolverKind solver) {
+  StageTimes stage_times;
   const StageSpec& stage = plan.stage;
   for (const LevelPlan& level : plan.levels) {
-    const ViewSeconds times = sizes.At(std::pow(level.scale / stage.image_scale, 2));
+    const ViewSeconds times = sizes.At(std::pow(reduced * level.scale / stage.image_scale, 2));
     for (int round = 0; round < level.most_rounds; ++round) {
-      memory.most_s += RoundSeconds(times, counts, MostSamples(plan, level, round));
+      stage_times.most_s += RoundSeconds(times, counts, MostSamples(plan, level, round));
     }
     for (int round = 0; round < level.likely_rounds; ++round) {
       const double seconds = RoundSeconds(times, counts, LikelySamples(plan, level, round));
-      if (&level == &plan.levels.front() && round == 0) memory.first_round_s = seconds;
-      memory.likely_s += seconds;
+      if (&level == &plan.levels.front() && round == 0) stage_times.first_round_s = seconds;
+      stage_times.likely_s += seconds;
     }
   }
   const StageSpec& last = spec.stages.back();
   const double last_pixels = std::pow(last.image_scale / stage.image_scale, 2);
   const bool is_last = stage_index + 1 == static_cast<int>(spec.stages.size());
   const double side_px = last.image_scale * smallest_side;
-  const ViewSeconds& times = sizes.last;
+  const ViewSeconds times = sizes.At(reduced * reduced);
   const int draft = FitEvaluation::DraftSpp(side_px);
   const int pictures =
       (is_last ? FitEvaluation::SppOfPictures(side_px) : draft) + (stage_index == 0 ? draft : 0);
   double end = times.render_sample * (kNumCandidates * FitEvaluation::kFirstSpp * counts.fitted +
                                       pictures * last_pixels * counts.all);
-  if (memory.solver == LinearSolverKind::kSparseGram) {  // standard errors
+  if (solver == LinearSolverKind::kSparseGram) {  // standard errors
     const LevelPlan& finest = plan.levels.back();
     end += counts.fitted * times.Round(LikelySamples(plan, finest, finest.likely_rounds - 1), 0);
   }
-  memory.likely_s += end;
-  memory.most_s += end;
+  stage_times.likely_s += end;
+  stage_times.most_s += end;
+  return stage_times;
 }
 
 /// A stage's problem with photos of some size, some of which are fitted.
@@ -515,14 +518,15 @@ StageMemory ForecastStage(const renderer::Scene& scene,
               ? SecondsOfLevel(scene, observations, spec, plan, first, options, samples_of)
               : measured.seconds;
     }
-    ForecastTimes(
-        spec,
-        stage,
-        plan,
-        {static_cast<double>(fitted.size()), static_cast<double>(observations.views.size())},
-        sizes,
-        SmallestSide(observations),
-        memory);
+    const ViewCounts counts{static_cast<double>(fitted.size()),
+                            static_cast<double>(observations.views.size())};
+    const int side = SmallestSide(observations);
+    const auto times_of = [&](const StagePlan& of, double reduced, int its_side) {
+      return ForecastTimes(spec, stage, of, counts, sizes, reduced, its_side, memory.solver);
+    };
+    memory.times = times_of(plan, 1.0, side);
+    memory.likely_half_size_s =
+        times_of(PlanStage(stage_spec, plan.kind, side / 2, 0.25 * pixels), 0.5, side / 2).likely_s;
   }
   return memory;
 }

@@ -10,6 +10,13 @@
 
 namespace pathfit::optim {
 
+struct StageTimes {
+  double first_round_s = 0.0;
+  /// Of the rounds that it usually takes (PlanStage), and of all that it may have; with its end and
+  /// its pictures, of the first stage also those of the start.
+  double likely_s = 0.0, most_s = 0.0;
+};
+
 /// What a stage of a fit will take, at its last scale.
 struct StageMemory {
   LinearSolverKind solver = LinearSolverKind::kGram;
@@ -17,10 +24,8 @@ struct StageMemory {
   double num_scalars_at_start = 0.0;  ///< of those that the fit begins with
   double jacobian_bytes = 0.0;        ///< of what is kept of all photos' derivatives
   std::vector<MemoryItem> items;      ///< at their peak; the first is this process as it is
-  double first_round_s = 0.0;
-  /// Of the rounds that it usually takes (PlanStage), and of all that it may have; with its end and
-  /// its pictures, of the first stage also those of the start.
-  double likely_s = 0.0, most_s = 0.0;
+  StageTimes times;
+  double likely_half_size_s = 0.0;  ///< likely_s if photos were half as wide and high
 };
 
 enum class ForecastParts { kMemory, kMemoryAndTimes };

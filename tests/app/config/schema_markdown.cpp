@@ -108,7 +108,8 @@ constexpr const char* kUnknownsNotes = R"(
 * In a fit, cameras without a `gaussian` prior have one around their start, of sigma: `position` 2 %
   of the distance to the middle of the objects, `rotation` 0.02, `focal` 2 %, `principal_point` 1 %
   of the picture's width, `distortion` 0.05, `tangential` 0.01. It keeps what the photos leave open,
-  such as where everything is together. Held-out views keep the cameras they have at the start.
+  such as where everything is together. Held-out views
+  keep their lenses; `position` and `rotation` follow their own photos, of which nothing else learns.
 * A spot's `angles` move such that the inner one stays below the outer one.
 * `gradcheck.params` and `render --derivative` take these names with a component behind:
   `mug.vertices.x` (all vertices along x), `mug.vertices[17].y` (one number), `mug.rotation.y`,

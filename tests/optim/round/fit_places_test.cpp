@@ -123,6 +123,27 @@ TEST_F(FitPlacesTest, PoseOfOneCamera) {
   EXPECT_EQ(result.sensors[0].world_from_camera, truth.sensors[0].world_from_camera);
 }
 
+// Held-out photos tell of the scene, not of where their cameras were thought to be.
+TEST_F(FitPlacesTest, HeldOutCamerasFollowTheirOwnPhotos) {
+  const Scene truth = SlabScene(4);  // the last is held out
+  Scene start = truth;
+  for (std::size_t i : {1, 3}) {
+    start.sensors[i].world_from_camera.translation += Vec3{0.05, -0.04, 0.03};
+    start.sensors[i].rotation = {0.02, -0.01, 0.02};
+  }
+  Free(ParameterKind::kCameraPosition, -1).gaussian = optim::GaussianPriorSpec{{}, 0.1};
+  Free(ParameterKind::kCameraRotation, -1).gaussian = optim::GaussianPriorSpec{{}, 0.05};
+  sppe_ = 32.0;
+  const Scene result = Fit(start, truth, 8);
+  const Vec3 off = result.sensors[3].world_from_camera.translation -
+                   truth.sensors[3].world_from_camera.translation;
+  EXPECT_LT(Norm(off), 0.03) << "of 0.07";
+  EXPECT_LT(Norm(result.sensors[3].rotation), 0.01) << "of 0.03";
+  const auto& stages = observer_.stages;
+  EXPECT_GT(stages.back().psnr_linear_val, stages.front().psnr_linear_val + 3.0);
+  EXPECT_GT(stages.back().psnr_linear_val, stages.back().psnr_linear_fit - 3.0);
+}
+
 // Not together with the position: a step back looks much like a zoom, which takes many rounds.
 TEST_F(FitPlacesTest, FocalLengthOfACameraThatTurned) {
   const Scene truth = SlabScene(3, 0.9);
@@ -163,8 +184,11 @@ TEST_F(FitPlacesTest, CamerasAndObjectTogetherStayWhereTheyBegan) {
              start.sensors[i].world_from_camera.translation;
   }
   EXPECT_LT(Norm(drift) / 3.0, 0.1) << "of all cameras together";
-  EXPECT_EQ(result.sensors[3].world_from_camera, start.sensors[3].world_from_camera) << "held out";
-  EXPECT_EQ(result.sensors[3].rotation, start.sensors[3].rotation) << "held out";
+  EXPECT_LT(Norm(result.sensors[3].world_from_camera.translation -
+                 start.sensors[3].world_from_camera.translation),
+            0.1)
+      << "held out: where the others go";
+  EXPECT_GT(observer_.stages.back().psnr_linear_val, 24.0);
 }
 
 TEST_F(FitPlacesTest, LightPositionFromAHardShadow) {

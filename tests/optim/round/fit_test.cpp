@@ -508,11 +508,13 @@ TEST_F(FitTest, ForecastsTimesThatGrowWithWhatIsToBeDone) {
   }
   const std::vector<optim::StageMemory> many = optim::ForecastStages(start_, observations_, spec_);
   for (std::size_t i = 0; i < few.size(); ++i) {
-    EXPECT_GT(few[i].first_round_s, 0.0);
-    EXPECT_GT(few[i].likely_s, few[i].first_round_s);
-    EXPECT_GE(few[i].most_s, few[i].likely_s);
-    EXPECT_GT(many[i].most_s, 2.0 * few[i].most_s);
-    EXPECT_GT(many[i].most_s, 2.0 * many[i].likely_s);
+    EXPECT_GT(few[i].times.first_round_s, 0.0);
+    EXPECT_GT(few[i].times.likely_s, few[i].times.first_round_s);
+    EXPECT_GE(few[i].times.most_s, few[i].times.likely_s);
+    EXPECT_GT(many[i].likely_half_size_s, 0.0);
+    EXPECT_LT(many[i].likely_half_size_s, many[i].times.likely_s);
+    EXPECT_GT(many[i].times.most_s, 2.0 * few[i].times.most_s);
+    EXPECT_GT(many[i].times.most_s, 2.0 * many[i].times.likely_s);
   }
 }
 
