@@ -103,12 +103,21 @@ fs::path FindCameras(const InputPlaces& places) {
       OtherPictures({top}));
 }
 
-/// Photos of the cameras that are in a folder (empty: where the camera file says).
+bool IsMaskFolder(const fs::path& path) { return IsFolder(path) && SpeaksOfMasks(path); }
+
+/// Whether the photo of each camera is in a folder (empty: where the camera file says), and not
+/// that of an earlier one: photos of two folders may have the same names.
+std::vector<bool> AreFound(const ImportedCameras& cameras, const fs::path& folder) {
+  std::set<fs::path> photos;
+  std::vector<bool> found;
+  for (const ImportedCamera& camera : cameras.cameras) {
+    const auto photo = optim::FindPhoto(camera.image, cameras, folder).found;
+    found.push_back(photo && photos.insert(*photo).second);
+  }
+  return found;
+}
 std::size_t NumFound(const ImportedCameras& cameras, const fs::path& folder) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(cameras.cameras, [&](const ImportedCamera& camera) {
-        return optim::FindPhoto(camera.image, cameras, folder).found.has_value();
-      }));
+  return static_cast<std::size_t>(std::ranges::count(AreFound(cameras, folder), true));
 }
 
 /// The folder in which all photos are; refuses when some are missing everywhere.
@@ -117,7 +126,9 @@ fs::path FindPhotos(const InputPlaces& places, const ImportedCameras& cameras) {
   if (!places.photos.empty()) {
     const fs::path top = AbsolutePath(places.photos);
     AddOnce(top, folders);
-    for (const fs::path& child : EntriesOf(top, IsFolder)) AddOnce(child, folders);
+    for (const fs::path& child : EntriesOf(top, IsFolder)) {
+      if (!IsMaskFolder(child)) AddOnce(child, folders);
+    }
   }
   if (!cameras.cameras.empty()) {
     const optim::FileSearch said = optim::FindPhoto(cameras.cameras.front().image, cameras, {});
@@ -137,9 +148,9 @@ fs::path FindPhotos(const InputPlaces& places, const ImportedCameras& cameras) {
     }
   }
   if (most < cameras.cameras.size()) {
-    const auto missing = std::ranges::find_if(cameras.cameras, [&](const ImportedCamera& camera) {
-      return !optim::FindPhoto(camera.image, cameras, best).found;
-    });
+    const std::vector<bool> found = AreFound(cameras, best);
+    const auto missing =
+        cameras.cameras.begin() + (std::ranges::find(found, false) - found.begin());
     throw IoError(fmt::format(
         "{}: {} of its {} photos are missing, the first is {} ({}). Looked in: {}{}. Name the "
         "folder "
@@ -171,8 +182,6 @@ std::size_t NumMasks(const ImportedCameras& cameras, const optim::ObservationOpt
         return photo && optim::FindMask(camera, *photo, cameras, options).found;
       }));
 }
-
-bool IsMaskFolder(const fs::path& path) { return IsFolder(path) && SpeaksOfMasks(path); }
 
 /// A small copy and what of it is background.
 struct Small {

@@ -554,11 +554,19 @@ ObservationSet LoadObservations(const ObservationOptions& options, std::vector<I
   set.mask_erode_px = options.masks.erode_px;
   std::vector<FrameFacts> facts;
   std::vector<InputFile> used;
+  std::map<fs::path, std::size_t> photo_of;
   for (const fs::path& path : cameras.files) used.push_back({path});
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (i > 0 && names[order[i]] == names[order[i - 1]]) {
       problems.push_back(cameras.cameras[order[i]].place + ": the photo " + names[order[i]] +
                          " is given twice");
+    }
+    const fs::path& photo = frames[i].view.files.photo;
+    const auto [first, is_new] = photo_of.try_emplace(photo, i);
+    if (!photo.empty() && !is_new && names[order[i]] != names[order[first->second]]) {
+      problems.push_back(cameras.cameras[order[i]].place + ": the photo " +
+                         cameras.cameras[order[i]].image + " is missing: what is found for it, " +
+                         photo.string() + ", is " + cameras.cameras[order[first->second]].image);
     }
     problems.insert(problems.end(), frames[i].problems.begin(), frames[i].problems.end());
     for (const fs::path& path : frames[i].files) used.push_back({path});

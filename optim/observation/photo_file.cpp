@@ -253,8 +253,16 @@ FileSearch FindMask(const ImportedCamera& camera,
     return search;
   }
   const fs::path file_name = photo.filename();
+  // Below the folder as the photo is below its own, however the camera file's names begin.
+  std::vector<fs::path> folders;
   const fs::path with_folder = fs::path(camera.image).relative_path().parent_path();
-  for (const fs::path& folder : {options.masks.folder / with_folder, options.masks.folder}) {
+  for (auto first = with_folder.begin(); first != with_folder.end(); ++first) {
+    fs::path below;
+    for (auto part = first; part != with_folder.end(); ++part) below /= *part;
+    folders.push_back(options.masks.folder / below);
+  }
+  folders.push_back(options.masks.folder);
+  for (const fs::path& folder : folders) {
     for (const fs::path& name : {fs::path(file_name) += ".png",
                                  fs::path(file_name.stem()) += ".png",
                                  fs::path(file_name.stem()) += ".mask.png"}) {

@@ -196,6 +196,30 @@ TEST_F(DraftConfigTest, MasksBesideThePhotosAreNotPhotos) {
   EXPECT_EQ(input.num_without_camera, 1U);
 }
 
+TEST_F(DraftConfigTest, NothingStandsInForAPhotoThatIsMissing) {
+  WriteSet(top(), Cameras::kTransforms);
+  // Masks of the photos' names, all of them.
+  fs::create_directories(top() / "masks");
+  for (const std::string& name : names_) {
+    fs::copy_file(top() / "images" / name, top() / "masks" / name);
+  }
+  fs::remove(top() / paths_[2]);
+  EXPECT_TRUE(
+      Says(Refusal({.photos = top()}), "1 of its 6 photos are missing, the first is " + paths_[2]));
+  // Two folders with photos of the same names.
+  fs::remove_all(top() / "masks");
+  Json cameras = Json::parse(renderer::ReadWholeFile(top() / "transforms.json"));
+  fs::create_directories(top() / "images/other");
+  for (std::size_t i : {2, 3}) {
+    fs::copy_file(top() / paths_[i + 2], top() / "images/other" / names_[i - 2]);
+    cameras["frames"][i]["file_path"] = "images/other/" + names_[i - 2];
+  }
+  std::ofstream(top() / "transforms.json") << cameras;
+  EXPECT_EQ(FindInput({.photos = top()}).observations.views.size(), std::size_t{kViews});
+  fs::remove(top() / "images/other" / names_[1]);
+  EXPECT_TRUE(Says(Refusal({.photos = top()}), "the first is images/other/" + names_[1]));
+}
+
 TEST_F(DraftConfigTest, SeesInvertedMasksAndThatSomeAreMissing) {
   WriteSet(top(), Cameras::kTransforms);
   WriteMasks(top() / "object_masks", true, kViews - 1);

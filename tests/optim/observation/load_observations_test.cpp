@@ -300,6 +300,23 @@ TEST_F(LoadObservationsTest, FindsMasksByEveryName) {
   }
 }
 
+TEST_F(LoadObservationsTest, PhotosOfTwoFoldersWithTheSameNamesAreNotMixedUp) {
+  WriteCameras({"images/left/a.png", "images/right/a.png"});
+  WritePhoto("images/left/a.png");
+  WritePhoto("images/right/a.png");
+  for (const char* side : {"left", "right"}) {
+    Write(std::string("masks/") + side + "/a.png.png",
+          ConstantImage(8, 4, 1, side == std::string("left") ? 1.0F : 0.0F));
+  }
+  options_.masks.meaning = MaskMeaning::kSilhouette;
+  options_.masks.folder = folder_.path() / "masks";
+  const ObservationSet set = LoadObservations(options_);
+  EXPECT_EQ(set.views[0].mask.Unpack().At(0, 0, 0), 1.0F);
+  EXPECT_EQ(set.views[1].mask.Unpack().At(0, 0, 0), 0.0F);
+  options_.images_dir = folder_.path() / "images/left";
+  ExpectOneProblem({"frames[1]", "images/right/a.png is missing", "images/left/a.png"});
+}
+
 TEST_F(LoadObservationsTest, MissingMasksAreProblemsUnlessAllowed) {
   options_.masks.meaning = MaskMeaning::kIgnore;
   options_.masks.folder = folder_.path() / "masks";
