@@ -174,7 +174,7 @@ struct LightConfig {
   bool visible = true;                 ///< environment: seen behind the objects
   std::filesystem::path file;          ///< environment: image, or empty
   std::array<int, 2> size_px{32, 16};  ///< environment without file
-  Triple init{1.0, 1.0, 1.0};          ///< its texels; radiance of kConstant
+  Triple init{1.0, 1.0, 1.0};          ///< its texels
   /// Factor of an environment or projector; W/sr of a point or spot; irradiance of a directional;
   /// radiance of an area.
   Triple intensity{1.0, 1.0, 1.0};

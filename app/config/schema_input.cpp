@@ -106,8 +106,8 @@ SchemaNode ColourSchema() {
                     Refuse({{"rec709", ""}, {"gamma", ""}}),
                 Key("clip_above", &ObservationOptions::clip_above) |
                     Doc("Brighter pixels (share of the file's range), and those beside them that "
-                        "nearly are, count as clipped: they may pull the model up, never down. "
-                        "1 = none.") |
+                        "nearly are, count as clipped: their bright channels may pull the model up, "
+                        "where it is surely darker, and never down. 1 = none.") |
                     From(0.5, 1.0),
                 Choice("white_balance",
                        {{"camera", RawWhiteBalance::kCamera},

@@ -46,8 +46,6 @@ void CheckCone(LightConfig& light, const CheckedMap& map) {
 }
 
 void CheckLight(LightConfig& light, const CheckedMap& map) {
-  // A constant environment is one texel of its radiance.
-  if (light.type == Type::kConstant) std::swap(light.init, light.intensity);
   CheckAim(light, map);
   if (light.type == Type::kSpot) CheckCone(light, map);
 }

@@ -292,7 +292,9 @@ std::vector<std::string> DerivedWarnings(const FitHistory& history) {
     for (std::size_t i = 1; i < history.stages.size(); ++i) {
       const double lost =
           history.stages[i - 1].report.psnr_srgb_val - history.stages[i].report.psnr_srgb_val;
-      if (lost > kVisibleLossDb) {
+      // One that kept what it began with changed nothing but the samples.
+      const std::string& kept = history.stages[i].report.kept;
+      if (lost > kVisibleLossDb && !kept.starts_with("start")) {
         warnings.push_back(fmt::format("Stage {} made the held-out views {:.2f} dB worse.",
                                        history.stages[i].report.stage,
                                        lost));

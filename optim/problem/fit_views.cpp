@@ -51,12 +51,24 @@ double Denominator(const LossSpec& loss, double photo) {
   return loss.residual == ResidualKind::kRelative ? photo + loss.relative_floor : 1.0;
 }
 
-std::vector<unsigned char> CensoredChannels(const ViewLevel& level, const renderer::Film& average) {
-  std::vector<unsigned char> censored(level.clipped.Empty() ? 0 : average.pixels.size());
+// Linear value that a clipped channel has at least (photo_file.cpp marks those near it, too).
+constexpr double kLeastOfClipped = 0.58;
+// Differences between the halves by which a rendering is surely darker than a clipped channel: one
+// that the samples' noise made darker would pull upwards, and those it made brighter do nothing.
+constexpr double kSurelyDarker = 1.5;
+
+std::vector<unsigned char> CensoredChannels(const ViewLevel& level,
+                                            const renderer::Film& a,
+                                            const renderer::Film& b) {
+  std::vector<unsigned char> censored(level.clipped.Empty() ? 0 : a.pixels.size());
   for (std::size_t p = 0; p < censored.size(); ++p) {
-    for (std::size_t c = 0; c < 3 && level.clipped.data[p] > 0.0F; ++c) {
+    const auto share = static_cast<double>(level.clipped.data[p]);
+    for (std::size_t c = 0; c < 3 && share > 0.0; ++c) {
       const auto photo = static_cast<double>(level.photo.data[3 * p + c]);
-      if (average.pixels[p][static_cast<int>(c)] > photo) {
+      // Another channel is clipped there, not this one.
+      if (photo < kLeastOfClipped * share) continue;
+      const double of_a = a.pixels[p][static_cast<int>(c)], of_b = b.pixels[p][static_cast<int>(c)];
+      if (0.5 * (of_a + of_b) + kSurelyDarker * std::abs(of_a - of_b) > photo) {
         censored[p] = static_cast<unsigned char>(censored[p] | (1U << c));
       }
     }
@@ -89,13 +101,14 @@ unsigned char HuberRoot(const ViewLevel& level,
 
 PixelTrust JudgePixels(const ViewLevel& level,
                        const LossSpec& loss,
-                       const renderer::Film& average) {
-  PixelTrust trust{CensoredChannels(level, average), {}};
+                       const renderer::Film& a,
+                       const renderer::Film& b) {
+  PixelTrust trust{CensoredChannels(level, a, b), {}};
   if (loss.robust_huber <= 0.0) return trust;
-  trust.huber.resize(average.pixels.size());
+  trust.huber.resize(a.pixels.size());
   for (std::size_t p = 0; p < trust.huber.size(); ++p) {
     const unsigned censored = trust.censored.empty() ? 0U : trust.censored[p];
-    trust.huber[p] = HuberRoot(level, loss, average.pixels[p], p, censored);
+    trust.huber[p] = HuberRoot(level, loss, (a.pixels[p] + b.pixels[p]) * 0.5, p, censored);
   }
   return trust;
 }

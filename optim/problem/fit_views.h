@@ -39,13 +39,17 @@ using RowScales = std::vector<std::array<float, 4>>;
 
 /// What a round's own rendering says about a photo's pixels; frozen for the round.
 struct PixelTrust {
-  /// Bit c: channel c clipped in the photo, and the rendering is brighter. The photo only says "at
-  /// least this". Empty: no pixel of the photo clipped.
+  /// Bit c: channel c may be clipped in the photo, and the rendering is not surely darker. The photo
+  /// only says "at least this". Empty: no pixel of the photo clipped.
   std::vector<unsigned char> censored;
   /// Square root of the robust loss' weight in steps of 1 / 255. Empty: no robust loss.
   std::vector<unsigned char> huber;
 };
-PixelTrust JudgePixels(const ViewLevel& level, const LossSpec& loss, const renderer::Film& average);
+/// By both halves of the rendering.
+PixelTrust JudgePixels(const ViewLevel& level,
+                       const LossSpec& loss,
+                       const renderer::Film& a,
+                       const renderer::Film& b);
 
 /// Square root of the pixel's weight, times that of the robust loss, divided by (photo + floor) for
 /// relative residuals; silhouette_weight for coverage; 0 for censored channels.

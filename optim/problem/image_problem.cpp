@@ -234,7 +234,7 @@ void ImageProblem::LinearizeView(std::size_t index,
   const renderer::Film& b = half_b.film;
   CheckFinite(a, name);
   CheckFinite(b, name);
-  trust_[index] = JudgePixels(level, options_.loss, AverageFilm(a, b));
+  trust_[index] = JudgePixels(level, options_.loss, a, b);
   const RowScales scales = MakeRowScales(level, views_.silhouettes, options_.loss, trust_[index]);
   ViewSums sums;
   sums.sums = GradientSums(set_.NumScalars());

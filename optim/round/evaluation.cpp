@@ -72,7 +72,7 @@ ViewComparison CompareView(const std::vector<ComparedScene>& scenes,
     CheckFinite(a, views.names[v]);
     CheckFinite(b, views.names[v]);
     const RowScales scales =
-        MakeRowScales(level, views.silhouettes, loss, JudgePixels(level, loss, AverageFilm(a, b)));
+        MakeRowScales(level, views.silhouettes, loss, JudgePixels(level, loss, a, b));
     pixels.push_back(AddSplitHalfCosts(level, scales, a, b, comparison.costs[i]));
     for (float& share : pixels.back()) {
       share /= static_cast<float>(views.num_channels);
@@ -153,7 +153,7 @@ ReportedView RenderForReport(const ImageSource& source,
   reported.film = AverageFilm(a, b);
   reported.quality = MeasureView(level, a, b, views.silhouettes);
   const RowScales scales =
-      MakeRowScales(level, views.silhouettes, loss, JudgePixels(level, loss, reported.film));
+      MakeRowScales(level, views.silhouettes, loss, JudgePixels(level, loss, a, b));
   AddSplitHalfCosts(level, scales, a, b, reported.costs);
   return reported;
 }

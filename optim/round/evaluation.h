@@ -96,8 +96,10 @@ class FitEvaluation {
   static constexpr int kFirstSpp = 4;  ///< tells most candidates for a stage's end apart
   static constexpr int kMostSpp = 32;  ///< for the others
   /// Of pictures on the way and of the last ones, of photos whose smaller side has so many pixels.
-  /// They are looked at reduced: large ones need few.
-  static int DraftSpp(double side_px) { return SppOfSide(side_px, 8); }
+  /// They are looked at reduced: large ones need few; of small ones few pixels make the figures.
+  static int DraftSpp(double side_px) {
+    return side_px < 0.25 * kUsualSide_px ? kMostSpp : SppOfSide(side_px, kMostSpp / 4);
+  }
   static int SppOfPictures(double side_px) { return SppOfSide(side_px, kMostSpp); }
 
   /// Fills the report's views and means, and shows the pictures to `observer`. They are rendered at
@@ -110,8 +112,9 @@ class FitEvaluation {
                     StageReport& report) const;
 
  private:
+  static constexpr double kUsualSide_px = 256.0;
   static int SppOfSide(double side_px, int most) {
-    const double usual = 256.0 / side_px;
+    const double usual = kUsualSide_px / side_px;
     return static_cast<int>(
         std::clamp(most * usual * usual, std::max(2.0, 0.25 * most), 1.0 * most));
   }

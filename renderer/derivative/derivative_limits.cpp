@@ -137,7 +137,10 @@ void AddLimitsOf(const MeshContact& contact,
   const bool sweep = move || CameraMoves(layout);
   if (contact.cut && sweep) {
     limits.push_back(names + (same ? " cuts itself" : " cut each other") +
-                     ": that their common line moves is not in the derivative by moving things");
+                     (move ? ": that their common line moves is not in the derivative by moving "
+                             "things"
+                           : ": that their common line moves in the picture is not in the image "
+                             "form's derivative by cameras; the material form has it"));
   }
   if (contact.overlap) {  // what moves before them may be any other thing
     limits.push_back(names + (same ? " lies on itself" : " lie on each other") +
@@ -194,8 +197,8 @@ void AddGlass(const Scene& scene, const ParameterLayout& layout, std::vector<std
   if (bends) {
     limits.push_back(
         "the index of smooth glass is a parameter: what is seen through the glass follows it, but "
-        "edges seen through it, and light that reaches rough surfaces through it, are not in the "
-        "derivative by the index");
+        "edges and borders of shadows seen through it, and light that reaches rough surfaces "
+        "through it, are not in the derivative by the index");
   }
   for (const SceneMesh& m : scene.meshes) {
     // Beckmann has no upright microfacets.
@@ -225,8 +228,9 @@ void AddMirrors(const Scene& scene, std::vector<std::string>& limits) {
   for (const std::string& name : DeltaMeshes(scene)) {
     limits.push_back("'" + name +
                      "' is a mirror or smooth glass: what is seen in it follows moving things, but "
-                     "edges seen in it, and light and shadows that reach rough surfaces through "
-                     "it, are not in the derivative by moving things");
+                     "edges and borders of shadows seen in it, and light and shadows that reach "
+                     "rough surfaces by way of it, are not in the derivative by moving things and "
+                     "cameras, which may be far off where there is much of them");
   }
 }
 

@@ -495,14 +495,18 @@ std::vector<ParameterTraits> MakeRows() {
           .Bounded(1e-4, kInfinity, 0.0, kInfinity)
           .Log(),
       Row::Emitters(Kind::kLightIntensity, "intensity", "rgb", intensity)
-          .Of("projector", Is<ProjectorEmitter>)
+          .Of("projector, envmap",
+              [](const Scene& scene, int i) {
+                return Is<ProjectorEmitter>(scene, i) ||
+                       (Is<EnvironmentEmitter>(scene, i) && !IsConstant(EmitterAt(scene, i)));
+              })
           .Bounded(1e-4, kInfinity, 0.0, kInfinity)
           .Log(),
       Row::Emitters(Kind::kLightIntensity, "intensity", "rgb", intensity)
           .Measured("W/(sr m²)")
-          .Of("envmap, constant, area, rectangle",
+          .Of("constant, area, rectangle",
               [](const Scene& scene, int i) {
-                return Is<EnvironmentEmitter>(scene, i) || Is<AreaEmitter>(scene, i);
+                return Is<AreaEmitter>(scene, i) || IsConstant(EmitterAt(scene, i));
               })
           .Bounded(1e-4, kInfinity, 0.0, kInfinity)
           .Log(),

@@ -110,25 +110,34 @@ TEST_F(ImageProblemTest, RefusesSumsThatOverflow) {
   EXPECT_NO_THROW(optim::MakeGramRoot(hessian, {0.0, 0.0}, 1e3, 1e3));
 }
 
-TEST_F(ImageProblemTest, CensorsClippedChannelsThatAreRenderedBrighter) {
+TEST_F(ImageProblemTest, CensorsClippedChannelsThatAreNotSurelyRenderedDarker) {
   optim::ViewLevel level = fit_.views.levels[0].Unpack();
   level.clipped = renderer::Image(32, 16, 1);
-  level.clipped.data[5] = 1.0F;
-  renderer::Film film(32, 16);
-  film.pixels[5] = {100.0, -100.0, 100.0, 1.0};
-  film.pixels[6] = {100.0, 100.0, 100.0, 1.0};
+  level.clipped.data[5] = level.clipped.data[7] = 1.0F;
+  for (const std::size_t p : {5, 7}) {
+    for (std::size_t c = 0; c < 3; ++c) level.photo.data[3 * p + c] = c == 2 ? 0.2F : 1.0F;
+  }
+  renderer::Film a(32, 16), b(32, 16);
+  a.pixels[5] = b.pixels[5] = {100.0, -100.0, 100.0, 1.0};
+  a.pixels[6] = b.pixels[6] = {100.0, 100.0, 100.0, 1.0};
+  // Darker in the mean: by less and by more than what the halves differ by tells.
+  a.pixels[7] = {1.05, 0.9, 0.2, 1.0};
+  b.pixels[7] = {0.85, 0.89, 0.2, 1.0};
   const optim::RowScales scales =
-      optim::MakeRowScales(level, false, {}, optim::JudgePixels(level, {}, film));
+      optim::MakeRowScales(level, false, {}, optim::JudgePixels(level, {}, a, b));
   EXPECT_EQ(scales[5][0], 0.0F);
   EXPECT_EQ(scales[5][1], 1.0F);
-  EXPECT_EQ(scales[5][2], 0.0F);
+  EXPECT_EQ(scales[5][2], 1.0F) << "a channel that is not clipped";
   EXPECT_EQ(scales[6][0], 1.0F);
+  EXPECT_EQ(scales[7][0], 0.0F);
+  EXPECT_EQ(scales[7][1], 1.0F);
 }
 
 TEST_F(ImageProblemTest, RobustLossCountsLargeResidualsByTheirSize) {
   optim::ViewLevel level = fit_.views.levels[0].Unpack();
   level.clipped = renderer::Image(32, 16, 1);
   level.clipped.data[8] = 1.0F;
+  level.photo.data[3 * 8] = 1.0F;
   const auto photo = [&](std::size_t p) {
     return renderer::Rgba(
         level.photo.data[3 * p], level.photo.data[3 * p + 1], level.photo.data[3 * p + 2], 1.0);
@@ -142,7 +151,7 @@ TEST_F(ImageProblemTest, RobustLossCountsLargeResidualsByTheirSize) {
   optim::LossSpec loss;
   loss.robust_huber = 0.1;
   const optim::RowScales scales =
-      optim::MakeRowScales(level, false, loss, optim::JudgePixels(level, loss, film));
+      optim::MakeRowScales(level, false, loss, optim::JudgePixels(level, loss, film, film));
   EXPECT_NEAR(scales[5][0], std::sqrt(0.1 / 0.4), 1.0 / 255.0);
   EXPECT_EQ(scales[5][0], scales[5][2]);
   EXPECT_EQ(scales[6][0], 1.0F);
