@@ -95,30 +95,31 @@ SchemaNode MasksSchema() {
 }
 
 SchemaNode ColourSchema() {
-  return MapOf("colour",
-               {Choice("transfer",
-                       {{"auto", Transfer::kAuto},
-                        {"srgb", Transfer::kSrgb},
-                        {"linear", Transfer::kLinear}},
-                       &ObservationOptions::transfer) |
-                    Doc("What the numbers in the files mean; `auto`: 8 and 16 bit are sRGB, EXR "
-                        "and HDR linear.") |
-                    Refuse({{"rec709", ""}, {"gamma", ""}}),
-                Key("clip_above", &ObservationOptions::clip_above) |
-                    Doc("Brighter pixels (share of the file's range), and those beside them that "
-                        "nearly are, count as clipped: their bright channels may pull the model up, "
-                        "where it is surely darker, and never down. 1 = none.") |
-                    From(0.5, 1.0),
-                Choice("white_balance",
-                       {{"camera", RawWhiteBalance::kCamera},
-                        {"daylight", RawWhiteBalance::kDaylight},
-                        {"none", RawWhiteBalance::kNone}},
-                       &ObservationOptions::white_balance) |
-                    Doc("Of RAW photos, which are developed linear: `camera`: as it noted it for "
-                        "each photo; `daylight`: that of its colour matrix, alike for all photos; "
-                        "`none`. Other files have theirs already.") |
-                    Refuse({{"as_shot", "; write camera"}, {"grey_card", ""}})},
-               kPhotos) |
+  return MapOf(
+             "colour",
+             {Choice("transfer",
+                     {{"auto", Transfer::kAuto},
+                      {"srgb", Transfer::kSrgb},
+                      {"linear", Transfer::kLinear}},
+                     &ObservationOptions::transfer) |
+                  Doc("What the numbers in the files mean; `auto`: 8 and 16 bit are sRGB, EXR "
+                      "and HDR linear.") |
+                  Refuse({{"rec709", ""}, {"gamma", ""}}),
+              Key("clip_above", &ObservationOptions::clip_above) |
+                  Doc("Brighter pixels (share of the file's range), and those beside them that "
+                      "nearly are, count as clipped: their bright channels may pull the model up, "
+                      "where it is surely darker, and never down. 1 = none.") |
+                  From(0.5, 1.0),
+              Choice("white_balance",
+                     {{"camera", RawWhiteBalance::kCamera},
+                      {"daylight", RawWhiteBalance::kDaylight},
+                      {"none", RawWhiteBalance::kNone}},
+                     &ObservationOptions::white_balance) |
+                  Doc("Of RAW photos, which are developed linear: `camera`: as it noted it for "
+                      "each photo; `daylight`: that of its colour matrix, alike for all photos; "
+                      "`none`. Other files have theirs already.") |
+                  Refuse({{"as_shot", "; write camera"}, {"grey_card", ""}})},
+             kPhotos) |
          Doc("From file values to light.") | Always() |
          Refuse({{"working", "; it is linear Rec.709"}, {"grey_card", ""}});
 }

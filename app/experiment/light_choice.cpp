@@ -196,7 +196,10 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
         input.layout && !(input.background && input.background->ShowsThatItIsStill());
     const double turned = may_be_turned ? trial.Explained(DraftLight::kCamera) : still;
     if (!std::isfinite(still) || !std::isfinite(turned)) return std::nullopt;
-    LightChoice choice{DraftLight::kWorld, ": taken to stand still"};
+    LightChoice choice{
+        DraftLight::kWorld,
+        fmt::format(": taken to stand still, as one that goes along must be {} dB better",
+                    kClearlyBetter)};
     if (may_be_turned) {
       compared += fmt::format(", to {:.1f} dB by light that goes with the camera", turned);
       if (turned < still + kClearlyBetter) {

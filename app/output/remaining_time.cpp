@@ -19,9 +19,9 @@ double WorkOf(const optim::StagePlan& plan, double samples, double scale) {
   return (samples + floor) * std::pow(scale, kScaleExponent);
 }
 
-double WorkOfLevel(const optim::StagePlan& plan, const optim::LevelPlan& level) {
+double WorkOfLevel(const optim::StagePlan& plan, const optim::LevelPlan& level, int rounds) {
   double work = 0.0;
-  for (int round = 0; round < level.likely_rounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     work += WorkOf(plan, optim::LikelySamples(plan, level, round), level.scale);
   }
   return work;
@@ -34,6 +34,11 @@ void RemainingTime::OnRound(const optim::RoundReport& report) {
   if (is_new_stage) rounds_.clear();
   if (is_new_stage || report.image_scale != newest_.image_scale) rounds_of_level_ = 0;
   ++rounds_of_level_;
+  if (is_new_stage) noise_ = 0.0;
+  if (rounds_of_level_ == 2) {
+    noise_ = report.noise_relative;
+    scale_of_noise_ = report.image_scale;
+  }
   const double seconds = last_wall_s_ < 0.0 ? report.render_s + report.jacobian_s + report.linear_s
                                             : report.wall_s - last_wall_s_;
   if (std::isfinite(seconds) && seconds >= 0.0) {
@@ -55,6 +60,13 @@ optim::StagePlan RemainingTime::PlanOf(const optim::RoundReport& report) const {
   return index < stages_.size() ? stages_[index] : optim::StagePlan();
 }
 
+int RemainingTime::LikelyRounds(const optim::StagePlan& plan, std::size_t level) const {
+  if (!(noise_ > 0.0)) return plan.levels[level].likely_rounds;
+  const double levels_later = std::log2(plan.levels[level].scale / scale_of_noise_);
+  return optim::LikelyRounds(
+      plan, level, noise_ * std::pow(optim::kNoiseOfNextLevel, std::max(0.0, levels_later)));
+}
+
 double RemainingTime::WorkOfStage() const {
   optim::StagePlan plan = PlanOf(newest_);
   plan.stage.max_rounds = newest_.max_rounds;
@@ -70,7 +82,8 @@ double RemainingTime::WorkOfStage() const {
     level = plan.levels.begin();
   }
   const bool is_last = level + 1 == plan.levels.end();
-  int left = level->likely_rounds - rounds_of_level_;
+  const auto number = [&] { return static_cast<std::size_t>(level - plan.levels.begin()); };
+  int left = LikelyRounds(plan, number()) - rounds_of_level_;
   if (left <= 0) left = is_last ? kLastRounds : 0;
   left = std::min(left, newest_.max_rounds - newest_.round);
   double samples = newest_.samples.spp;
@@ -84,7 +97,9 @@ double RemainingTime::WorkOfStage() const {
     }
     work += WorkOf(plan, samples, level->scale);
   }
-  for (++level; level != plan.levels.end(); ++level) work += WorkOfLevel(plan, *level);
+  for (++level; level != plan.levels.end(); ++level) {
+    work += WorkOfLevel(plan, *level, LikelyRounds(plan, number()));
+  }
   return work;
 }
 
@@ -102,7 +117,9 @@ double RemainingTime::Seconds() const {
   double ends = end_s_;
   const auto index = static_cast<std::size_t>(std::max(0, newest_.stage_index));
   for (std::size_t i = index + 1; i < stages_.size(); ++i) {
-    for (const optim::LevelPlan& level : stages_[i].levels) ahead += WorkOfLevel(stages_[i], level);
+    for (const optim::LevelPlan& level : stages_[i].levels) {
+      ahead += WorkOfLevel(stages_[i], level, level.likely_rounds);
+    }
     ends += end_s_;
   }
   return ahead * seconds / work + ends;

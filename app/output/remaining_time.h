@@ -9,7 +9,9 @@
 namespace pathfit::app {
 
 /// How long a fit will still take, all stages with what is rendered at their ends: by what its
-/// rounds took so far, for rounds, samples and pixels as they usually are (optim::StagePlan).
+/// rounds took so far, for rounds, samples and pixels as they usually are (optim::StagePlan). Of
+/// surfaces, a level's second round tells more: where little of what is left is the renderings'
+/// noise, the photos end levels soon.
 class RemainingTime {
  public:
   void Expect(std::vector<optim::StagePlan> stages) { stages_ = std::move(stages); }
@@ -24,6 +26,8 @@ class RemainingTime {
   };
   /// Of a round's stage; that of the default if it was not expected.
   [[nodiscard]] optim::StagePlan PlanOf(const optim::RoundReport& report) const;
+  /// Rounds of the plan's level number `level`, of the stage of the newest round.
+  [[nodiscard]] int LikelyRounds(const optim::StagePlan& plan, std::size_t level) const;
   /// Of what the stage of the newest round still has to do.
   [[nodiscard]] double WorkOfStage() const;
 
@@ -31,9 +35,11 @@ class RemainingTime {
   std::vector<Round> rounds_;  ///< of this stage
   optim::RoundReport newest_;
   int rounds_of_level_ = 0;
-  double last_wall_s_ = -1.0;  ///< of the newest report; negative before the first
-  double end_s_ = 0.0;         ///< of what a stage's end took
-  bool ended_ = true;          ///< no round since
+  double noise_ = 0.0;           ///< share of the residual in a level's second round; 0: not known
+  double scale_of_noise_ = 1.0;  ///< that level's
+  double last_wall_s_ = -1.0;    ///< of the newest report; negative before the first
+  double end_s_ = 0.0;           ///< of what a stage's end took
+  bool ended_ = true;            ///< no round since
 };
 
 }  // namespace pathfit::app

@@ -39,8 +39,8 @@ using RowScales = std::vector<std::array<float, 4>>;
 
 /// What a round's own rendering says about a photo's pixels; frozen for the round.
 struct PixelTrust {
-  /// Bit c: channel c may be clipped in the photo, and the rendering is not surely darker. The photo
-  /// only says "at least this". Empty: no pixel of the photo clipped.
+  /// Bit c: channel c may be clipped in the photo, and the rendering is not surely darker. The
+  /// photo only says "at least this". Empty: no pixel of the photo clipped.
   std::vector<unsigned char> censored;
   /// Square root of the robust loss' weight in steps of 1 / 255. Empty: no robust loss.
   std::vector<unsigned char> huber;

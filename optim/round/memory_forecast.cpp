@@ -346,6 +346,17 @@ ViewSeconds SecondsOfLevel(const renderer::Scene& scene,
       .seconds;
 }
 
+/// As a stage usually goes whose start has this share of noise in the residual.
+StagePlan ShortenedByNoise(StagePlan plan, double noise) {
+  const StagePlan usual = plan;
+  for (std::size_t i = 0; i < plan.levels.size(); ++i) {
+    const auto levels_before = static_cast<double>(plan.levels.size() - 1 - i);
+    plan.levels[i].likely_rounds = LikelyRounds(
+        usual, i, kNoiseAfterStart * noise / std::pow(kNoiseOfNextLevel, levels_before));
+  }
+  return plan;
+}
+
 /// From photos of one size to those of `pixels` times as many, with `unknowns` times the numbers.
 void Enlarge(double pixels, double unknowns, ProblemSize& size) {
   size.num_scalars *= unknowns;
@@ -456,18 +467,23 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
   const std::vector<double> values = probe.set->layout().Gather(probe.refined);
   bool uses_gram = false, uses_sparse_gram = false;
+  double noise = 0.0;
   ProblemSize size;
   {
     ImageProblem problem(*source, probe.views, *probe.set, options);
     problem.Linearize(values);
+    noise = RelativeNoise(problem.costs()) *
+            std::sqrt(static_cast<double>(spp) / StageBudget::kUsualSpp);
     uses_gram = problem.UsesGram();
     uses_sparse_gram = problem.UsesSparseGram();
     size = SizeOfAll(problem.sizes(), fitted.size(), probe.set->NumBlocks());
   }
   double pixels = 0.0;
   size.images_bytes = BytesOfImages(observations, whole.views, spec.loss, uses_gram, pixels);
-  const StagePlan plan = PlanStage(
-      stage_spec, KindOfStage(scene, spec, stage, set), SmallestSide(observations), pixels);
+  const StagePlan plan = ShortenedByNoise(
+      PlanStage(
+          stage_spec, KindOfStage(scene, spec, stage, set), SmallestSide(observations), pixels),
+      noise);
   for (std::size_t i = 0; uses_gram && i < plan.levels.size(); ++i) {
     const double share = plan.levels[i].scale / plan.levels.back().scale;
     size.row_history_bytes = std::max(size.row_history_bytes,
@@ -526,7 +542,10 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     };
     memory.times = times_of(plan, 1.0, side);
     memory.likely_half_size_s =
-        times_of(PlanStage(stage_spec, plan.kind, side / 2, 0.25 * pixels), 0.5, side / 2).likely_s;
+        times_of(ShortenedByNoise(PlanStage(stage_spec, plan.kind, side / 2, 0.25 * pixels), noise),
+                 0.5,
+                 side / 2)
+            .likely_s;
   }
   return memory;
 }

@@ -47,6 +47,17 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
                                   const ObservationSet& observations,
                                   const FitSpec& spec);
 
+/// Rounds of the plan's level number `level` that are likely where `noise`, the renderings' share
+/// of the residual (RelativeNoise) in its second round, is known: of surfaces no more than are
+/// usual, and few where what is left is not noise, since then the photos end levels.
+int LikelyRounds(const StagePlan& plan, std::size_t level, double noise);
+/// Growth of that share from a level to the next, whose photos have more pixels and fewer samples
+/// for each.
+inline constexpr double kNoiseOfNextLevel = 1.5;
+/// Growth of the share at a stage's start, with usual samples and its last photos, to that in the
+/// last level's second round.
+inline constexpr double kNoiseAfterStart = 3.3;
+
 /// Of a round (from 0) of one of the plan's levels, as samples usually grow.
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round);
 /// As above if they grow with each of the most rounds.

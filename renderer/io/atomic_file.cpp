@@ -78,8 +78,8 @@ void WriteThroughTemporary(const std::filesystem::path& path,
     if (error) throw IoError(path.string() + ": cannot be written: " + error.message());
   } catch (...) {
     // Whatever wrote, it cannot say why: the rest of a full disk is less than what it asked for.
-    const std::uintmax_t room = std::filesystem::space(folder, error).available;
-    const bool full = !error && room < kLittleRoom;
+    const std::filesystem::space_info space = std::filesystem::space(folder, error);
+    const bool full = !error && space.capacity > 0 && space.available < kLittleRoom;
     std::filesystem::remove(temporary, error);
     if (full) throw DiskFullError(path.string() + ": cannot be written: the disk is full");
     throw;
