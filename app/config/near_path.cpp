@@ -29,7 +29,8 @@ bool LeadsTo(const fs::path& path, const fs::path& folder, const fs::path& relat
 
 }  // namespace
 
-fs::path NearPath(const fs::path& path, const fs::path& folder) {
+fs::path NearPath(const fs::path& path, const fs::path& from) {
+  const fs::path folder = fs::absolute(from);
   fs::path relative = Relative(path, folder);
   if (relative.empty() || LeadsTo(path, folder, relative))
     return relative.empty() ? path : relative;

@@ -4,10 +4,10 @@
 
 namespace pathfit::app {
 
-/// `path` as seen from `folder` (both absolute), so that both can be moved together; as it is where
-/// only the root is above both. Where `folder` is reached through a symbolic link, from where it
-/// really is: that is where ".." leads.
+/// `path` (absolute) as seen from the folder `from`, so that both can be moved together; as it is
+/// where only the root is above both. Where the folder is reached through a symbolic link, from
+/// where it really is: that is where ".." leads.
 std::filesystem::path NearPath(const std::filesystem::path& path,
-                               const std::filesystem::path& folder);
+                               const std::filesystem::path& from);
 
 }  // namespace pathfit::app

@@ -14,6 +14,9 @@ namespace fs = std::filesystem;
 TEST(NearPath, IsRelativeUnlessOnlyTheRootIsAboveBoth) {
   EXPECT_EQ(NearPath("/a/b/photos/x.jpg", "/a/b"), "photos/x.jpg");
   EXPECT_EQ(NearPath("/a/b/photos/x.jpg", "/a/runs/one"), "../../b/photos/x.jpg");
+  // A folder that is named from here, as that of a run that is resumed.
+  const fs::path here = fs::current_path();
+  EXPECT_EQ(NearPath(here / "photos/x.jpg", "runs/one"), "../../photos/x.jpg");
   EXPECT_EQ(NearPath("/a/b/../c/x.jpg", "/a/b/"), "../c/x.jpg");
   EXPECT_EQ(NearPath("/c/x.jpg", "/a/b"), "/c/x.jpg");
   EXPECT_EQ(NearPath("/c/x.jpg", "/a/b/"), "/c/x.jpg");
