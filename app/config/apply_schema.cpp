@@ -136,12 +136,10 @@ class Applier {
 
   bool WrongType(const Spot& at) {
     std::vector<std::string> keys;
-    for (const SchemaNode& child : at.allowed.children) {
-      if (at.allowed.type != Type::kMap || !child.when_key.empty()) {
-        keys.clear();  // which there are depends on others
-        break;
-      }
-      keys.push_back(child.key);
+    const auto depends = [](const SchemaNode& child) { return !child.when_key.empty(); };
+    // Which a map has may depend on others of its keys.
+    if (at.allowed.type == Type::kMap && std::ranges::none_of(at.allowed.children, depends)) {
+      for (const SchemaNode& child : at.allowed.children) keys.push_back(child.key);
     }
     return Report(
         at,

@@ -34,10 +34,9 @@ void RemainingTime::OnRound(const optim::RoundReport& report) {
   if (is_new_stage) rounds_.clear();
   if (is_new_stage || report.image_scale != newest_.image_scale) rounds_of_level_ = 0;
   ++rounds_of_level_;
-  if (is_new_stage) noise_ = 0.0;
+  if (is_new_stage) noise_ = {};
   if (rounds_of_level_ == 2) {
-    noise_ = report.noise_relative;
-    scale_of_noise_ = report.image_scale;
+    noise_ = {report.noise_relative, report.image_scale};
   }
   const double seconds = last_wall_s_ < 0.0 ? report.render_s + report.jacobian_s + report.linear_s
                                             : report.wall_s - last_wall_s_;
@@ -61,10 +60,8 @@ optim::StagePlan RemainingTime::PlanOf(const optim::RoundReport& report) const {
 }
 
 int RemainingTime::LikelyRounds(const optim::StagePlan& plan, std::size_t level) const {
-  if (!(noise_ > 0.0)) return plan.levels[level].likely_rounds;
-  const double levels_later = std::log2(plan.levels[level].scale / scale_of_noise_);
-  return optim::LikelyRounds(
-      plan, level, noise_ * std::pow(optim::kNoiseOfNextLevel, std::max(0.0, levels_later)));
+  return noise_.noise > 0.0 ? optim::LikelyRounds(plan, level, noise_)
+                            : plan.levels[level].likely_rounds;
 }
 
 double RemainingTime::WorkOfStage() const {

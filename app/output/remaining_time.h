@@ -35,11 +35,10 @@ class RemainingTime {
   std::vector<Round> rounds_;  ///< of this stage
   optim::RoundReport newest_;
   int rounds_of_level_ = 0;
-  double noise_ = 0.0;           ///< share of the residual in a level's second round; 0: not known
-  double scale_of_noise_ = 1.0;  ///< that level's
-  double last_wall_s_ = -1.0;    ///< of the newest report; negative before the first
-  double end_s_ = 0.0;           ///< of what a stage's end took
-  bool ended_ = true;            ///< no round since
+  optim::LevelNoise noise_;    ///< of the stage's newest level that has it; 0: none yet
+  double last_wall_s_ = -1.0;  ///< of the newest report; negative before the first
+  double end_s_ = 0.0;         ///< of what a stage's end took
+  bool ended_ = true;          ///< no round since
 };
 
 }  // namespace pathfit::app

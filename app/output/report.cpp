@@ -293,8 +293,7 @@ std::vector<std::string> DerivedWarnings(const FitHistory& history) {
       const double lost =
           history.stages[i - 1].report.psnr_srgb_val - history.stages[i].report.psnr_srgb_val;
       // One that kept what it began with changed nothing but the samples.
-      const std::string& kept = history.stages[i].report.kept;
-      if (lost > kVisibleLossDb && !kept.starts_with("start")) {
+      if (lost > kVisibleLossDb && history.stages[i].report.kept != "start") {
         warnings.push_back(fmt::format("Stage {} made the held-out views {:.2f} dB worse.",
                                        history.stages[i].report.stage,
                                        lost));

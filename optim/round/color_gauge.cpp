@@ -247,16 +247,21 @@ std::vector<std::vector<double>> SlopesOfRule(const ParameterSet& set,
     set.layout().Scatter(set.ValuesFromTheta(there), moved);
     return MeanBaseColor(moved, material);
   };
+  const auto step = [&](std::size_t i) {
+    return kRelativeStep * std::max(1.0, std::abs(theta[i]));
+  };
   const Rgb mean = mean_at(theta);
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
     if (!IsColor(scene, group)) continue;
     const auto first = static_cast<std::size_t>(group.first_scalar);
-    for (std::size_t i = first; i < first + group.NumScalars(); ++i) {
+    // A colour at a time: each channel's mean depends on that channel alone.
+    for (std::size_t i = first; i < first + group.NumScalars(); i += 3) {
       std::vector<double> there = theta;
-      const double by = kRelativeStep * std::max(1.0, std::abs(theta[i]));
-      there[i] += by;
+      for (std::size_t c = 0; c < 3; ++c) there[i + c] += step(i + c);
       const Rgb change = mean_at(there) - mean;
-      for (int c = 0; c < 3; ++c) slopes[static_cast<std::size_t>(c)][i] = change[c] / by;
+      for (std::size_t c = 0; c < 3; ++c) {
+        slopes[c][i + c] = change[static_cast<int>(c)] / step(i + c);
+      }
     }
   }
   return slopes;

@@ -123,9 +123,7 @@ class FitDriver {
           std::string("assumption: held-out photos tell when many unknowns gain no more") +
           (free_gains_ != FreeGains::kNone ? ", and the gains of their own view" : "") +
           (std::ranges::any_of(spec.stages,
-                               [&](const StageSpec& stage) {
-                                 return MovesHeldOutCameras(spec, stage, ListViews(observations));
-                               })
+                               [&](const StageSpec& stage) { return FreesCameras(spec, stage); })
                ? ", and the places of their own cameras"
                : "") +
           "; nothing else of them enters the fit");
@@ -502,7 +500,7 @@ class FitDriver {
     const auto make_source = [&] {
       return evaluation_.MakeSource(state_.scene, context.set.layout(), context.views);
     };
-    const bool moves_held_out = MovesHeldOutCameras(spec_, stage, context.views);
+    const bool moves_held_out = !context.views.validation.empty() && FreesCameras(spec_, stage);
     std::unique_ptr<SceneImageSource> source = make_source();
     renderer::ReturnFreedMemory();  // pieces as large as those of another level
     double unexplained = state_.unexplained;

@@ -74,8 +74,8 @@ void MoveCamera(const StageContext& context,
 
 }  // namespace
 
-bool MovesHeldOutCameras(const FitSpec& spec, const StageSpec& stage, const FitViews& views) {
-  return !views.validation.empty() && !FreeOfCameras(spec, stage).empty();
+bool FreesCameras(const FitSpec& spec, const StageSpec& stage) {
+  return !FreeOfCameras(spec, stage).empty();
 }
 
 void MoveHeldOutCameras(const StageContext& context,

@@ -5,8 +5,8 @@
 
 namespace pathfit::optim {
 
-/// Whether a stage frees where cameras are, and some of them see held-out photos.
-bool MovesHeldOutCameras(const FitSpec& spec, const StageSpec& stage, const FitViews& views);
+/// Whether a stage frees where the cameras of all photos are.
+bool FreesCameras(const FitSpec& spec, const StageSpec& stage);
 
 /// After a round, one step of these cameras, and of the exposures that are free with them, each by
 /// its own photo alone. Nothing else learns of those photos, which so tell of the scene, and not of

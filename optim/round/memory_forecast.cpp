@@ -224,7 +224,8 @@ double RoundSeconds(const ViewSeconds& times, const ViewCounts& counts, int spp)
   return times.step + counts.fitted * times.Round(spp, 1) + validation;
 }
 
-/// Of a stage, with photos `reduced` times as large as `sizes` are of, which the plan is for.
+/// Of a stage by its plan for photos `reduced` times as large as those of `sizes` and
+/// `smallest_side`.
 StageTimes ForecastTimes(const FitSpec& spec,
                          int stage_index,
                          const StagePlan& plan,
@@ -249,7 +250,7 @@ StageTimes ForecastTimes(const FitSpec& spec,
   const StageSpec& last = spec.stages.back();
   const double last_pixels = std::pow(last.image_scale / stage.image_scale, 2);
   const bool is_last = stage_index + 1 == static_cast<int>(spec.stages.size());
-  const double side_px = last.image_scale * smallest_side;
+  const double side_px = reduced * last.image_scale * smallest_side;
   const ViewSeconds times = sizes.At(reduced * reduced);
   const int draft = FitEvaluation::DraftSpp(side_px);
   const int pictures =
@@ -346,13 +347,12 @@ ViewSeconds SecondsOfLevel(const renderer::Scene& scene,
       .seconds;
 }
 
-/// As a stage usually goes whose start has this share of noise in the residual.
-StagePlan ShortenedByNoise(StagePlan plan, double noise) {
-  const StagePlan usual = plan;
+/// As a stage goes whose start has this share of noise in the residual.
+StagePlan ShortenedByNoise(const StagePlan& usual, double noise) {
+  StagePlan plan = usual;
+  const LevelNoise of_last{kNoiseAfterStart * noise, usual.levels.back().scale};
   for (std::size_t i = 0; i < plan.levels.size(); ++i) {
-    const auto levels_before = static_cast<double>(plan.levels.size() - 1 - i);
-    plan.levels[i].likely_rounds = LikelyRounds(
-        usual, i, kNoiseAfterStart * noise / std::pow(kNoiseOfNextLevel, levels_before));
+    plan.levels[i].likely_rounds = LikelyRounds(usual, i, of_last);
   }
   return plan;
 }
@@ -480,10 +480,8 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
   double pixels = 0.0;
   size.images_bytes = BytesOfImages(observations, whole.views, spec.loss, uses_gram, pixels);
-  const StagePlan plan = ShortenedByNoise(
-      PlanStage(
-          stage_spec, KindOfStage(scene, spec, stage, set), SmallestSide(observations), pixels),
-      noise);
+  const StagePlan plan = PlanStage(
+      stage_spec, KindOfStage(scene, spec, stage, set), SmallestSide(observations), pixels);
   for (std::size_t i = 0; uses_gram && i < plan.levels.size(); ++i) {
     const double share = plan.levels[i].scale / plan.levels.back().scale;
     size.row_history_bytes = std::max(size.row_history_bytes,
@@ -537,15 +535,13 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     const ViewCounts counts{static_cast<double>(fitted.size()),
                             static_cast<double>(observations.views.size())};
     const int side = SmallestSide(observations);
-    const auto times_of = [&](const StagePlan& of, double reduced, int its_side) {
-      return ForecastTimes(spec, stage, of, counts, sizes, reduced, its_side, memory.solver);
+    const auto times_of = [&](const StagePlan& of, double reduced) {
+      return ForecastTimes(
+          spec, stage, ShortenedByNoise(of, noise), counts, sizes, reduced, side, memory.solver);
     };
-    memory.times = times_of(plan, 1.0, side);
+    memory.times = times_of(plan, 1.0);
     memory.likely_half_size_s =
-        times_of(ShortenedByNoise(PlanStage(stage_spec, plan.kind, side / 2, 0.25 * pixels), noise),
-                 0.5,
-                 side / 2)
-            .likely_s;
+        times_of(PlanStage(stage_spec, plan.kind, side / 2, 0.25 * pixels), 0.5).likely_s;
   }
   return memory;
 }

@@ -30,6 +30,9 @@ constexpr int kClearRounds = 2;
 // shares of .07 to .71, and 3 to 14 in the first for .05 to .33.
 constexpr double kFirstByNoise = 40.0, kMiddleByNoise = 24.0, kLastByNoise = 20.0;
 constexpr int kFewestRounds = 2;
+// Growth of that share from a level to the next, whose photos have more pixels and fewer samples
+// for each.
+constexpr double kNoiseOfNextLevel = 1.5;
 
 const UsualRounds& UsualOf(StageKind kind) {
   if (!kind.few) return kOfShapes;
@@ -138,9 +141,11 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
   return plans;
 }
 
-int LikelyRounds(const StagePlan& plan, std::size_t level, double noise) {
+int LikelyRounds(const StagePlan& plan, std::size_t level, const LevelNoise& known) {
   const int usual = plan.levels[level].likely_rounds;
   if (plan.kind.few || !plan.kind.moves || plan.levels.size() == 1) return usual;
+  const double levels_later = std::log2(plan.levels[level].scale / known.scale);
+  const double noise = known.noise * std::pow(kNoiseOfNextLevel, levels_later);
   const bool is_last = level + 1 == plan.levels.size();
   const double by_noise = is_last ? kLastByNoise : level == 0 ? kFirstByNoise : kMiddleByNoise;
   const int fewest = std::min(kFewestRounds, usual);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "optim/observation/observation.h"
@@ -47,13 +48,16 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
                                   const ObservationSet& observations,
                                   const FitSpec& spec);
 
-/// Rounds of the plan's level number `level` that are likely where `noise`, the renderings' share
-/// of the residual (RelativeNoise) in its second round, is known: of surfaces no more than are
-/// usual, and few where what is left is not noise, since then the photos end levels.
-int LikelyRounds(const StagePlan& plan, std::size_t level, double noise);
-/// Growth of that share from a level to the next, whose photos have more pixels and fewer samples
-/// for each.
-inline constexpr double kNoiseOfNextLevel = 1.5;
+/// The renderings' share of the residual (RelativeNoise) in the second round of the level of this
+/// scale.
+struct LevelNoise {
+  double noise = 0.0;
+  double scale = 1.0;
+};
+/// Rounds of the plan's level number `level` that are likely where a level's noise is known: of
+/// surfaces no more than are usual, and few where what is left is not noise, since then the photos
+/// end levels.
+int LikelyRounds(const StagePlan& plan, std::size_t level, const LevelNoise& known);
 /// Growth of the share at a stage's start, with usual samples and its last photos, to that in the
 /// last level's second round.
 inline constexpr double kNoiseAfterStart = 3.3;
