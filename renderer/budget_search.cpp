@@ -202,9 +202,13 @@ RenderOptions ChooseDerivative(const Renderer& renderer,
                                const RenderOptions& options,
                                const DerivativeChoice& given,
                                const CancelFlag* cancel) {
+  DerivativeChoice choice = given;
+  if (!choice.form && DefaultForm(renderer.scene(), images.layout) == DerivativeForm::kMaterial) {
+    choice.form = DerivativeForm::kMaterial;
+  }
   RenderOptions found = options;
-  given.ApplyTo(found);
-  if ((given.HasAll() && given.form) || !images.layout.AnyKind(MovesGeometry)) {
+  choice.ApplyTo(found);
+  if ((choice.HasAll() && choice.form) || !images.layout.AnyKind(MovesGeometry)) {
     return found;
   }
   RenderOptions other = found;
@@ -214,13 +218,13 @@ RenderOptions ChooseDerivative(const Renderer& renderer,
   Search of_other(renderer, images, other, scales, cancel);
   Search* best = &search;
   search.Step(kFirstShare);
-  if (!given.form && Allows(renderer, images.layout, other)) {
+  if (!choice.form && Allows(renderer, images.layout, other)) {
     of_other.Step(kFirstShare);
     if (of_other.Inefficiency() < search.Inefficiency()) best = &of_other;
   }
   best->Step(kSecondShare);
   found = best->Found();
-  given.BoundaryBudgets::ApplyTo(found);
+  choice.BoundaryBudgets::ApplyTo(found);
   return found;
 }
 

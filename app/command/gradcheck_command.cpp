@@ -55,7 +55,7 @@ std::vector<Direction> ChooseDirections(const Experiment& experiment,
   std::vector<Direction> directions;
   for (const std::string& name : names) {
     for (const std::string& direction : DirectionNames(experiment.scene, name)) {
-      directions.push_back(ParseDirection(experiment.scene, direction));
+      directions.push_back(ParseDirection(experiment.scene, direction, FieldDirection::kRandom));
     }
   }
   return directions;
@@ -67,7 +67,6 @@ optim::GradientCheckOptions OptionsOf(const ExperimentConfig& config) {
   options.render = config.render;
   options.render.spp = config.gradcheck.check.render.spp;
   options.given = config.derivative;
-  options.given->form = options.render.form;  // that of fits
   options.difference_spp = 2 * options.render.spp;
   return options;
 }
@@ -323,14 +322,13 @@ CheckedRow CheckRow(const renderer::Scene& scene,
   CheckedRow checked;
   checked.row.name = direction.name;
   checked.row.sensor = camera.name;
+  optim::GradientCheckOptions own = options;
+  if (!own.given->form) {
+    own.given->form = renderer::DefaultForm(scene, direction.layout);  // as in fits
+  }
   try {
-    const optim::GradientCheckResult result = optim::CheckGradient(scene,
-                                                                   camera,
-                                                                   static_cast<int>(sensor),
-                                                                   direction.layout,
-                                                                   direction.values,
-                                                                   options,
-                                                                   &cancel);
+    const optim::GradientCheckResult result = optim::CheckGradient(
+        scene, camera, static_cast<int>(sensor), direction.layout, direction.values, own, &cancel);
     FillRow(result, config.sigma, checked.row);
     if (with_pictures) checked.pictures = PicturesOf(result);
   } catch (const renderer::SceneError& error) {

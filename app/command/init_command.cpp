@@ -393,6 +393,11 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   const bool makes_masks = own.mesh.empty() && !own.whole;
   if (input.num_masks == 0 && makes_masks) {
     TryToMakeMasks(config, own, context, input);
+  } else if (input.mask_agreement) {
+    context.log.Warn("masks are those that an earlier init made from colours: " +
+                     input.options.masks.folder.string() +
+                     ". Look at them (check draws their outlines); without its made_masks.txt "
+                     "they count as yours, and without the folder they are made anew");
   }
   const fs::path mesh = own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal();
   const LightChoice light = ChooseLight(context, own, input, mesh);

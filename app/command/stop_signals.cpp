@@ -30,7 +30,7 @@ extern "C" void HandleStopSignal(int signal) {
   }
   state.first = signal;
   state.cancel = true;
-  if (signal == SIGINT) Say("\nstopping after this evaluation - press again to quit now\n");
+  if (signal == SIGINT) Say("\nstopping - press again to quit now\n");
 }
 
 /// Whether the signal was to be ignored when the program began, as under nohup.

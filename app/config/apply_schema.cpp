@@ -141,9 +141,22 @@ class Applier {
     if (at.allowed.type == Type::kMap && std::ranges::none_of(at.allowed.children, depends)) {
       for (const SchemaNode& child : at.allowed.children) keys.push_back(child.key);
     }
-    return Report(
-        at,
-        DescribeType(at.allowed) + " is needed, not " + DescribeNode(at.node) + NameHint("", keys));
+    return Report(at,
+                  DescribeType(at.allowed) + " is needed, not " + DescribeNode(at.node) +
+                      KeyThatTakes(at) + NameHint("", keys));
+  }
+
+  /// Advice where a value stands in place of a map of one key: which of its keys takes it.
+  [[nodiscard]] std::string KeyThatTakes(const Spot& at) const {
+    if (at.allowed.type != Type::kMap) return "";
+    for (const SchemaNode& child : at.allowed.children) {
+      if (child.one_of.empty() || child.type == Type::kMap) continue;
+      YamlNode value = at.node;
+      std::vector<Problem> ignored;
+      if (!Applier(folder_, ignored).Apply(child, value, at.path)) continue;
+      return "; write {" + child.key + ": " + (value.IsScalar() ? at.node.text : "[...]") + "}";
+    }
+    return "";
   }
 
   template <class T>

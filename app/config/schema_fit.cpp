@@ -105,7 +105,9 @@ SchemaNode RenderSchema() {
                      &DerivativeChoice::form) |
                   Doc("Where the derivative is taken of the part of a path next to the camera: "
                       "`image`: at fixed pixels; `material`: at fixed points of the surfaces. Both "
-                      "give the same; `auto`: found for derivative images, `image` in fits and "
+                      "give the same, but that by cameras only `material` has lines along which "
+                      "meshes cut each other and the border of a projector's picture; `auto`: "
+                      "`material` there, else found for derivative images, and `image` in fits and "
                       "checks. `material` is less noisy where detailed surfaces move, much "
                       "less with `max_bounces` above 1; `image` where cameras or plain surfaces "
                       "do."),
@@ -193,8 +195,8 @@ SchemaNode GaugeSchema() {
                &ExperimentConfig::fit,
                &FitSpec::gauge) |
          Doc("What tells the scale that base colours and lights share where all of both are "
-             "unknown; a light or a colour that is known does. What it came to stands in the log, "
-             "run.json and the report.") |
+             "unknown; a colour that is known does, or a light in photos of known exposure. What "
+             "it came to stands in the log, run.json and the report.") |
          Always();
 }
 

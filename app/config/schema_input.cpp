@@ -147,13 +147,13 @@ SchemaNode ExposureSchema() {
                   Refuse({{"gain_rgb_vignette", "; write gain_rgb, and free camera.vignetting"}}),
               Key("prior_sigma_ev", &InputConfig::exposure, &optim::ExposurePrior::sigma_ev) |
                   Doc("How far from its start an exposure is believed to be, and a factor of white "
-                      "balance.") |
+                      "balance; where a light is known, how far from what they have in common.") |
                   Above(0.0) | Unit("EV"),
               Key("max_ev", &InputConfig::exposure, &optim::ExposurePrior::max_ev) |
                   Doc("Largest distance from its start.") | Above(0.0) | Unit("EV"),
               known | FreeNames()}) |
          Doc("Differences of exposure between the photos; their mean is kept where the "
-             "strengths of all lights are unknown.") |
+             "strengths of all lights are unknown, and found where a light is known.") |
          Always() |
          Refuse({{"init", "; write ev"},
                  {"gauge", "; the mean is kept at 0 EV"},

@@ -17,6 +17,7 @@
 #include "optim/observation/photo_file.h"
 #include "optim/ranks/division.h"
 #include "renderer/core/error.h"
+#include "renderer/derivative/derivative_limits.h"
 
 namespace pathfit::app {
 namespace {
@@ -373,6 +374,18 @@ void Complete(const ExperimentConfig& config, Experiment& experiment) {
   experiment.attributions = FindAttributions(experiment.input_files);
 }
 
+/// Of derivatives by what is unknown.
+renderer::DerivativeForm FormOf(const std::vector<optim::UnknownSpec>& unknowns,
+                                const renderer::Scene& scene) {
+  renderer::ParameterLayout layout(scene);
+  const bool cameras_move = std::ranges::any_of(unknowns, [](const optim::UnknownSpec& unknown) {
+    return !unknown.hold && renderer::MovesGeometry(unknown.kind) &&
+           renderer::TraitsOf(unknown.kind).list == renderer::ObjectList::kSensors;
+  });
+  if (cameras_move) layout.Add(renderer::ParameterKind::kCameraPosition, 0);
+  return renderer::DefaultForm(scene, layout);
+}
+
 }  // namespace
 
 optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scene& scene) {
@@ -394,6 +407,7 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
   if (config.input) fit.exposure = config.input->exposure;
   fit.seed = config.render.seed;
   fit.estimators = config.render;
+  if (!config.derivative.form) fit.estimators.form = FormOf(fit.unknowns, scene);
   return fit;
 }
 

@@ -129,8 +129,10 @@ Direction ScaleOfVertices(const renderer::Scene& scene, const std::string& name)
 void SetValues(const ParsedName& parsed,
                std::optional<int> component,
                const ParameterGroup& group,
+               FieldDirection field,
                std::vector<double>& values) {
-  const bool whole_field = group.num_blocks > 1 && !parsed.index && !component;
+  const bool is_random =
+      field == FieldDirection::kRandom && group.num_blocks > 1 && !parsed.index && !component;
   renderer::CounterRng rng(0, renderer::RandomDomain::kFieldDirection);
   for (std::int32_t block = 0; block < group.num_blocks; ++block) {
     for (int c = 0; c < group.block_size; ++c) {
@@ -139,7 +141,7 @@ void SetValues(const ParsedName& parsed,
           (!parsed.index || *parsed.index == block) && (!component || *component == c);
       if (chosen) {
         values[static_cast<std::size_t>(group.first_scalar + block * group.block_size + c)] =
-            whole_field ? random : 1.0;
+            is_random ? random : 1.0;
       }
     }
   }
@@ -147,7 +149,9 @@ void SetValues(const ParsedName& parsed,
 
 }  // namespace
 
-Direction ParseDirection(const renderer::Scene& scene, const std::string& name) {
+Direction ParseDirection(const renderer::Scene& scene,
+                         const std::string& name,
+                         FieldDirection field) {
   for (const SensorsDirection& which : kOfAllSensors) {
     if (name == which.name) return OfAllSensors(scene, which);
   }
@@ -162,7 +166,7 @@ Direction ParseDirection(const renderer::Scene& scene, const std::string& name) 
     if (parsed.index && *parsed.index >= group.num_blocks) {
       Fail(name, "the index must be below " + std::to_string(group.num_blocks));
     }
-    SetValues(parsed, component, group, direction.values);
+    SetValues(parsed, component, group, field, direction.values);
   }
   return direction;
 }

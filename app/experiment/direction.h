@@ -15,11 +15,17 @@ struct Direction {
   std::vector<double> values;        ///< over the layout's scalars, per unit of the parameter
 };
 
+/// Of all numbers of many blocks together.
+enum class FieldDirection {
+  kOnes,    ///< 1 each
+  kRandom,  ///< a fixed pseudo-random number in [-1, 1] each: one check of all of them
+};
+
 /// Directions by name. Units are those of ParameterKind: metres, radians (rotation vectors),
 /// pixels.
-///   OBJECT.PROPERTY       all scalars of the group: 1 each; in a group of many blocks (vertices,
-///                         texels ...) a fixed pseudo-random number in [-1, 1] each. Places and
-///                         rotations need a component
+///   OBJECT.PROPERTY       all scalars of the group, as `field` says where it has many blocks
+///                         (vertices, texels ...), else 1 each. Places and rotations need a
+///                         component
 ///   OBJECT.PROPERTY.c     this component of all blocks; c is x y z, r g b, u v, x y (focal,
 ///                         principal_point), 1 2 3 (distortion), 1 2 (tangential), i o (angles:
 ///                         inner, outer). vertices.x: the mesh moves along x
@@ -29,7 +35,9 @@ struct Direction {
 ///   exposure              the gain of every sensor
 ///   white_balance.r       the factor of red of every sensor; .b of blue
 /// Throws SceneError naming what does not exist.
-Direction ParseDirection(const renderer::Scene& scene, const std::string& name);
+Direction ParseDirection(const renderer::Scene& scene,
+                         const std::string& name,
+                         FieldDirection field = FieldDirection::kOnes);
 
 /// Names of directions that together move all of an unknown: its own, or one for each component
 /// where it needs one. Throws SceneError as ParseDirection.

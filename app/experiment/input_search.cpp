@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <set>
 
 #include <fmt/format.h>
@@ -101,6 +102,17 @@ fs::path FindCameras(const InputPlaces& places) {
       "changed needs none, but their directions: --lamps FILE, or a shiny ball that tells them: "
       "--ball DIR" +
       OtherPictures({top}));
+}
+
+// Beside masks that were made, so that nobody takes them for better ones.
+constexpr const char* kMadeFile = "made_masks.txt";
+
+/// Of masks that MakeMasks made; empty: somebody else did.
+std::optional<double> AgreementOfMade(const fs::path& folder) {
+  const fs::path path = folder / kMadeFile;
+  double agreement = 0.0;
+  if (!(std::ifstream(path) >> agreement)) return std::nullopt;
+  return agreement;
 }
 
 bool IsMaskFolder(const fs::path& path) { return IsFolder(path) && SpeaksOfMasks(path); }
@@ -329,19 +341,45 @@ class InputFinder {
       for (const fs::path& folder : EntriesOf(above, IsMaskFolder)) AddOnce(folder, folders);
     }
     folders.push_back(photos);  // a.mask.png beside a.jpg
-    for (const fs::path& folder : folders) {
-      options.masks.folder = folder;
-      if (const std::size_t count = NumMasks(cameras_, options); count > wanted) {
+    // What an earlier run made from colours comes after what anybody else says.
+    const auto made = std::ranges::stable_partition(
+        folders, [](const fs::path& folder) { return !AgreementOfMade(folder); });
+    const auto use_one_of = [&](auto first, auto last) {
+      for (; first != last; ++first) {
+        options.masks.folder = *first;
+        const std::size_t count = NumMasks(cameras_, options);
+        if (count <= wanted) continue;
         input_.options = options;
-        return UseMasks(count);
+        input_.mask_agreement = AgreementOfMade(*first);
+        UseMasks(count);
+        return true;
       }
-    }
-    const auto first = optim::FindPhoto(cameras_.cameras.front().image, cameras_, photos).found;
-    const Image alpha = optim::ReadPhotoFile(*first, input_.options).alpha;
-    if (std::ranges::any_of(alpha.data, [](float a) { return a < 0.5F; })) {
+      return false;
+    };
+    if (use_one_of(folders.begin(), made.begin())) return;
+    if (const std::size_t count = NumTransparent()) {
       input_.options.masks.alpha = true;
-      UseMasks(cameras_.cameras.size());
+      return UseMasks(count);
     }
+    static_cast<void>(use_one_of(made.begin(), made.end()));
+  }
+
+  /// Photos whose alpha channel tells the object. Where none of a few does, all are not read.
+  [[nodiscard]] std::size_t NumTransparent() const {
+    const std::size_t all = cameras_.cameras.size();
+    const auto is_transparent = [&](std::size_t i) {
+      const auto photo =
+          optim::FindPhoto(cameras_.cameras[i].image, cameras_, input_.options.images_dir).found;
+      const Image alpha = optim::ReadPhotoFile(*photo, input_.options).alpha;
+      return std::ranges::any_of(alpha.data, [](float a) { return a < 0.5F; });
+    };
+    const std::size_t step = std::max<std::size_t>(1, all / kMaskSamples);
+    bool any = false;
+    // Odd steps: of photos in turn with and without, both kinds.
+    for (std::size_t i = 0; i < all && !any; i += step | 1U) any = is_transparent(i);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < all && any; ++i) count += is_transparent(i) ? 1 : 0;
+    return count;
   }
 
   void Load() {
@@ -417,6 +455,11 @@ bool MakeMasks(const fs::path& folder, FoundInput& input) {
     renderer::CreateFolders(path.parent_path());
     renderer::WritePng8(path, made->masks[i]);
   }
+  renderer::WriteFileAtomically(
+      folder / kMadeFile,
+      fmt::format("{:.3f}\nSo much do these masks overlap, which pathfit init made from colours. "
+                  "Correct them as you like; without this file they count as yours.\n",
+                  made->agreement));
   input.mask_agreement = made->agreement;
   input.num_masks = views.size();
   optim::MaskOptions& masks = input.options.masks;

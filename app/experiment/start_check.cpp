@@ -375,8 +375,8 @@ class StartChecker {
           "only, where more than 0.95 is usual: {}",
           iou,
           white.empty() ? "a mask misses a part of the object or is of another photo, "
-                          "or cameras are not those of these photos; the check page "
-                          "shows where"
+                          "or cameras are not those of these photos, or these are turned "
+                          "(input.cameras.orientation); the check page shows where"
                         : "masks look inverted, as they are white along the border, in " +
                               Counted(white, num_fitted_)));
       return;

@@ -680,6 +680,27 @@ void EvaluateCameras(const Experiment& run, const Scene& truth, Evaluation& out)
   }
 }
 
+/// Lengths of a scene whose unit is that of the camera file.
+void InMetres(double metres_per_unit, Evaluation& evaluation) {
+  if (metres_per_unit == 1.0) return;
+  for (EvaluatedSurface& row : evaluation.surfaces) {
+    for (double EvaluatedSurface::*length : {&EvaluatedSurface::diagonal,
+                                             &EvaluatedSurface::to_truth_mean,
+                                             &EvaluatedSurface::to_truth_rms,
+                                             &EvaluatedSurface::to_truth_most,
+                                             &EvaluatedSurface::from_truth_mean,
+                                             &EvaluatedSurface::from_truth_rms,
+                                             &EvaluatedSurface::from_truth_most}) {
+      row.*length *= metres_per_unit;
+    }
+  }
+  for (EvaluatedLight& row : evaluation.lights) row.position_m *= metres_per_unit;
+  for (EvaluatedCamera& row : evaluation.cameras) row.position_m *= metres_per_unit;
+  if (evaluation.parameters.empty()) return;
+  evaluation.notes.push_back(fmt::format(
+      "unknowns that are lengths are in the scene's unit, which is {:.4g} m", metres_per_unit));
+}
+
 template <class Row>
 double MeanOf(const std::vector<Row>& rows, double Row::*member, std::optional<bool> validation) {
   optim::KnownMean mean;
@@ -783,6 +804,7 @@ Evaluation Evaluate(const Experiment& run, const Scene* truth, const EvaluationO
   EvaluateParameters(run, *truth, out);
   EvaluateLights(run, *truth, out);
   EvaluateCameras(run, *truth, out);
+  if (run.observations.metres_per_unit > 0.0) InMetres(run.observations.metres_per_unit, out);
   return out;
 }
 

@@ -342,7 +342,7 @@ void WriteTexelErrors(const fs::path& folder,
   }
 }
 
-std::string LightsJson(const Scene& scene) {
+std::string LightsJson(const Scene& scene, double metres_per_unit) {
   Json lights = Json::array();
   for (int e = 0; e < static_cast<int>(scene.emitters.size()); ++e) {
     const renderer::Emitter& emitter = scene.emitters[static_cast<std::size_t>(e)];
@@ -356,9 +356,12 @@ std::string LightsJson(const Scene& scene) {
     light.update(LightJson(emitter, scene));
     lights.push_back(std::move(light));
   }
-  const Json file = {
-      {"axes", "right-handed, metres; camera frame: x right, y up, looking along -z"},
-      {"lights", std::move(lights)}};
+  const bool is_in_metres = metres_per_unit <= 0.0 || metres_per_unit == 1.0;
+  Json file = {{"axes",
+                fmt::format("right-handed, {}; camera frame: x right, y up, looking along -z",
+                            is_in_metres ? "metres" : "units of metres_per_unit")},
+               {"lights", std::move(lights)}};
+  if (!is_in_metres) file["metres_per_unit"] = metres_per_unit;
   return JsonText(file) + "\n";
 }
 
@@ -406,7 +409,7 @@ void ExportResult(const fs::path& folder,
   }
   WriteCameras(
       folder / "cameras", CamerasOfPhotos(scene, views), image_names, image_paths, metres_per_unit);
-  renderer::WriteFileAtomically(folder / "lights.json", LightsJson(scene));
+  renderer::WriteFileAtomically(folder / "lights.json", LightsJson(scene, metres_per_unit));
   renderer::WriteFileAtomically(folder / "exposure.csv", ExposureCsv(scene, views));
   renderer::WriteFileAtomically(folder / "parameters.csv", CsvTable(parameters));
 }

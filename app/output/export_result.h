@@ -81,7 +81,7 @@ void WriteTexelErrors(const std::filesystem::path& folder,
                       const optim::FitSpec& fit,
                       const StandardErrorsByName& errors);
 
-std::string LightsJson(const renderer::Scene& scene);
+std::string LightsJson(const renderer::Scene& scene, double metres_per_unit = 0.0);
 std::string ExposureCsv(const renderer::Scene& scene, const std::vector<ExportedView>& views);
 
 }  // namespace pathfit::app

@@ -218,8 +218,9 @@ std::string DoubtWords(const FitHistory& history) {
   if (psnr < kHardlyExplainedDb) {
     return fmt::format(
         "the result explains hardly anything of {} ({:.1f} dB): the worst pictures in the report "
-        "show where. Wrong cameras or masks, no masks at all, and a light of the wrong kind "
-        "(frame: world or camera, or a flash) do that, and so do things that moved between the "
+        "show where. Wrong cameras or masks, photos that are turned (orientation: exif or sensor), "
+        "no masks at all, and a light of the wrong kind (frame: world or camera, or a flash) do "
+        "that, and so do things that moved between the "
         "photos, or a start too far off (other values, another --seed)",
         held_out ? "the held-out photos" : "the photos",
         psnr);

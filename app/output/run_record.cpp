@@ -97,19 +97,24 @@ std::string GaugeSentence(const optim::GaugeReport& gauge) {
     case optim::GaugeSource::kNothing:
       break;
   }
-  const std::string scale =
-      gauge.source == optim::GaugeSource::kNothing
-          ? "Nothing tells the common scale of base colours and lights: photos of matt surfaces "
-            "show their product alone, and it is where the fit began and its bounds and priors "
-            "left it (gauge: {rule: auto} keeps the start's mean base colour)"
-          : "The common scale of base colours and lights is told " + how;
+  const std::string others = gauge.is_of_exposures ? "exposures" : "lights";
+  std::string scale = "The common scale of base colours and " + others + " is told " + how;
+  if (gauge.source == optim::GaugeSource::kNothing) {
+    scale = "Nothing tells the common scale of base colours and " + others +
+            ": photos of matt surfaces show their product alone, and it is where the fit began and "
+            "its bounds and priors left it";
+    if (!gauge.is_of_exposures) {
+      scale += " (gauge: {rule: auto} keeps the start's mean base colour)";
+    }
+  }
   return fmt::format(
       "{}; the mean base colour is "
-      "{} ({} at the start), lights are {} times those of the start.",
+      "{} ({} at the start), {} are {} times those of the start.",
       scale,
       words(gauge.mean),
       words(gauge.start),
-      words(gauge.lights));
+      others,
+      words(gauge.factors));
 }
 
 RunRecord MakeRunRecord(const std::vector<std::string>& argv) {

@@ -122,7 +122,8 @@ struct Fields<optim::GaugeReport> {
     visit("mean_color", gauge.mean);
     visit("wanted_color", gauge.wanted);
     visit("start_color", gauge.start);
-    visit("lights", gauge.lights);
+    visit(Figure{.key = "of_exposures"}, gauge.is_of_exposures);
+    visit(Figure{.key = "factors"}, gauge.factors);
   }
 };
 

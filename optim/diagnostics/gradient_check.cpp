@@ -53,12 +53,24 @@ Rgba TileSum(const Film& film, int x0, int y0, int tile) {
   return sum;
 }
 
-/// What moving edges add to the mean estimate, by absolute value: the difference sees it as samples
-/// that change sides.
+/// Whether the chance of a lobe, in materials with several, depends on a parameter.
+bool ChangesLobes(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
+  using enum renderer::ParameterKind;
+  const bool has_lobes = std::ranges::any_of(scene.materials, [](const auto& material) {
+    return !std::holds_alternative<renderer::LambertBsdf>(material.bsdf);
+  });
+  return has_lobes && layout.AnyKind([](renderer::ParameterKind kind) {
+    return kind == kVertexColors || kind == kBaseColor || kind == kMetallic || kind == kSpecular ||
+           kind == kEta || kind == kTextureTexels;
+  });
+}
+
+/// What moving edges, and samples of other lobes, add to the mean estimate at most, by absolute
+/// value: the difference sees it as samples that change.
 Film EdgeFilm(const GradientCheckResult& result) {
   Film sum(result.difference.front().width, result.difference.front().height);
-  for (const Term term : {Term::kPrimary, Term::kDirect, Term::kIndirect}) {
-    if (result[term].empty()) {
+  for (const Term term : {Term::kInterior, Term::kPrimary, Term::kDirect, Term::kIndirect}) {
+    if (result[term].empty() || (term == Term::kInterior && !result.changes_lobes)) {
       continue;
     }
     const Film mean = MeanFilm(result[term]);
@@ -180,9 +192,9 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                         cancel);
   }
   const bool moves = layout.AnyKind(renderer::MovesGeometry);
-  // Whether samples can change sides of an edge.
-  const bool moves_edges = layout.AnyKind(renderer::MovesEdges);
   GradientCheckResult result;
+  result.changes_lobes = ChangesLobes(scene, layout);
+  const bool samples_change = result.changes_lobes || layout.AnyKind(renderer::MovesEdges);
   result.quantum = Film(camera.width, camera.height);
   for (int r = 0; r < options.replicates; ++r) {
     render.seed = options.render.seed + 2 * static_cast<std::uint64_t>(r);
@@ -202,7 +214,7 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
     const Film plus = at_plus.RenderPrimal(camera_of(at_plus), render, {.cancel = cancel});
     const Film minus = at_minus.RenderPrimal(camera_of(at_minus), render, {.cancel = cancel});
     result.difference.push_back(CentralDifference(plus, minus, options.step));
-    for (std::size_t i = 0; i < plus.pixels.size() && moves_edges; ++i) {
+    for (std::size_t i = 0; i < plus.pixels.size() && samples_change; ++i) {
       for (int c = 0; c < 4; ++c) {
         result.quantum.pixels[i][c] =
             std::max({result.quantum.pixels[i][c], plus.pixels[i][c], minus.pixels[i][c]});

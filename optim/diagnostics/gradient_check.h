@@ -29,9 +29,11 @@ struct GradientCheckResult {
   std::array<std::vector<renderer::Film>, renderer::kNumDerivativeTerms> terms;
   std::vector<renderer::Film> difference;
   /// The most that one sample of a pixel adds to the mean difference when it changes sides of an
-  /// edge. Where an edge barely touches a tile, few or no samples do, and the spread of the
-  /// replicates tells nothing: error bars hold the spread of their number as well.
+  /// edge, or is drawn from another lobe. Where an edge barely touches a tile, or a step hardly
+  /// changes a lobe's chance, few or no samples do, and the spread of the replicates tells nothing:
+  /// error bars hold the spread of their number as well.
   renderer::Film quantum;
+  bool changes_lobes = false;  ///< the interior term, too, is that of samples that change
 
   [[nodiscard]] const std::vector<renderer::Film>& operator[](Term term) const {
     return terms[static_cast<std::size_t>(term)];

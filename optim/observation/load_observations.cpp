@@ -447,10 +447,10 @@ void DescribePhotos(const ObservationOptions& options,
     out.push_back(
         "Orientation: " + CountOf(turned, "photo") + " with an EXIF rotation, which was " +
         (options.apply_exif_orientation ? "applied." : "ignored: pixels are used as stored.") +
-        (raw.empty() || options.apply_exif_orientation
+        (options.apply_exif_orientation
              ? ""
-             : " Programs that read RAW photos often turn them: if the cameras were found so, use "
-               "orientation 'exif'."));
+             : " If the cameras were found on upright pictures, use orientation 'exif'" +
+                   std::string(raw.empty() ? "." : ", as by programs that turn RAW photos.")));
   }
   if (options.clip_above < 1.0 && pixels > 0) {
     out.push_back("Clipping: pixels with a channel at or above " + ShortNumber(options.clip_above) +

@@ -98,10 +98,12 @@ PhotoFile ReadRawPhoto(const fs::path& path, const ObservationOptions& options) 
   return file;
 }
 
+const std::vector<std::string> kPictureExtensions = {
+    ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".hdr"};
+
 bool HasPictureExtension(const fs::path& path) {
-  static const std::set<std::string> kExtensions = {
-      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".hdr"};
-  return kExtensions.contains(renderer::LowerCase(path.extension().string())) ||
+  const std::string extension = renderer::LowerCase(path.extension().string());
+  return std::ranges::find(kPictureExtensions, extension) != kPictureExtensions.end() ||
          renderer::HasRawExtension(path);
 }
 
@@ -115,14 +117,16 @@ bool IsFile(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
-/// A RAW photo with the stem of a candidate that has the extension of a picture, or none.
+/// A RAW photo with the stem of a candidate, whose extension, if it is that of a picture, is not
+/// part of it.
 std::optional<fs::path> FindRaw(const std::vector<fs::path>& candidates) {
   for (const fs::path& candidate : candidates) {
-    const bool has_other = candidate.has_extension() && !HasPictureExtension(candidate);
-    if (has_other || renderer::HasRawExtension(candidate)) continue;
+    if (renderer::HasRawExtension(candidate)) continue;
+    fs::path stem = candidate;
+    if (HasPictureExtension(candidate)) stem.replace_extension();
     for (const std::string& extension : renderer::RawExtensions()) {
       for (const std::string& spelling : {extension, UpperCase(extension)}) {
-        const fs::path path = fs::path(candidate).replace_extension(spelling).lexically_normal();
+        const fs::path path = (fs::path(stem) += spelling).lexically_normal();
         if (IsFile(path)) return path;
       }
     }
@@ -230,9 +234,11 @@ FileSearch FindPhoto(const std::string& image,
   FileSearch search;
   for (const fs::path& candidate : candidates) Try(candidate, search);
   for (const fs::path& candidate : candidates) {
-    for (const char* extension :
-         {".png", ".jpg", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff", ".TIF", ".exr"}) {
-      if (!candidate.has_extension()) Try(fs::path(candidate) += extension, search);
+    if (HasPictureExtension(candidate)) continue;
+    for (const std::string& extension : kPictureExtensions) {
+      for (const std::string& spelling : {extension, UpperCase(extension)}) {
+        Try(fs::path(candidate) += spelling, search);
+      }
     }
   }
   if (!search.found) search.found = FindRaw(candidates);

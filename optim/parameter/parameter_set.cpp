@@ -227,4 +227,21 @@ void MoveIntoBounds(const std::vector<UnknownSpec>& unknowns, renderer::Scene& s
   }
 }
 
+int GroupOfStrength(const ParameterSet& set, int object) {
+  const auto& groups = set.layout().groups();
+  int found = -1;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (groups[g].object != object) {
+      continue;
+    }
+    if (groups[g].kind == renderer::ParameterKind::kLightIntensity) {
+      return static_cast<int>(g);
+    }
+    if (groups[g].kind == renderer::ParameterKind::kEnvironmentTexels) {
+      found = static_cast<int>(g);
+    }
+  }
+  return found;
+}
+
 }  // namespace pathfit::optim

@@ -143,4 +143,7 @@ class ParameterSet {
 /// Moves what lies outside of its unknown's bounds to the nearest of them.
 void MoveIntoBounds(const std::vector<UnknownSpec>& unknowns, renderer::Scene& scene);
 
+/// The free group that scales emitter `object`, -1 if it is fixed.
+int GroupOfStrength(const ParameterSet& set, int object);
+
 }  // namespace pathfit::optim

@@ -33,10 +33,10 @@ struct GaussianPriorSpec {
   double sigma = 1.0;  ///< in units of the parameter
 };
 
-/// Of each photo's log2 gain.
+/// Of each photo's log2 gain, over that it began with.
 struct ExposurePrior {
-  double sigma_ev = 0.3;
-  double max_ev = 3.0;  ///< bound of its magnitude
+  double sigma_ev = 0.3;  ///< of their differences, where a light is known (prior/prior_terms.h)
+  double max_ev = 3.0;    ///< bound of its magnitude
 };
 
 /// Whether it is a gain of photos: their exposures and white balances.

@@ -409,15 +409,93 @@ void AddGaussian(const Context& context,
   }
 }
 
-void AddExposure(const Context& context,
-                 const ParameterGroup& group,
-                 const ExposureModel& exposure) {
-  const double scale = kGaussianResidual / (exposure.prior.sigma_ev * std::log(2.0));
-  const double start = scale * StartOfGain(exposure, group.kind, group.object);
-  PriorTerm term{{group.first_block}, {scale}, {start, start, start}};
-  term.in_theta = true;
-  term.belief = kGaussianResidual;
-  context.terms.push_back(std::move(term));
+/// Where a light is known, the unit of its strength is not the photos': what their gains have in
+/// common is as open as their bounds.
+bool KnowsALight(const Context& context) {
+  for (std::size_t e = 0; e < context.scene.emitters.size(); ++e) {
+    if (GroupOfStrength(context.set, static_cast<int>(e)) < 0) return true;
+  }
+  return false;
+}
+
+/// Of the gains, or the white balances, of all photos that are fitted.
+class ExposureTerms {
+ public:
+  ExposureTerms(const Context& context, ParameterKind kind, const ExposureModel& exposure)
+      : context_(context) {
+    for (const ParameterGroup& group : context.set.layout().groups()) {
+      if (group.kind != kind) continue;
+      blocks_.push_back(group.first_block);
+      starts_.push_back(StartOfGain(exposure, kind, group.object));
+    }
+  }
+
+  [[nodiscard]] std::size_t NumViews() const { return blocks_.size(); }
+
+  /// Each is near its start.
+  void AddEach(double sigma_ev) const {
+    for (std::size_t i = 0; i < NumViews(); ++i) Add(sigma_ev, i, i + 1, {1.0});
+  }
+
+  /// Their mean is.
+  void AddMean(double sigma_ev) const {
+    Add(sigma_ev, 0, NumViews(), std::vector<double>(NumViews(), 1.0 / Count(NumViews())));
+  }
+
+  /// Each of views [begin, end) is near their mean: differences between the means of halves, of
+  /// their halves, and so on. Orthonormal, so that their squares are those of the distances from
+  /// the mean, with n log n entries instead of n^2.
+  void AddContrasts(double sigma_ev, std::size_t begin, std::size_t end) const {
+    if (end - begin < 2) return;
+    const std::size_t middle = begin + (end - begin) / 2;
+    const double a = Count(middle - begin), b = Count(end - middle);
+    const double norm = std::sqrt(a * b / (a + b));
+    std::vector<double> weights(middle - begin, norm / a);
+    weights.resize(end - begin, -norm / b);
+    Add(sigma_ev, begin, end, weights);
+    AddContrasts(sigma_ev, begin, middle);
+    AddContrasts(sigma_ev, middle, end);
+  }
+
+ private:
+  static double Count(std::size_t n) { return static_cast<double>(n); }
+
+  /// A weighted sum over views [begin, end) is what it is at their starts.
+  void Add(double sigma_ev,
+           std::size_t begin,
+           std::size_t end,
+           const std::vector<double>& weights) const {
+    const double scale = kGaussianResidual / (sigma_ev * std::log(2.0));
+    PriorTerm term;
+    term.in_theta = true;
+    term.belief = kGaussianResidual;
+    double start = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      term.blocks.push_back(blocks_[i]);
+      term.weights.push_back(scale * weights[i - begin]);
+      start += term.weights.back() * starts_[i];
+    }
+    term.offset = {start, start, start};
+    context_.terms.push_back(std::move(term));
+  }
+
+  const Context& context_;
+  std::vector<std::int32_t> blocks_;  ///< by fitted view
+  std::vector<double> starts_;
+};
+
+void AddExposures(const Context& context, const ExposureModel& exposure) {
+  const auto [sigma_ev, max_ev] = exposure.prior;
+  for (const ParameterKind kind : {ParameterKind::kExposure, ParameterKind::kWhiteBalance}) {
+    const ExposureTerms terms(context, kind, exposure);
+    if (terms.NumViews() == 0) continue;
+    if (KnowsALight(context)) {
+      terms.AddMean(max_ev);
+      terms.AddContrasts(sigma_ev, 0, terms.NumViews());
+    } else {
+      terms.AddEach(sigma_ev);
+    }
+  }
 }
 
 struct PriorRow : WeightedPrior {
@@ -510,12 +588,11 @@ std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
     const ParameterGroup& group = groups[g];
     const UnknownSpec& unknown = unknowns[static_cast<std::size_t>(set.UnknownOfGroup(g))];
     AddWeighted(context, group, unknown);
-    if (IsOfExposure(group.kind)) {
-      AddExposure(context, group, exposure);
-    } else if (unknown.gaussian) {
+    if (!IsOfExposure(group.kind) && unknown.gaussian) {
       AddGaussian(context, group, *unknown.gaussian);
     }
   }
+  AddExposures(context, exposure);
   return terms;
 }
 

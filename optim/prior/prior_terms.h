@@ -73,7 +73,9 @@ inline constexpr double kGaussianResidual = 0.02;
 ///   binary:     w/2 * mean over numbers of (x (1 - x))^2, the squared distance near 0 and near 1;
 ///   Gaussian:   (x - mean)/sigma = 1 costs as much as one pixel-channel with residual
 ///               kGaussianResidual, so that it decides only what the photos leave open. The gains'
-///               prior is of this kind, on log2 gain.
+///               prior is of this kind, on log2 gain; where a light is known, on the distance from
+///               their mean, and that of the mean is ExposurePrior::max_ev: in what unit photos
+///               measure the light is another question than how alike they are.
 /// `unexplained`: what the scene leaves of a pixel-channel (UnexplainedResidual).
 std::vector<PriorTerm> BuildPriorTerms(const renderer::Scene& run_start,
                                        const renderer::Scene& scene,

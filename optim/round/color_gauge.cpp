@@ -190,8 +190,12 @@ std::optional<GaugeReport> SourceOfGauge(const ParameterSet& set,
     any_light = any_light || is_free;
     if (!is_free) known_light = scene.emitters[e].name;
   }
-  if (!any_color || !any_light) return std::nullopt;
-  if (!known_light.empty()) {
+  // Free exposures say in what unit photos measure a light that is known.
+  const bool gains_are_free =
+      set.layout().AnyKind([](ParameterKind kind) { return kind == ParameterKind::kExposure; });
+  report.is_of_exposures = !known_light.empty() && gains_are_free;
+  if (!any_color || !(any_light || report.is_of_exposures)) return std::nullopt;
+  if (!known_light.empty() && !gains_are_free) {
     report.source = GaugeSource::kKnownLight;
     report.known = known_light;
   } else if (!known_color.empty()) {
@@ -199,8 +203,9 @@ std::optional<GaugeReport> SourceOfGauge(const ParameterSet& set,
     report.known = known_color;
   } else {
     const bool proportional = IsProportional(scene, spec);
-    const bool by_rule = spec.gauge.rule == ColorGauge::Rule::kMeanColor ||
-                         (spec.gauge.rule == ColorGauge::Rule::kAuto && proportional);
+    const bool by_rule =
+        !report.is_of_exposures && (spec.gauge.rule == ColorGauge::Rule::kMeanColor ||
+                                    (spec.gauge.rule == ColorGauge::Rule::kAuto && proportional));
     report.source = by_rule        ? GaugeSource::kMeanColor
                     : proportional ? GaugeSource::kNothing
                                    : GaugeSource::kPhotos;
@@ -278,17 +283,25 @@ std::optional<GaugeReport> ReportGauge(const FitSpec& spec,
     std::optional<GaugeReport> now = SourceOfGauge(set, spec, result);
     if (!now) continue;
     report = std::move(now);
-    report->lights = {1.0, 1.0, 1.0};
     Rgb log_sum;
     double count = 0.0;
-    for (std::size_t e = 0; e < result.emitters.size(); ++e) {
-      if (GroupOfStrength(set, static_cast<int>(e)) < 0) continue;
-      const Rgb after = StrengthOf(result.emitters[e]), before = StrengthOf(start.emitters[e]);
-      if (!(std::min({after.r, after.g, after.b, before.r, before.g, before.b}) > 0.0)) continue;
+    const auto add = [&](const Rgb& after, const Rgb& before) {
+      if (!(std::min({after.r, after.g, after.b, before.r, before.g, before.b}) > 0.0)) return;
       for (int c = 0; c < 3; ++c) log_sum[c] += std::log(after[c] / before[c]);
       count += 1.0;
+    };
+    for (std::size_t e = 0; e < result.emitters.size() && !report->is_of_exposures; ++e) {
+      if (GroupOfStrength(set, static_cast<int>(e)) < 0) continue;
+      add(StrengthOf(result.emitters[e]), StrengthOf(start.emitters[e]));
     }
-    for (int c = 0; c < 3 && count > 0.0; ++c) report->lights[c] = std::exp(log_sum[c] / count);
+    for (const renderer::ParameterGroup& group : set.layout().groups()) {
+      if (!report->is_of_exposures || group.kind != ParameterKind::kExposure) continue;
+      const auto view = static_cast<std::size_t>(group.object);
+      add(result.sensors[view].ChannelGains(), start.sensors[view].ChannelGains());
+    }
+    for (int c = 0; c < 3; ++c) {
+      report->factors[c] = count > 0.0 ? std::exp(log_sum[c] / count) : 1.0;
+    }
   }
   if (report) {
     report->mean = MeanBaseColor(result, MaterialOf(spec.gauge, result));

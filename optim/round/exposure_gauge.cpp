@@ -7,23 +7,6 @@
 namespace pathfit::optim {
 using renderer::ParameterKind;
 
-int GroupOfStrength(const ParameterSet& set, int object) {
-  const auto& groups = set.layout().groups();
-  int found = -1;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    if (groups[g].object != object) {
-      continue;
-    }
-    if (groups[g].kind == ParameterKind::kLightIntensity) {
-      return static_cast<int>(g);
-    }
-    if (groups[g].kind == ParameterKind::kEnvironmentTexels) {
-      found = static_cast<int>(g);
-    }
-  }
-  return found;
-}
-
 bool ClampToBounds(const ParameterSet& set, std::vector<double>& values) {
   constexpr double kInvisible = 1e-5;  // of the group's largest value
   const std::vector<double> clamped = set.ValuesFromTheta(set.ThetaFromValues(values));

@@ -8,9 +8,6 @@
 
 namespace pathfit::optim {
 
-/// The free group that scales emitter `object`, -1 if it is fixed.
-int GroupOfStrength(const ParameterSet& set, int object);
-
 /// Moves `values` into the bounds; false if that would visibly change a group (a nearly black texel
 /// may be lifted).
 bool ClampToBounds(const ParameterSet& set, std::vector<double>& values);

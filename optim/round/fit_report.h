@@ -74,9 +74,10 @@ struct StageReport {
   std::string stop_reason;
 };
 
-/// What tells the scale that base colours and lights share.
+/// What tells the scale that base colours share with lights, or with exposures where lights are
+/// known.
 enum class GaugeSource {
-  kKnownLight,  ///< a light that is not free
+  kKnownLight,  ///< a light that is not free, in photos of known exposure
   kKnownColor,  ///< the base colour of a surface that is not free
   kPhotos,      ///< what of the photos is not proportional to both: highlights, light between
                 ///< surfaces, lights that are seen
@@ -91,7 +92,10 @@ struct GaugeReport {
   renderer::Rgb wanted;  ///< of kMeanColor
   renderer::Rgb mean;    ///< of the result: of ColorGauge::material, or all
   renderer::Rgb start;   ///< the same of what the run began with
-  renderer::Rgb lights;  ///< strength over that at the start, geometric mean of all free lights
+  /// Lights are known, and exposures are what shares the scale.
+  bool is_of_exposures = false;
+  /// Strength over that at the start, geometric mean of all free lights; or of the photos' gains.
+  renderer::Rgb factors;
 };
 
 /// Listens to a fit; called from the thread that runs it, between rounds.

@@ -283,12 +283,28 @@ void AddNormalMaps(const Scene& scene,
   }
 }
 
-void AddProjectors(const Scene& scene, std::vector<std::string>& limits) {
+bool HasProjector(const Scene& scene) {
+  return std::ranges::any_of(scene.emitters, [](const Emitter& emitter) {
+    return std::holds_alternative<ProjectorEmitter>(emitter.light);
+  });
+}
+
+bool MovesInTheWorld(ParameterKind kind) {
+  return MovesGeometry(kind) && TraitsOf(kind).list != ObjectList::kSensors;
+}
+
+void AddProjectors(const Scene& scene,
+                   const ParameterLayout& layout,
+                   std::vector<std::string>& limits) {
+  const bool moves = layout.AnyKind(MovesInTheWorld);
   for (const Emitter& emitter : scene.emitters) {
     if (std::holds_alternative<ProjectorEmitter>(emitter.light)) {
       limits.push_back("'" + emitter.name +
-                       "' is a projector: the border of its picture is not in the derivative by "
-                       "moving things; it does not matter where the picture is black there");
+                       "' is a projector: the border of its picture is not in " +
+                       (moves ? "the derivative by moving things"
+                              : "the image form's derivative by cameras, the material form has "
+                                "it") +
+                       "; it does not matter where the picture is black there");
     }
   }
 }
@@ -313,8 +329,21 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
     AddLimitsOf(contact, scene, layout, limits);
   }
   AddPlaneCuts(scene, placed, layout, limits);
-  AddProjectors(scene, limits);
+  AddProjectors(scene, layout, limits);
   return limits;
+}
+
+DerivativeForm DefaultForm(const Scene& scene, const ParameterLayout& layout) {
+  if (!CameraMoves(layout) || !DeltaMeshes(scene).empty()) return DerivativeForm::kImage;
+  if (HasProjector(scene)) return DerivativeForm::kMaterial;
+  const std::vector<Mesh> placed = WorldMeshes(scene);
+  std::vector<const Mesh*> meshes;
+  for (const Mesh& m : placed) meshes.push_back(&m);
+  // Folds of one mesh are no reason to take the noisier form for all of it.
+  const bool cut = std::ranges::any_of(
+      MeshContacts(meshes, EyesOf(scene)),
+      [](const MeshContact& contact) { return contact.cut && contact.i != contact.j; });
+  return cut ? DerivativeForm::kMaterial : DerivativeForm::kImage;
 }
 
 void CheckDerivative(const Scene& scene,

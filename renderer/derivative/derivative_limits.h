@@ -12,6 +12,11 @@ namespace pathfit::renderer {
 /// the object that causes it; empty if it is complete. Said before rendering.
 std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout);
 
+/// The form that a derivative is taken in where none is asked for: that of the image, but where
+/// cameras move and only the other one follows what they see (a line along which meshes cut each
+/// other, the border of a projector's picture).
+DerivativeForm DefaultForm(const Scene& scene, const ParameterLayout& layout);
+
 /// Throws SceneError where a derivative cannot be had at all: material form with a mirror or glass,
 /// whose surface points do not keep the light they reflect.
 void CheckDerivative(const Scene& scene,

@@ -99,13 +99,12 @@ def fit_config(folder, name, photos, size, start):
 
 def true_values(name):
     """As parameters.csv names them."""
-    free, truth = CASES[name]
+    _, truth = CASES[name]
     values = {}
     for key, numbers in truth.items():
-        unit = free[key] if key == "fill.intensity" else [1.0] * len(numbers)
         parts = ["r", "g", "b"] if key.endswith(("color", "intensity")) else ["x", "y", "z"]
-        for part, number, u in zip(parts, numbers, unit):
-            values[key if len(numbers) == 1 else f"{key}.{part}"] = number / u
+        for part, number in zip(parts, numbers):
+            values[key if len(numbers) == 1 else f"{key}.{part}"] = number
     return values
 
 

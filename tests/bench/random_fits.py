@@ -195,9 +195,7 @@ class Problem:
         factor = 2.0 ** self.rng.uniform(-3, 3)
         truth = self.truth[f"{light}.power"]
         start = [factor * sum(truth) / 3] * 3
-        # The intensity of an environment is a factor on its radiance.
-        unit = start if light == "ambient" else [1.0] * 3
-        self.free("power", f"{light}.intensity", f"{light}.power", start, *([x / u for x, u in zip(v, unit)] for v in (truth, start)))
+        self.free("power", f"{light}.intensity", f"{light}.power", start, truth, start)
         return True
 
     def free_light_place(self):

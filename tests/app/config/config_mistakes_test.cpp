@@ -76,6 +76,12 @@ TEST(ConfigMistakes, RangesAndChoicesSayWhatIsAllowed) {
        {"loss.residual=relativ",
         "loss.residual: 'relativ' is not allowed; one of linear, relative is needed (did you mean "
         "'relative'?)"},
+       {"scene.materials.paint.base_color=[0.1, 0.2, 0.3]",
+        "scene.materials.paint.base_color: a map is needed, not a list; write {constant: [...]} "
+        "(known: constant, vertex, texture)"},
+       {"scene.materials.paint.base_color=bricks",
+        "scene.materials.paint.base_color: a map is needed, not 'bricks'; write {texture: bricks} "
+        "(known: constant, vertex, texture)"},
        {"solver=fast",
         "solver: a map is needed, not 'fast' (known: linear_solver, max_memory, threads)"},
        {"stages=none", "stages: a list of maps is needed, not 'none'"}});
@@ -257,10 +263,10 @@ TEST(ConfigMistakes, TheFormOfTheFileIsChecked) {
 
 TEST(ConfigMistakes, WhatIsWrongIsNotAlsoMissing) {
   // A wrong input is an input: no complaint about cameras or stages without photos.
-  EXPECT_EQ(
-      ProblemOf(kFitConfig, {"input.cameras=5"}),
-      "--set #1: input.cameras: a map is needed, not '5' (known: path, sensor, photos, format, "
-      "calibration, distortion, orientation)");
+  EXPECT_EQ(ProblemOf(kFitConfig, {"input.cameras=5"}),
+            "--set #1: input.cameras: a map is needed, not '5'; write {path: 5} (known: path, "
+            "sensor, photos, format, "
+            "calibration, distortion, orientation)");
   // A wrong mesh still has a name, a wrong material one too.
   EXPECT_EQ(ProblemOf(kFitConfig, {"scene.materials.glaze=5"}),
             "--set #1: scene.materials.glaze: a map is needed, not '5'");

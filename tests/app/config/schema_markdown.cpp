@@ -114,7 +114,8 @@ constexpr const char* kUnknownsNotes = R"(
 * `gradcheck.params` and `render --derivative` take these names with a component behind:
   `mug.vertices.x` (all vertices along x), `mug.vertices[17].y` (one number), `mug.rotation.y`,
   `paint.base_color.r`, `camera.principal_point.x`, `camera.distortion.1`, `lamp.angles.i` (inner)
-  and `.o` (outer).
+  and `.o` (outer). Without a component all numbers change alike (`gloss.texels`: by the same at each
+  texel); in `gradcheck` those of many vertices or texels by a fixed random number each.
 )";
 
 // "`MATERIAL.eta`, conductor, mirror".

@@ -80,6 +80,19 @@ TEST(Direction, NamesEveryKindOfParameter) {
   EXPECT_EQ(Parse("left.exposure").values, (Values{1}));
 }
 
+// All numbers alike, unless many are to be checked at once.
+TEST(Direction, WholeFieldsWithoutAComponent) {
+  EXPECT_EQ(Parse("worn.texels").values, (Values{1, 1}));
+  EXPECT_EQ(Parse("tri.vertices").values, Values(9, 1.0));
+  const auto random = [](const std::string& name) {
+    return ParseDirection(TestScene(), name, FieldDirection::kRandom).values;
+  };
+  EXPECT_NE(random("worn.texels"), (Values{1, 1}));
+  EXPECT_EQ(random("worn.texels[1]"), (Values{0, 1}));
+  EXPECT_EQ(random("tri.vertices.x"), Parse("tri.vertices.x").values);
+  EXPECT_EQ(random("gold.base_color"), (Values{1, 1, 1}));
+}
+
 TEST(Direction, CameraMeansAllSensors) {
   EXPECT_EQ(Parse("exposure").values, (Values{1, 1}));
   EXPECT_EQ(Parse("camera.rotation.y").values, (Values{0, 1, 0, 0, 1, 0}));

@@ -16,6 +16,7 @@
 #include "renderer/core/error.h"
 #include "renderer/image/color.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/exr_file.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/raw_file.h"
 #include "tests/optim/observation/exif_bytes.h"
@@ -182,6 +183,66 @@ TEST_F(DraftConfigTest, MakesMasksOfWhatTheCamerasLookAt) {
   EXPECT_TRUE(Says(draft, "masks: {path: made, meaning: silhouette}")) << draft;
   EXPECT_TRUE(Says(draft, "visual_hull: {dissent: 0.1}")) << draft;
   EXPECT_EQ(Built(input).scene.meshes.size(), 1U);
+}
+
+TEST_F(DraftConfigTest, MasksThatWereMadeAreKnownAgain) {
+  WriteSet(top(), Cameras::kTransforms);
+  FoundInput input = FindInput({.photos = top()});
+  ASSERT_TRUE(MakeMasks(top() / "ball_masks", input));
+  const FoundInput again = FindInput({.photos = top()});
+  EXPECT_EQ(again.num_masks, std::size_t{kViews});
+  ASSERT_TRUE(again.mask_agreement);
+  EXPECT_NEAR(*again.mask_agreement, *input.mask_agreement, 1e-3);
+  const auto draft = [&](const FoundInput& found) {
+    return DraftConfig(found, UsualLight({}), top() / "draft.yaml", "ball", {});
+  };
+  EXPECT_EQ(draft(again), draft(input));
+  WriteMasks(top() / "masks", false);
+  EXPECT_FALSE(FindInput({.photos = top()}).mask_agreement) << "somebody's are better";
+  fs::remove_all(top() / "masks");
+  fs::remove(top() / "ball_masks/made_masks.txt");
+  EXPECT_FALSE(FindInput({.photos = top()}).mask_agreement) << "corrected and taken over";
+}
+
+// Not the first photo decides.
+TEST_F(DraftConfigTest, FindsObjectsThatSomeAlphaChannelsTell) {
+  WriteSet(top(), Cameras::kTransforms);
+  Json cameras = Json::parse(renderer::ReadWholeFile(top() / "transforms.json"));
+  const auto with_alpha = [&](std::size_t i) {
+    const Image photo = views_[i].photo.Unpack();
+    const Image mask = views_[i].mask.Unpack();
+    Image rgba(photo.width, photo.height, 4);
+    for (std::size_t p = 0; p < mask.data.size(); ++p) {
+      for (std::size_t c = 0; c < 3; ++c) rgba.data[4 * p + c] = photo.data[3 * p + c];
+      rgba.data[4 * p + 3] = mask.data[p];
+    }
+    cameras["frames"][i]["file_path"] = "images/alpha" + std::to_string(i) + ".exr";
+    WriteExr(top() / "images" / ("alpha" + std::to_string(i) + ".exr"), rgba);
+    std::ofstream(top() / "transforms.json") << cameras;
+  };
+  for (const std::size_t i : {1U, 2U, 4U, 5U}) with_alpha(i);
+  const FoundInput some = FindInput({.photos = top()});
+  EXPECT_TRUE(some.options.masks.alpha);
+  EXPECT_EQ(some.num_masks, 4U);
+  EXPECT_EQ(some.options.masks.require, optim::MaskRequirement::kSome);
+  EXPECT_EQ(Built(some).observations.views.size(), std::size_t{kViews});
+  for (const std::size_t i : {0U, 3U}) with_alpha(i);
+  const FoundInput all = FindInput({.photos = top()});
+  EXPECT_EQ(all.num_masks, std::size_t{kViews});
+  EXPECT_EQ(all.options.masks.require, optim::MaskRequirement::kAll);
+}
+
+// Labels without an ending, as some programs write them, may have dots.
+TEST_F(DraftConfigTest, FindsPhotosByLabelsWithDots) {
+  WriteSet(top(), Cameras::kTransforms);
+  Json cameras = Json::parse(renderer::ReadWholeFile(top() / "transforms.json"));
+  for (std::size_t i = 0; i < kViews; ++i) {
+    const std::string label = "set." + std::to_string(i);
+    fs::rename(top() / paths_[i], top() / "images" / (label + ".PNG"));
+    cameras["frames"][i]["file_path"] = "images/" + label;
+  }
+  std::ofstream(top() / "transforms.json") << cameras;
+  EXPECT_EQ(FindInput({.photos = top()}).observations.views.size(), std::size_t{kViews});
 }
 
 TEST_F(DraftConfigTest, MasksBesideThePhotosAreNotPhotos) {

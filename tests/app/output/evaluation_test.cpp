@@ -105,7 +105,8 @@ TEST(Evaluation, ErrorsAreWhatWasPutIn) {
   found.sensors[1].gain = 2.0;
   found.sensors[1].world_from_camera.translation.y += 0.1;
   found.sensors[2].rotation = {0.0, 0.0, 0.02};
-  const Evaluation e = Evaluate(RunOf(truth, found), &truth, Quick());
+  Experiment run = RunOf(truth, found);
+  const Evaluation e = Evaluate(run, &truth, Quick());
 
   const auto& all = Named(e.surfaces, &EvaluatedSurface::surface, "all");
   EXPECT_NEAR(all.to_truth_mean, 0.025, 0.002);  // 0.05 |cos| over the ball
@@ -128,6 +129,14 @@ TEST(Evaluation, ErrorsAreWhatWasPutIn) {
   EXPECT_NEAR(e.cameras[1].exposure_ev, 1.0, 1e-12);
   EXPECT_NEAR(e.cameras[1].position_m, 0.1, 1e-12);
   EXPECT_NEAR(e.cameras[2].rotation_deg, 0.02 * 180.0 / 3.14159265358979, 1e-9);
+
+  // Of a scene in millimetres.
+  run.observations.metres_per_unit = 0.001;
+  const Evaluation small = Evaluate(run, &truth, Quick());
+  EXPECT_NEAR(small.surfaces[0].to_truth_mean, 0.001 * e.surfaces[0].to_truth_mean, 1e-12);
+  EXPECT_EQ(small.surfaces[0].mean_percent, e.surfaces[0].mean_percent);
+  EXPECT_NEAR(small.lights[1].position_m, 0.001 * e.lights[1].position_m, 1e-12);
+  EXPECT_NEAR(small.cameras[1].position_m, 1e-4, 1e-12);
 }
 
 /// A map of few texels cannot be the truth's; the best it can be has no error.

@@ -5,6 +5,7 @@
 
 #include "optim/diagnostics/gradient_check.h"
 #include "renderer/core/error.h"
+#include "renderer/geometry/mesh_primitives.h"
 #include "renderer/sampler/counter_rng.h"
 #include "tests/optim/diagnostics/gradient_cases.h"
 #include "tests/support/test_scenes.h"
@@ -92,6 +93,29 @@ TEST(GradientComparison, ZeroAgainstZeroCarriesNoInformation) {
 TEST(GradientComparison, LimitIsTheStudentQuantileOverAllTiles) {
   EXPECT_NEAR(Compare(Synthetic(0.0, 0.3), 0).z_limit, 5.106, 0.01);
   EXPECT_GT(Compare(Synthetic(0.0, 0.3), 0, 5.0).z_limit, 6.0) << "rarer alarms, wider limit";
+}
+
+// A small step gives few samples another lobe, each of much weight: tiles without any have a tiny
+// spread and a shifted mean.
+TEST(CheckGradient, SamplesThatChangeTheirLobeAreInTheErrorBars) {
+  renderer::Scene scene;
+  scene.materials = {{"paint", renderer::MetallicRoughnessBsdf{0.35, 0.3, 0.7}, {0.7, 0.3, 0.2}}};
+  scene.meshes = {{"ball", renderer::MakeIcosphere(3, 0.5), 0, {}}};
+  scene.emitters = {{"sky", renderer::LightFrame::kWorld, {}, renderer::EnvironmentEmitter{}}};
+  scene.sensors = {tests::CameraAt({0, 0, 2}, {0, 0, 0}, 40.0, 16, 16)};
+  renderer::ParameterLayout layout(scene);
+  layout.Add(renderer::ParameterKind::kSpecular, 0);
+  GradientCheckOptions options;
+  options.render.spp = 64;
+  options.difference_spp = 128;
+  options.step = 1e-4;
+  const renderer::Camera& camera = scene.sensors[0];
+  const auto result = CheckGradient(scene, camera, -1, layout, {1.0}, options);
+  const GradientComparison comparison = Compare(result, 4);
+  EXPECT_LT(comparison.z_max, comparison.z_limit);
+  GradientCheckResult unaware = result;
+  unaware.changes_lobes = false;
+  EXPECT_GT(Compare(unaware, 4).z_max, comparison.z_limit) << "what this is about";
 }
 
 TEST(CheckGradient, RefusesAStepOutOfTheValidScenes) {

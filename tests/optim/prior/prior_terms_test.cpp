@@ -111,6 +111,38 @@ TEST_F(PriorTermsTest, JacobiansAgreeWithDifferences) {
   CheckJacobians(Terms(set), set, set.ThetaFromValues(values));
 }
 
+// Where a light is known, exposures are believed to be alike, and what they have in common is as
+// open as their bounds; where all are free, each is near its start.
+TEST_F(PriorTermsTest, ExposuresUnderAKnownLightHaveAnOpenMean) {
+  constexpr int kViews = 7;
+  scene_.sensors.resize(kViews, scene_.sensors[0]);
+  exposure_.start_gains.clear();
+  std::vector<int> views;
+  double mean = 0.0;
+  std::vector<double> shifts;  // EV
+  for (int v = 0; v < kViews; ++v) {
+    views.push_back(v);
+    exposure_.start_gains.push_back(std::exp2(0.1 * v));
+    shifts.push_back(-1.2 + 0.2 * std::sin(3.0 * v));
+    mean += shifts.back() / kViews;
+    scene_.sensors[static_cast<std::size_t>(v)].gain = std::exp2(0.1 * v + shifts.back());
+  }
+  double each = 0.0, apart = 0.0;
+  for (const double shift : shifts) {
+    each += std::pow(shift / 0.3, 2);
+    apart += std::pow((shift - mean) / 0.3, 2);
+  }
+  const double unit = 0.5 * std::pow(optim::kGaussianResidual, 2) / kNumChannels;
+  Add(ParameterKind::kExposure, -1);
+  const auto cost = [&] { return Cost({scene_, unknowns_, active_, views, exposure_}); };
+  EXPECT_NEAR(cost(), unit * (apart + std::pow(mean / 3.0, 2)), 1e-9 * unit * each);
+  for (int e = 0; e < static_cast<int>(scene_.emitters.size()); ++e) {
+    EXPECT_LT(cost(), unit * each);
+    Add(ParameterKind::kLightIntensity, e);
+  }
+  EXPECT_NEAR(cost(), unit * each, 1e-9 * unit * each);
+}
+
 TEST_F(PriorTermsTest, ProximalTermsVanishAtTheRoundsStartAndWeighRoughnessMore) {
   Add(ParameterKind::kVertexPositions, 0).large_steps_lambda = 10.0;
   const ParameterSet set = Set();

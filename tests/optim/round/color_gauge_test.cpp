@@ -111,6 +111,14 @@ TEST_F(ColorGaugeTest, WhatIsKnownOrSeenDecides) {
   const auto known = SourceOfGauge(Set(), spec_, start_);
   EXPECT_EQ(known->source, GaugeSource::kKnownLight);
   EXPECT_EQ(known->known, "sun");
+  spec_.unknowns.emplace_back().kind = ParameterKind::kExposure;
+  spec_.unknowns.back().object = -1;
+  const auto exposed = SourceOfGauge(Set(), spec_, start_);
+  EXPECT_EQ(exposed->source, GaugeSource::kNothing);
+  EXPECT_TRUE(exposed->is_of_exposures);
+  EXPECT_EQ(SourceOfGauge(Set(), spec_, glossy)->source, GaugeSource::kMeanColor);  // free lights
+  glossy.emitters = start_.emitters;
+  EXPECT_EQ(SourceOfGauge(Set(), spec_, glossy)->source, GaugeSource::kPhotos);
   renderer::Scene same = start_;
   FixColorGauge(Set(), spec_, start_, same);
   EXPECT_EQ(same.meshes[0].mesh.colors[0].r, start_.meshes[0].mesh.colors[0].r);

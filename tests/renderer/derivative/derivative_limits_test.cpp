@@ -47,6 +47,30 @@ TEST(DerivativeLimits, MeshesThatTouchOrCut) {
   ExpectOne(Limits(scene, ParameterKind::kCameraPosition, 0), "cut");
 }
 
+// What a camera's image form lacks and the material form has.
+TEST(DefaultForm, IsTheMaterialOneWhereCamerasMoveOverCutsAndProjectors) {
+  const auto form_of = [](const Scene& scene, ParameterKind kind, int object) {
+    ParameterLayout layout(scene);
+    layout.Add(kind, object);
+    return DefaultForm(scene, layout);
+  };
+  const Scene apart = BallAboveFloor();
+  EXPECT_EQ(form_of(apart, ParameterKind::kFocal, 0), DerivativeForm::kImage);
+  Scene cut = apart;
+  for (Vec3& p : cut.meshes[1].mesh.positions) p.z -= 0.5;
+  EXPECT_EQ(form_of(cut, ParameterKind::kFocal, 0), DerivativeForm::kMaterial);
+  EXPECT_EQ(form_of(cut, ParameterKind::kExposure, 0), DerivativeForm::kImage);
+  EXPECT_EQ(form_of(cut, ParameterKind::kObjectTranslation, 1), DerivativeForm::kImage);
+  Scene projected = apart;
+  projected.emitters.push_back({"beamer", LightFrame::kWorld, {}, ProjectorEmitter{}});
+  EXPECT_EQ(form_of(projected, ParameterKind::kCameraPosition, 0), DerivativeForm::kMaterial);
+  ExpectOne(Limits(projected, ParameterKind::kCameraPosition, 0), "the material form has it");
+  ExpectOne(Limits(projected, ParameterKind::kObjectTranslation, 1), "by moving things");
+  projected.materials[0].bsdf = MirrorBsdf{};
+  EXPECT_EQ(form_of(projected, ParameterKind::kCameraPosition, 0), DerivativeForm::kImage)
+      << "mirrors have no other";
+}
+
 TEST(DerivativeLimits, SurfacesInOnePlaneAndMeshesThatMeetThemselves) {
   Scene scene = BallAboveFloor();
   scene.meshes[1].mesh = tests::Plate(0.5, 0.5, 0.0);
