@@ -187,6 +187,9 @@ std::vector<MeshPart> ReadGltfParts(const GeometryConfig& geometry,
   for (std::size_t i = 0; i < file.scene.meshes.size(); ++i) {
     renderer::SceneMesh& mesh = file.scene.meshes[i];
     MeshPart& part = parts.emplace_back();
+    // Results that are read under the same name again have it in front already.
+    const std::string front = geometry.name + "-";
+    if (mesh.name.starts_with(front)) mesh.name.erase(0, front.size());
     part.name =
         file.scene.meshes.size() == 1 ? geometry.name : GroupMeshName(geometry.name, mesh.name);
     const std::string name = part.name;

@@ -47,6 +47,15 @@ constexpr double kMostRise = 4.0;  // of the cost: points that photos show cost 
 // From another start, of the smallest photos.
 constexpr int kRoundsOfTrial = 8;
 
+// Of an object that may lie in the wrong valley: turned starts that rounds are run from, and what
+// they cost at most, in what the level has come to. In the right valley they cost far more.
+constexpr std::size_t kMostTurned = 3;
+constexpr double kMostTurnedCost = 15.0;
+constexpr double kExplainedCost = 0.05;  // of the level's first round: the valley is the right one
+// Of the present end, for another one. Edges make few pixels differ by much, which would pass for
+// noise where photos are so small.
+constexpr double kClearlyLess = 0.8;
+
 int CountMovingVertices(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
   std::size_t sum = 0;
   for (const renderer::ParameterGroup& group : layout.groups()) {
@@ -224,28 +233,35 @@ class FitDriver {
     BeginLevel();
   }
 
+  /// What rounds have learned of their level.
+  static void ForgetRounds(FitState& state) {
+    state.level_start = state.round;
+    state.growths = 0;
+    if (state.level == 0) {
+      state.damping = kStartDamping;
+    }
+    state.rejected_in_row = 0;
+    state.step_share = 1.0;
+    state.costs.clear();
+    state.held_out_costs.clear();
+    state.promised_cost = 0.0;
+    state.rounds = RoundSums();
+    state.within_error = 0;
+    state.still = 0;
+    state.flat = 0;
+    state.precise = false;
+    state.average = {};
+  }
+
   /// On the first rank; the others get the state that it leads to. `restarts`: of this level.
   void BeginLevel(int restarts = 0) {
     if (!division_.IsFirst()) {
       return;
     }
-    state_.level_start = state_.round;
-    const int growths = std::exchange(state_.growths, 0);
-    if (state_.level == 0) {
-      state_.damping = kStartDamping;
-    }
-    state_.restarts = restarts;
-    state_.rejected_in_row = 0;
-    state_.step_share = 1.0;
-    state_.costs.clear();
-    state_.held_out_costs.clear();
-    state_.promised_cost = 0.0;
+    const int growths = state_.growths;
     QuadraticModel coarse = std::exchange(state_.rounds, RoundSums()).model;
-    state_.within_error = 0;
-    state_.still = 0;
-    state_.flat = 0;
-    state_.precise = false;
-    state_.average = {};
+    ForgetRounds(state_);
+    state_.restarts = restarts;
     if (state_.stage == static_cast<int>(spec_.stages.size())) {
       return;
     }
@@ -318,6 +334,7 @@ class FitDriver {
     while (in_time && state_.level + 1 < static_cast<int>(scales.size())) {
       in_time = RunLevel(stage, scales);
       if (in_time) {
+        if (state_.level == 0) LookAround(stage, scales.front());
         ++state_.level;
         BeginLevel();
         SaveCheckpoint();
@@ -390,6 +407,49 @@ class FitDriver {
     }
   }
 
+  /// After the first level: where an object that is turned otherwise leads rounds of these photos
+  /// to a surely better end, the stage goes on from there.
+  void LookAround(const StageSpec& stage, double scale) {
+    const FitViews& views = evaluation_.SharedViewsAt(scale);
+    if (!IsFew(FreeSet(state_.scene, stage)) || state_.costs.empty() ||
+        state_.costs.back() < kExplainedCost * state_.costs.front()) {
+      return;
+    }
+    for (const int index : stage.free) {
+      const UnknownSpec& unknown = spec_.unknowns[static_cast<std::size_t>(index)];
+      const std::vector<renderer::Scene> starts = TurnedStarts(state_.scene, unknown);
+      if (starts.empty()) continue;
+      std::vector<const renderer::Scene*> scenes = {&state_.scene};
+      for (const renderer::Scene& start : starts) scenes.push_back(&start);
+      const std::vector<EvaluatedCost> costs =
+          Compare(scenes, stage, views, FitEvaluation::kMostSpp).costs;
+      const auto cost_of = [&](int start) {
+        return costs[static_cast<std::size_t>(start) + 1].Total();
+      };
+      std::vector<int> order = renderer::AllIndices(starts.size());
+      std::ranges::sort(order, {}, cost_of);
+      order.resize(std::min(order.size(), kMostTurned));
+      renderer::Scene best = state_.scene;
+      bool found = false;
+      for (const int i : order) {
+        if (division_.Share(IsLate()) || !(cost_of(i) < kMostTurnedCost * costs[0].Total())) {
+          break;
+        }
+        renderer::Scene end = EndOfTrial(starts[static_cast<std::size_t>(i)], stage, scale, views);
+        const std::vector<EvaluatedCost> ends =
+            Compare({&best, &end}, stage, views, FitEvaluation::kMostSpp).costs;
+        if (ends[1].Total() < kClearlyLess * ends[0].Total()) {
+          best = std::move(end);
+          found = true;
+        }
+      }
+      if (!found) continue;
+      observer_.OnMessage("stage '" + stage.name + "': small photos are explained better with " +
+                          unknown.name + " from another start, and the stage goes on from there");
+      state_.scene = std::move(best);
+    }
+  }
+
   /// Where a few rounds of a coarse level lead to, which nothing else learns of.
   [[nodiscard]] renderer::Scene EndOfTrial(const renderer::Scene& start,
                                            const StageSpec& stage,
@@ -400,8 +460,12 @@ class FitDriver {
     StageSpec trial_stage = stage;
     trial_stage.max_rounds = (kLevels + 1) * kRoundsOfTrial;
     FitState trial = state_;
+    trial.round = trial.level = trial.accepted = 0;
+    trial.split = kStartSplit;
+    ForgetRounds(trial);
     trial.scene = trial.level_scene = start;
     const Model model = MakeModel(start, stage, views);
+    trial.radius_factor = IsFew(model.set) ? kStartRadiusFactor : 1.0;
     const auto source = evaluation_.MakeSource(start, model.set.layout(), views);
     const StageContext context = ContextOf(stage, scale, views, model);
     while (trial.round < kRoundsOfTrial && StopReason(trial_stage, trial, kLevels).empty()) {

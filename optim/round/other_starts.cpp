@@ -17,7 +17,45 @@ renderer::ParameterLayout LayoutOf(const renderer::Scene& scene, const UnknownSp
   return layout;
 }
 
+constexpr double kTurn = 0.35;  // rad
+
+/// Of one rotation after another, both as vectors: the product of their quaternions.
+renderer::Vec3 Composed(const renderer::Vec3& second, const renderer::Vec3& first) {
+  struct Quaternion {
+    double w;
+    renderer::Vec3 v;
+  };
+  const auto quaternion = [](const renderer::Vec3& vector) {
+    const double angle = Norm(vector);
+    const double share = angle > 0.0 ? std::sin(0.5 * angle) / angle : 0.5;
+    return Quaternion{std::cos(0.5 * angle), vector * share};
+  };
+  const Quaternion a = quaternion(second), b = quaternion(first);
+  const double w = a.w * b.w - Dot(a.v, b.v);
+  const renderer::Vec3 v = b.v * a.w + a.v * b.w + Cross(a.v, b.v);
+  const double sine = Norm(v);
+  return sine > 0.0 ? v * (2.0 * std::atan2(sine, w) / sine) : renderer::Vec3{};
+}
+
 }  // namespace
+
+std::vector<renderer::Scene> TurnedStarts(const renderer::Scene& scene,
+                                          const UnknownSpec& unknown) {
+  if (unknown.kind != renderer::ParameterKind::kObjectRotation || unknown.hold ||
+      unknown.gaussian) {
+    return {};
+  }
+  std::vector<renderer::Scene> starts;
+  for (const renderer::Vec3& axis : {renderer::Vec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+    for (const double turn : {-kTurn, kTurn}) {
+      renderer::Scene& start = starts.emplace_back(scene);
+      renderer::Vec3& rotation =
+          start.meshes[static_cast<std::size_t>(unknown.object)].pose.rotation;
+      rotation = Composed(axis * turn, rotation);
+    }
+  }
+  return starts;
+}
 
 std::vector<double> OtherStarts(const renderer::Scene& scene,
                                 const UnknownSpec& unknown,

@@ -15,6 +15,11 @@ std::vector<double> OtherStarts(const renderer::Scene& scene,
                                 const UnknownSpec& unknown,
                                 const std::vector<UnknownSpec>& unknowns);
 
+/// Scenes with an object, whose rotation is the unknown, turned by 20 degrees about each of the
+/// world's axes, both ways, from which small photos may lead to another valley. None of other
+/// unknowns, and where a belief says how it is turned.
+std::vector<renderer::Scene> TurnedStarts(const renderer::Scene& scene, const UnknownSpec& unknown);
+
 /// `scene` with that value of an unknown that has other starts.
 renderer::Scene StartingAt(renderer::Scene scene, const UnknownSpec& unknown, double value);
 

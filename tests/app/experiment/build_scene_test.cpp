@@ -10,6 +10,7 @@
 #include "renderer/bsdf/metals.h"
 #include "renderer/core/error.h"
 #include "renderer/image/image.h"
+#include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
 #include "tests/app/config/config_text.h"
 
@@ -412,6 +413,14 @@ TEST_F(GltfScene, BringsItsMaterialsAndWhatShines) {
   EXPECT_NE(
       experiment.assumptions[0].find("its lights are left out (1); `lights: true` takes them"),
       std::string::npos);
+}
+
+// A result that is read under the name it came from.
+TEST_F(GltfScene, NamesThatItIsCalledByAlreadyStay) {
+  std::string text = renderer::ReadWholeFile(file_.folder() / "room.gltf");
+  text.replace(text.find("two walls"), 9, "room-walls");
+  std::ofstream(file_.folder() / "room.gltf") << text;
+  EXPECT_EQ(Build("").scene.meshes[0].name, "room-walls-Oak_001");
 }
 
 TEST_F(GltfScene, GetsOtherMaterialsByNameOrAltogether) {

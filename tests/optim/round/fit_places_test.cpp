@@ -354,5 +354,50 @@ TEST_F(FitPlacesTest, EndsWhereWhatIsLeftIsSmallBesideWhatNothingExplains) {
   EXPECT_LT(Norm(result.meshes[0].pose.translation), 0.02) << "of 0.18";
 }
 
+// From one photo, 19 degrees away: its corners look alike, and steps lead into another valley,
+// which other starts at the size of small photos tell.
+TEST_F(FitPlacesTest, ACubeThatIsTurnedFarEnoughToLookLikeAnother) {
+  const Vec3 place{0.778, 0.846, 0.102};
+  renderer::Mesh cube = renderer::MakeCube();
+  const renderer::Mat3 turn = renderer::RotationFromVector({-0.5507, 0.0496, 0.6985});
+  for (Vec3& p : cube.positions) p = place + turn * p * 0.3276;
+  renderer::Mesh floor = renderer::MakeRectangle();
+  for (Vec3& p : floor.positions) p = {2.5 * p.x, 0.0, -2.5 * p.y};
+  Scene truth;
+  truth.meshes = {{"cube", cube, 0}, {"floor", floor, 1}};
+  truth.meshes[0].pose.pivot = place;
+  truth.materials = {{"yellow", renderer::LambertBsdf{}, {0.7, 0.6, 0.3}},
+                     {"grey", renderer::LambertBsdf{}, {0.54, 0.56, 0.54}}};
+  renderer::EnvironmentEmitter sky;
+  sky.intensity = {0.2, 0.18, 0.28};
+  const Vec3 down = renderer::Normalized(Vec3{0.141, -0.889, 0.437});
+  truth.emitters = {{"sky", renderer::LightFrame::kWorld, {}, sky},
+                    {"sun",
+                     renderer::LightFrame::kWorld,
+                     {},
+                     renderer::DirectionalEmitter{down, {3.0, 2.2, 2.8}}}};
+  constexpr int kSmall = 32;
+  renderer::Camera camera =
+      tests::CameraAt({3.2, 2.36, -0.05}, {0.0, 0.3, 0.0}, 38.6, kSmall, kSmall);
+  camera.name = "view";
+  truth.sensors = {camera, camera};  // the last is held out
+  truth.sensors[1].name = "other";
+  const Vec3 wanted{0.2601, 0.0343, 0.1990};
+  Scene start = truth;
+  truth.meshes[0].pose.rotation = wanted;
+
+  Free(ParameterKind::kObjectRotation, 0);
+  optim::StageSpec stage;
+  stage.name = "turn";
+  stage.free = {0};
+  spec_.stages = {stage};
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    spec_.seed = seed;
+    const Scene result =
+        optim::RunFit(start, tests::Photograph(truth, 256), spec_, observer_, {}).scene;
+    EXPECT_LT(Norm(result.meshes[0].pose.rotation - wanted), 0.02) << "of 0.33, seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace pathfit
