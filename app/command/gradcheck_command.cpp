@@ -301,10 +301,11 @@ constexpr ResultKey kResult[] = {
 /// Says what is not in the derivatives, once.
 void WarnOfLimits(CommandContext& context,
                   const renderer::Scene& scene,
-                  const std::vector<Direction>& directions) {
+                  const std::vector<Direction>& directions,
+                  std::optional<renderer::DerivativeForm> form) {
   std::set<std::string> limits;
   for (const Direction& direction : directions) {
-    for (const std::string& text : renderer::DerivativeLimits(scene, direction.layout)) {
+    for (const std::string& text : renderer::DerivativeLimits(scene, direction.layout, form)) {
       if (limits.insert(text).second) context.log.WarnOfLimit(text);
     }
   }
@@ -375,7 +376,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
   const renderer::Scene& scene = experiment.scene;
   const std::vector<Direction> directions = ChooseDirections(experiment, config.gradcheck.params);
-  WarnOfLimits(context, scene, directions);
+  WarnOfLimits(context, scene, directions, config.derivative.form);
   const StopSignals signals;
   const optim::GradientCheckOptions options = OptionsOf(config);
   const bool has_output = !own.output.empty();

@@ -385,16 +385,17 @@ class Pictures {
 std::vector<Direction> ChooseDirections(CommandContext& context,
                                         const Options& own,
                                         const renderer::Scene& scene,
-                                        const renderer::RenderOptions& options) {
+                                        const ExperimentConfig& config) {
   std::vector<Direction> directions;
   for (const std::string& name : own.derivatives) {
     directions.push_back(NamedDirection(scene, name));
   }
   const renderer::ParameterLayout layout = UnionLayout(scene, directions);
-  for (const std::string& limit : renderer::DerivativeLimits(scene, layout)) {
+  for (const std::string& limit :
+       renderer::DerivativeLimits(scene, layout, config.derivative.form)) {
     context.log.WarnOfLimit(limit);
   }
-  renderer::CheckDerivative(scene, layout, options);
+  renderer::CheckDerivative(scene, layout, config.render);
   return directions;
 }
 
@@ -405,7 +406,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   const renderer::Scene& scene = experiment.scene;
   ChangeScene(own, experiment.scene);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
-  std::vector<Direction> directions = ChooseDirections(context, own, scene, config.render);
+  std::vector<Direction> directions = ChooseDirections(context, own, scene, config);
   const fs::path folder =
       fs::absolute(own.output.empty() ? fs::path("renders") / config.name : own.output);
   Pictures pictures(scene,

@@ -150,7 +150,8 @@ class Applier {
   [[nodiscard]] std::string KeyThatTakes(const Spot& at) const {
     if (at.allowed.type != Type::kMap) return "";
     for (const SchemaNode& child : at.allowed.children) {
-      if (child.one_of.empty() || child.type == Type::kMap) continue;
+      const bool may_stand_alone = !child.one_of.empty() || at.allowed.children.size() == 1;
+      if (!may_stand_alone || child.type == Type::kMap) continue;
       YamlNode value = at.node;
       std::vector<Problem> ignored;
       if (!Applier(folder_, ignored).Apply(child, value, at.path)) continue;

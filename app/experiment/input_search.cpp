@@ -370,6 +370,8 @@ class InputFinder {
     const auto is_transparent = [&](std::size_t i) {
       const auto photo =
           optim::FindPhoto(cameras_.cameras[i].image, cameras_, input_.options.images_dir).found;
+      static const std::set<std::string> kWithAlpha = {".png", ".tif", ".tiff", ".exr"};
+      if (!kWithAlpha.contains(renderer::LowerCase(photo->extension().string()))) return false;
       const Image alpha = optim::ReadPhotoFile(*photo, input_.options).alpha;
       return std::ranges::any_of(alpha.data, [](float a) { return a < 0.5F; });
     };

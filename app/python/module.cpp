@@ -439,7 +439,7 @@ class Scene {
       const double* data = weights.data();
       const py::gil_scoped_release release;
       GradientSink sink(layout, data, camera.width, camera.height);
-      Differentiate(index, layout, OptionsOf(index, spp, seed), sink);
+      Differentiate(index, layout, OptionsFor(layout, index, spp, seed), sink);
       gradient = sink.Sum();
     }
     const auto size = static_cast<py::ssize_t>(gradient.size());
@@ -461,7 +461,7 @@ class Scene {
     {
       const py::gil_scoped_release release;
       optim::JacobianSink sink(camera.width, camera.height);
-      Differentiate(index, layout, OptionsOf(index, spp, seed), sink);
+      Differentiate(index, layout, OptionsFor(layout, index, spp, seed), sink);
       sink.Finish();
       std::size_t count = 0;
       for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
@@ -482,7 +482,8 @@ class Scene {
   }
 
   [[nodiscard]] std::vector<std::string> NotInTheDerivative(const Parameters& parameters) const {
-    return renderer::DerivativeLimits(renderer_->scene(), LayoutOf(parameters));
+    return renderer::DerivativeLimits(
+        renderer_->scene(), LayoutOf(parameters), config_.derivative.form);
   }
 
   /// From the present state, which becomes that of the result.
@@ -603,6 +604,17 @@ class Scene {
     }
     if (seed) options.seed = *seed;
     options.view = index;
+    return options;
+  }
+  /// Of derivatives whose samples are not looked for.
+  [[nodiscard]] renderer::RenderOptions OptionsFor(const renderer::ParameterLayout& layout,
+                                                   std::size_t index,
+                                                   std::optional<int> spp,
+                                                   std::optional<std::uint64_t> seed) const {
+    renderer::RenderOptions options = OptionsOf(index, spp, seed);
+    if (!config_.derivative.form) {
+      options.form = renderer::DefaultForm(renderer_->scene(), layout);
+    }
     return options;
   }
   void Differentiate(std::size_t index,

@@ -106,8 +106,9 @@ class Scene:
         self, view: int | str, direction: str, spp: int | None = None, seed: int | None = None
     ) -> np.ndarray:
         """Derivative of the picture along `direction`, as `pathfit render --derivative` names it:
-        'ball.vertices.x', 'light.intensity', 'floor.texels[5].r'. Samples of its boundaries and its form are
-        found unless the config gives them, as there; those of jacobian and gradient are the config's or 8."""
+        'ball.vertices.x', 'light.intensity', 'floor.texels[5].r'; without a component all numbers alike.
+        Samples of its boundaries and its form are found unless the config gives them, as there; those of
+        jacobian and gradient are the config's or 8, the form is that of fits."""
 
     def jacobian(
         self, view: int | str, parameters: Parameters, spp: int | None = None, seed: int | None = None

@@ -75,6 +75,8 @@ std::string SizeProblem(const fs::path& path,
   return text;
 }
 
+constexpr const char* kRawTurned = " Programs that read RAW photos often turn them.";
+
 /// What was met while one photo was loaded.
 struct FrameFacts {
   int bits = 0;
@@ -447,10 +449,10 @@ void DescribePhotos(const ObservationOptions& options,
     out.push_back(
         "Orientation: " + CountOf(turned, "photo") + " with an EXIF rotation, which was " +
         (options.apply_exif_orientation ? "applied." : "ignored: pixels are used as stored.") +
-        (options.apply_exif_orientation
-             ? ""
-             : " If the cameras were found on upright pictures, use orientation 'exif'" +
-                   std::string(raw.empty() ? "." : ", as by programs that turn RAW photos.")));
+        (options.apply_exif_orientation ? ""
+                                        : std::string(raw.empty() ? "" : kRawTurned) +
+                                              " If the cameras were found on upright pictures, "
+                                              "use orientation 'exif'."));
   }
   if (options.clip_above < 1.0 && pixels > 0) {
     out.push_back("Clipping: pixels with a channel at or above " + ShortNumber(options.clip_above) +

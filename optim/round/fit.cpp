@@ -137,7 +137,8 @@ class FitDriver {
                : "") +
           "; nothing else of them enters the fit");
     }
-    for (const std::string& limit : renderer::DerivativeLimits(start_, all_.layout())) {
+    for (const std::string& limit :
+         renderer::DerivativeLimits(start_, all_.layout(), spec.estimators.form)) {
       observer_.OnLimit(limit);
     }
   }

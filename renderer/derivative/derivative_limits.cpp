@@ -79,6 +79,8 @@ std::vector<std::string> DeltaMeshes(const Scene& scene) {
   return names;
 }
 
+bool HasMaterialForm(const Scene& scene) { return DeltaMeshes(scene).empty(); }
+
 /// Whether the plane in which a parallel sensor's rays start cuts the mesh inside the picture.
 bool SensorPlaneCuts(const CameraModel& camera, const Mesh& mesh) {
   const Ray ray = camera.RayThrough(0.5, 0.5);
@@ -127,6 +129,7 @@ std::vector<Eye> EyesOf(const Scene& scene) {
 void AddLimitsOf(const MeshContact& contact,
                  const Scene& scene,
                  const ParameterLayout& layout,
+                 std::optional<DerivativeForm> form,
                  std::vector<std::string>& limits) {
   const auto name = [&](int mesh) {
     return "'" + scene.meshes[static_cast<std::size_t>(mesh)].name + "'";
@@ -135,7 +138,9 @@ void AddLimitsOf(const MeshContact& contact,
   const std::string names = same ? name(contact.i) : name(contact.i) + " and " + name(contact.j);
   const bool move = MeshMoves(layout, contact.i) || MeshMoves(layout, contact.j);
   const bool sweep = move || CameraMoves(layout);
-  if (contact.cut && sweep) {
+  const bool follows_cameras =
+      !move && (form ? *form == DerivativeForm::kMaterial : HasMaterialForm(scene) && !same);
+  if (contact.cut && sweep && !follows_cameras) {
     limits.push_back(names + (same ? " cuts itself" : " cut each other") +
                      (move ? ": that their common line moves is not in the derivative by moving "
                              "things"
@@ -295,8 +300,10 @@ bool MovesInTheWorld(ParameterKind kind) {
 
 void AddProjectors(const Scene& scene,
                    const ParameterLayout& layout,
+                   std::optional<DerivativeForm> form,
                    std::vector<std::string>& limits) {
   const bool moves = layout.AnyKind(MovesInTheWorld);
+  if (!moves && (form ? *form == DerivativeForm::kMaterial : HasMaterialForm(scene))) return;
   for (const Emitter& emitter : scene.emitters) {
     if (std::holds_alternative<ProjectorEmitter>(emitter.light)) {
       limits.push_back("'" + emitter.name +
@@ -311,7 +318,9 @@ void AddProjectors(const Scene& scene,
 
 }  // namespace
 
-std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout) {
+std::vector<std::string> DerivativeLimits(const Scene& scene,
+                                          const ParameterLayout& layout,
+                                          std::optional<DerivativeForm> form) {
   std::vector<std::string> limits;
   AddGlass(scene, layout, limits);
   AddNormalMaps(scene, layout, limits);
@@ -326,15 +335,15 @@ std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLay
     meshes.push_back(&m);
   }
   for (const MeshContact& contact : MeshContacts(meshes, EyesOf(scene))) {
-    AddLimitsOf(contact, scene, layout, limits);
+    AddLimitsOf(contact, scene, layout, form, limits);
   }
   AddPlaneCuts(scene, placed, layout, limits);
-  AddProjectors(scene, layout, limits);
+  AddProjectors(scene, layout, form, limits);
   return limits;
 }
 
 DerivativeForm DefaultForm(const Scene& scene, const ParameterLayout& layout) {
-  if (!CameraMoves(layout) || !DeltaMeshes(scene).empty()) return DerivativeForm::kImage;
+  if (!CameraMoves(layout) || !HasMaterialForm(scene)) return DerivativeForm::kImage;
   if (HasProjector(scene)) return DerivativeForm::kMaterial;
   const std::vector<Mesh> placed = WorldMeshes(scene);
   std::vector<const Mesh*> meshes;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,8 +10,11 @@
 namespace pathfit::renderer {
 
 /// What the derivative of a scene by these parameters leaves out, one sentence each, by the name of
-/// the object that causes it; empty if it is complete. Said before rendering.
-std::vector<std::string> DerivativeLimits(const Scene& scene, const ParameterLayout& layout);
+/// the object that causes it; empty if it is complete. Said before rendering. `form`: the one that
+/// is asked for, if any; else it is DefaultForm.
+std::vector<std::string> DerivativeLimits(const Scene& scene,
+                                          const ParameterLayout& layout,
+                                          std::optional<DerivativeForm> form = std::nullopt);
 
 /// The form that a derivative is taken in where none is asked for: that of the image, but where
 /// cameras move and only the other one follows what they see (a line along which meshes cut each
