@@ -53,15 +53,35 @@ Rgba TileSum(const Film& film, int x0, int y0, int tile) {
   return sum;
 }
 
-/// Whether the chance of a lobe, in materials with several, depends on a parameter.
+/// Whether the chance that a sample takes one lobe or another depends on a parameter.
 bool ChangesLobes(const renderer::Scene& scene, const renderer::ParameterLayout& layout) {
   using enum renderer::ParameterKind;
-  const bool has_lobes = std::ranges::any_of(scene.materials, [](const auto& material) {
-    return !std::holds_alternative<renderer::LambertBsdf>(material.bsdf);
-  });
-  return has_lobes && layout.AnyKind([](renderer::ParameterKind kind) {
-    return kind == kVertexColors || kind == kBaseColor || kind == kMetallic || kind == kSpecular ||
-           kind == kEta || kind == kTextureTexels;
+  using renderer::MetallicRoughnessBsdf;
+  const auto material_of = [&](int index) -> const renderer::Material& {
+    return scene.materials[static_cast<std::size_t>(index)];
+  };
+  const auto is_gltf = [](const renderer::Material& material) {
+    return std::holds_alternative<MetallicRoughnessBsdf>(material.bsdf);
+  };
+  return std::ranges::any_of(layout.groups(), [&](const renderer::ParameterGroup& group) {
+    switch (group.kind) {
+      case kBaseColor:
+      case kMetallic:
+      case kSpecular:
+        return is_gltf(material_of(group.object));
+      case kEta:
+        return !std::holds_alternative<renderer::RoughConductorBsdf>(
+            material_of(group.object).bsdf);
+      case kVertexColors:
+        return is_gltf(material_of(scene.meshes[static_cast<std::size_t>(group.object)].material));
+      case kTextureTexels:
+        return std::ranges::any_of(scene.materials, [&](const renderer::Material& material) {
+          return is_gltf(material) && (material.base_color_texture == group.object ||
+                                       material.metallic_texture == group.object);
+        });
+      default:
+        return false;
+    }
   });
 }
 
