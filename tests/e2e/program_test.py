@@ -373,7 +373,7 @@ class Program(unittest.TestCase):
         made = run("init", photos, "--json", cwd=self.folder)
         self.assertEqual(made.returncode, 0, made.stderr)
         self.assertGreater(json.loads(made.stdout)["mask_agreement"], 0.9)
-        self.assertEqual(len(list(masks.iterdir())), 24)
+        self.assertEqual(len(list(masks.glob("*.png"))), 24)
         self.assertIn("visual_hull", config.read_text())
         checked = run("check", config, *SMALL, cwd=self.folder)
         self.assertEqual(checked.returncode, 0, checked.stderr)
