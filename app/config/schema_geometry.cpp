@@ -173,7 +173,8 @@ SchemaNode GeometrySchema() {
                              {Key("resolution", &VisualHullGeometry::resolution) |
                                   Doc("Cells along the longest side of the box.") |
                                   From(optim::VisualHullOptions::kMinResolution,
-                                       optim::VisualHullOptions::kMaxResolution),
+                                       optim::VisualHullOptions::kMaxResolution) |
+                                  DefaultIs("as wide as a pixel; 32 to 320"),
                               Key("dissent", &VisualHullGeometry::dissent) |
                                   Doc("Share of the photos whose masks may leave out what the "
                                       "others show; above 0 where masks are rough.") |

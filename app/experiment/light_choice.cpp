@@ -33,7 +33,6 @@ constexpr double kLeastTrialSide = 64.0, kMostTrialSide = 256.0;  // of a photo,
 constexpr int kTrialErosion = 1;  // the start's outline is not yet that of the masks
 constexpr int kTrialRounds = 20;
 constexpr int kTrialSpp = 8;
-constexpr int kTrialResolution = 32;  // of the hull, as fine as those photos
 constexpr int kTrialTriangles = 2000;
 
 /// Of the photos that are fitted and have a mask, evenly chosen.
@@ -109,14 +108,8 @@ class LightTrial {
   double Explained(DraftLight light) {
     const fs::path path = fs::current_path() / "draft.yaml";  // is not written
     const std::string text = DraftConfig(input_, {light, ""}, path, "draft", mesh_);
-    std::vector<ConfigOverride> overrides;
-    if (mesh_.empty()) {
-      overrides.push_back(
-          {"trial",
-           fmt::format("scene.geometry.object.visual_hull.resolution={}", kTrialResolution)});
-    }
     Experiment experiment = BuildExperiment(
-        ReadExperimentConfig(ParseYaml(text, path.string()), path, overrides), input_.observations);
+        ReadExperimentConfig(ParseYaml(text, path.string()), path, {}), input_.observations);
     if (start_.empty()) {
       start_ = experiment.scene.meshes;
       Coarsen(start_);

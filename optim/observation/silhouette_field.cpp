@@ -8,6 +8,7 @@
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/io/image_file.h"
+#include "renderer/math/median.h"
 
 namespace pathfit::optim {
 namespace {
@@ -206,6 +207,14 @@ Vec3 SilhouetteField::Center() const {
   return {Dot(b, Cross(a.y, a.z)) / determinant,
           Dot(a.x, Cross(b, a.z)) / determinant,
           Dot(a.x, Cross(a.y, b)) / determinant};
+}
+
+double SilhouetteField::PixelWidth(const Vec3& at) const {
+  std::vector<double> widths;
+  for (const SilhouetteView& view : views_) {
+    if (const auto p = view.camera.Project(at)) widths.push_back(p->depth / view.focal);
+  }
+  return renderer::Median(widths);
 }
 
 double SilhouetteField::Radius(const Vec3& center) const {

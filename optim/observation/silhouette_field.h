@@ -34,6 +34,9 @@ class SilhouetteField {
   /// Radius of a ball about `center` onto which every mask falls.
   [[nodiscard]] double Radius(const renderer::Vec3& center) const;
 
+  /// How wide a pixel is at a point that some view is before, in units of the world: median.
+  [[nodiscard]] double PixelWidth(const renderer::Vec3& at) const;
+
   [[nodiscard]] std::size_t NumViews() const { return views_.size(); }
   /// Cells of a square grid over the box of a view's silhouette whose centres lie in it.
   [[nodiscard]] int NumCells(std::size_t view, int cells_along) const;

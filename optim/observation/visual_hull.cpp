@@ -30,6 +30,7 @@ constexpr double kTightEnough = 0.9;  // stop when the longest side shrinks by l
 /// A voxel can hold body if its centre is this far outside, in half diagonals: the field's slope
 /// may pass 1 a little.
 constexpr double kSlack = 1.25;
+constexpr int kBlock = 4;  // nodes
 
 // Surface, in voxels.
 constexpr int kPadding = 2;
@@ -60,16 +61,45 @@ VoxelGrid MakeGrid(const Vec3& origin, double spacing, const std::array<int, 3>&
   return grid;
 }
 
-/// Values in units of the spacing, cut off at +-band.
-void FillGrid(const SilhouetteField& field, double band, VoxelGrid& grid) {
-  const auto rows = static_cast<std::int64_t>(grid.size[1]) * grid.size[2];
-  renderer::ParallelFor(rows, [&](std::int64_t row) {
-    const int y = static_cast<int>(row % grid.size[1]);
-    const int z = static_cast<int>(row / grid.size[1]);
-    for (int x = 0; x < grid.size[0]; ++x) {
-      const double value = field.Value(grid.Node(x, y, z), -band * grid.spacing) / grid.spacing;
-      grid.values[grid.Offset(x, y, z)] = static_cast<float>(std::clamp(value, -band, band));
+/// Some nodes of a grid.
+struct Block {
+  std::array<int, 3> low{}, end{};
+
+  [[nodiscard]] Vec3 Middle(const VoxelGrid& grid) const {
+    return (grid.Node(low[0], low[1], low[2]) + grid.Node(end[0] - 1, end[1] - 1, end[2] - 1)) *
+           0.5;
+  }
+  template <class Function>
+  void ForEach(Function function) const {
+    for (int z = low[2]; z < end[2]; ++z) {
+      for (int y = low[1]; y < end[1]; ++y) {
+        for (int x = low[0]; x < end[0]; ++x) function(x, y, z);
+      }
     }
+  }
+};
+
+/// Values in units of the spacing, cut off at +-band. Of a block whose middle is so deep inside
+/// that all of it is, no more is looked at: most views must be asked before a node is inside.
+void FillGrid(const SilhouetteField& field, double band, VoxelGrid& grid) {
+  const double deep = band + kSlack * 0.5 * std::sqrt(3.0) * (kBlock - 1);
+  std::array<std::int64_t, 3> blocks{};
+  for (std::size_t a = 0; a < 3; ++a) blocks[a] = (grid.size[a] + kBlock - 1) / kBlock;
+  renderer::ParallelFor(blocks[0] * blocks[1] * blocks[2], [&](std::int64_t i) {
+    const std::array<std::int64_t, 3> at = {
+        i % blocks[0], i / blocks[0] % blocks[1], i / (blocks[0] * blocks[1])};
+    Block block;
+    for (std::size_t a = 0; a < 3; ++a) {
+      block.low[a] = static_cast<int>(at[a]) * kBlock;
+      block.end[a] = std::min(block.low[a] + kBlock, grid.size[a]);
+    }
+    const double enough = deep * grid.spacing;
+    const bool is_deep = field.Value(block.Middle(grid), enough) > enough;
+    block.ForEach([&](int x, int y, int z) {
+      const double value =
+          is_deep ? band : field.Value(grid.Node(x, y, z), -band * grid.spacing) / grid.spacing;
+      grid.values[grid.Offset(x, y, z)] = static_cast<float>(std::clamp(value, -band, band));
+    });
   });
 }
 
@@ -158,6 +188,13 @@ Box FindBox(const SilhouetteField& field) {
   }
   if (!carving.found) FailEmpty();
   return box;
+}
+
+/// What is a few pixels wide in photos is a few voxels wide.
+int ResolutionOf(const SilhouetteField& field, const Box& box) {
+  const double pixels = LongestSide(box) / field.PixelWidth(field.Center());
+  return static_cast<int>(std::lround(
+      std::clamp<double>(pixels, VisualHullOptions::kLeastFound, VisualHullOptions::kMostFound)));
 }
 
 VoxelGrid CarveFinely(const SilhouetteField& field, const Box& box, int resolution) {
@@ -302,8 +339,8 @@ void MoveToZero(const SilhouetteField& field, double spacing, Mesh& mesh) {
 Mesh CarveVisualHull(const ObservationSet& observations, const VisualHullOptions& options) {
   constexpr int kMin = VisualHullOptions::kMinResolution;
   constexpr int kMax = VisualHullOptions::kMaxResolution;
-  if (options.resolution < kMin || options.resolution > kMax) {
-    throw SceneError("visual hull: the resolution is " + std::to_string(options.resolution) +
+  if (options.resolution && (*options.resolution < kMin || *options.resolution > kMax)) {
+    throw SceneError("visual hull: the resolution is " + std::to_string(*options.resolution) +
                      " (allowed: " + std::to_string(kMin) + " to " + std::to_string(kMax) + ")");
   }
   if (!(options.dissent >= 0.0 && options.dissent <= VisualHullOptions::kMaxDissent)) {
@@ -312,7 +349,9 @@ Mesh CarveVisualHull(const ObservationSet& observations, const VisualHullOptions
                      std::to_string(VisualHullOptions::kMaxDissent) + ")");
   }
   const SilhouetteField field(observations, options.dissent);
-  const VoxelGrid grid = CarveFinely(field, FindBox(field), options.resolution);
+  const Box box = FindBox(field);
+  const VoxelGrid grid =
+      CarveFinely(field, box, options.resolution ? *options.resolution : ResolutionOf(field, box));
   Mesh mesh = ExtractSurface(grid);
   SeparateTouchingParts(kInset * grid.spacing, mesh);
   KeepPartsOfSilhouettes(field, mesh);

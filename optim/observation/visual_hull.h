@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "optim/observation/observation.h"
 #include "renderer/geometry/mesh.h"
 
@@ -7,8 +9,11 @@ namespace pathfit::optim {
 
 struct VisualHullOptions {
   static constexpr int kMinResolution = 16, kMaxResolution = 512;
+  /// Of those that are found.
+  static constexpr int kLeastFound = 32, kMostFound = 320;
   static constexpr double kMaxDissent = 0.4;
-  int resolution = 128;  ///< voxels along the longest side of the hull's box
+  /// Voxels along the longest side of the hull's box; none: as wide as a pixel is there.
+  std::optional<int> resolution = {};
   double dissent = 0.0;  ///< share of the views that may leave out what the others have
 };
 

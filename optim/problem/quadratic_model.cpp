@@ -36,51 +36,108 @@ struct Sums {
   std::vector<double> product, square, covariance, scatter, variance;
 };
 
-/// Adds one unit's products to the upper triangles (in block order).
-void AddUnit(const PixelRows& rows, const RowUnit& unit, const ParameterSet& set, Sums& sums) {
-  const std::size_t n = set.NumScalars();
-  const auto num_rows = static_cast<std::size_t>(unit.NumRows());
-  const RowEntry* entries = rows.entries.data() + unit.first_entry;
-  const EntrySpread* spreads = rows.spreads.data() + unit.first_entry;
-  for (std::int32_t a = 0; a < unit.num_entries; ++a) {
-    const auto size_a = static_cast<std::size_t>(set.BlockSize(entries[a].block));
-    const std::size_t offset_a = set.BlockOffset(entries[a].block);
-    for (std::int32_t b = a; b < unit.num_entries; ++b) {
-      const auto size_b = static_cast<std::size_t>(set.BlockSize(entries[b].block));
-      const std::size_t offset_b = set.BlockOffset(entries[b].block);
-      for (std::size_t p = 0; p < size_a; ++p) {
-        for (std::size_t q = 0; q < size_b; ++q) {
-          double mean = 0.0;
-          double difference = 0.0;
-          double mixed = 0.0;
-          for (std::size_t row = 0; row < num_rows; ++row) {
-            const std::size_t i = row * size_a + p;
-            const std::size_t k = row * size_b + q;
-            mean += static_cast<double>(entries[a].jacobian[i]) *
-                    static_cast<double>(entries[b].jacobian[k]);
-            difference += static_cast<double>(spreads[a].jacobian[i]) *
-                          static_cast<double>(spreads[b].jacobian[k]);
-            mixed += static_cast<double>(entries[a].jacobian[i]) *
-                     static_cast<double>(spreads[b].jacobian[k]);
-          }
-          const std::size_t cell = (offset_a + p) * n + offset_b + q;
-          sums.product[cell] += mean - difference;
-          sums.square[cell] += mean;
-          if (a == b && p == q) {
-            // (m + d)(m - d) has the variance of 2 m d, whatever m is.
-            sums.variance[offset_a + p] += 4.0 * mixed * mixed;
-          }
-          const double noise = static_cast<double>(spreads[a].gradient[p]) *
-                               static_cast<double>(spreads[b].gradient[q]);
-          sums.covariance[cell] += noise;
-          sums.scatter[cell] += static_cast<double>(spreads[a].mean_gradient[p]) *
-                                    static_cast<double>(spreads[b].mean_gradient[q]) -
-                                noise;
+/// What a unit says of the scalars that it depends on, side by side, in their order.
+class UnitColumns {
+ public:
+  void Fill(const PixelRows& rows, const RowUnit& unit, const ParameterSet& set) {
+    for (std::vector<double>* column : All()) column->clear();
+    scalars_.clear();
+    const auto num_rows = static_cast<std::size_t>(unit.NumRows());
+    for (std::int32_t e = 0; e < unit.num_entries; ++e) {
+      const std::size_t at = unit.first_entry + static_cast<std::size_t>(e);
+      const RowEntry& entry = rows.entries[at];
+      const EntrySpread& spread = rows.spreads[at];
+      const auto size = static_cast<std::size_t>(set.BlockSize(entry.block));
+      for (std::size_t c = 0; c < size; ++c) {
+        scalars_.push_back(set.BlockOffset(entry.block) + c);
+        for (std::size_t row = 0; row < kRows; ++row) {
+          const std::size_t cell = row * size + c;
+          const bool is_there = row < num_rows;
+          mean_[row].push_back(is_there ? static_cast<double>(entry.jacobian[cell]) : 0.0);
+          difference_[row].push_back(is_there ? static_cast<double>(spread.jacobian[cell]) : 0.0);
         }
+        spread_.push_back(static_cast<double>(spread.gradient[c]));
+        gradient_.push_back(static_cast<double>(spread.mean_gradient[c]));
+      }
+    }
+    // Runs of scalars that follow each other, from the last one on.
+    ends_.resize(scalars_.size());
+    for (std::size_t i = scalars_.size(); i-- > 0;) {
+      const bool goes_on = i + 1 < scalars_.size() && scalars_[i + 1] == scalars_[i] + 1;
+      ends_[i] = goes_on ? ends_[i + 1] : i + 1;
+    }
+  }
+
+  /// Adds the products to the upper triangles of matrices of n columns.
+  void AddTo(std::size_t n, Sums& sums) const {
+    for (std::size_t i = 0; i < scalars_.size(); ++i) {
+      double mixed = 0.0;
+      for (std::size_t row = 0; row < kRows; ++row) {
+        mixed += mean_[row][i] * difference_[row][i];
+      }
+      // (m + d)(m - d) has the variance of 2 m d, whatever m is.
+      sums.variance[scalars_[i]] += 4.0 * mixed * mixed;
+      for (std::size_t first = i; first < scalars_.size(); first = ends_[first]) {
+        const std::size_t cell = scalars_[i] * n + scalars_[first];
+        AddRun(i,
+               first,
+               ends_[first] - first,
+               &sums.product[cell],
+               &sums.square[cell],
+               &sums.covariance[cell],
+               &sums.scatter[cell]);
       }
     }
   }
-}
+
+ private:
+  static constexpr std::size_t kRows = 3;  // of a unit with fewer the rest is zero
+
+  /// One row of the matrices by a run of columns, as vector code: none of the arrays overlap.
+  void AddRun(std::size_t i,
+              std::size_t first,
+              std::size_t count,
+              double* __restrict product,
+              double* __restrict square,
+              double* __restrict covariance,
+              double* __restrict scatter) const {
+    const double* const m0 = &mean_[0][first];
+    const double* const m1 = &mean_[1][first];
+    const double* const m2 = &mean_[2][first];
+    const double* const d0 = &difference_[0][first];
+    const double* const d1 = &difference_[1][first];
+    const double* const d2 = &difference_[2][first];
+    const double* const spread = &spread_[first];
+    const double* const gradient = &gradient_[first];
+    const std::array<double, kRows> m = {mean_[0][i], mean_[1][i], mean_[2][i]};
+    const std::array<double, kRows> d = {difference_[0][i], difference_[1][i], difference_[2][i]};
+    const double own_spread = spread_[i];
+    const double own_gradient = gradient_[i];
+    for (std::size_t k = 0; k < count; ++k) {
+      const double of_means = m[0] * m0[k] + m[1] * m1[k] + m[2] * m2[k];
+      const double of_noise = own_spread * spread[k];
+      product[k] += of_means - (d[0] * d0[k] + d[1] * d1[k] + d[2] * d2[k]);
+      square[k] += of_means;
+      covariance[k] += of_noise;
+      scatter[k] += own_gradient * gradient[k] - of_noise;
+    }
+  }
+
+  std::array<std::vector<double>*, 2 * kRows + 2> All() {
+    return {&mean_[0],
+            &mean_[1],
+            &mean_[2],
+            &difference_[0],
+            &difference_[1],
+            &difference_[2],
+            &spread_,
+            &gradient_};
+  }
+
+  std::vector<std::size_t> scalars_, ends_;
+  std::array<std::vector<double>, kRows> mean_, difference_;
+  std::vector<double> spread_, gradient_;  ///< EntrySpread::gradient, mean_gradient
+};
 
 void AddScaled(const std::vector<double>& from, double factor, std::vector<double>& to) {
   for (std::size_t i = 0; i < to.size(); ++i) {
@@ -260,8 +317,10 @@ void QuadraticModel::AddRows(const PixelRows& rows, const ParameterSet& set) {
     const std::size_t count = rows.units.size();
     const std::size_t first = count * static_cast<std::size_t>(part) / kNumParts;
     const std::size_t end = count * static_cast<std::size_t>(part + 1) / kNumParts;
+    UnitColumns columns;
     for (std::size_t i = first; i < end; ++i) {
-      AddUnit(rows, rows.units[i], set, sums);
+      columns.Fill(rows, rows.units[i], set);
+      columns.AddTo(NumScalars(), sums);
     }
   });
   for (const Sums& part : parts) {

@@ -132,6 +132,29 @@ std::string Describe(const renderer::MeshFolds& folds) {
          std::to_string(folds.crossing_triangles) + " crossing triangles";
 }
 
+/// Half of the surface has shorter edges: small thin parts may have most of all edges, spikes the
+/// longest.
+double TypicalEdge(const Mesh& mesh) {
+  std::vector<std::pair<double, double>> sides;  // mean of a triangle's, its area
+  double area = 0.0;
+  for (const renderer::Triangle& triangle : mesh.triangles) {
+    double around = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      around += Norm(mesh.positions[static_cast<std::size_t>(triangle[(k + 1) % 3])] -
+                     mesh.positions[static_cast<std::size_t>(triangle[k])]);
+    }
+    sides.emplace_back(around / 3.0, Norm(renderer::TwiceArea(mesh, triangle)));
+    area += sides.back().second;
+  }
+  std::ranges::sort(sides);
+  double passed = 0.0;
+  for (const auto& [side, weight] : sides) {
+    passed += weight;
+    if (passed >= 0.5 * area) return side;
+  }
+  return 0.0;
+}
+
 class Leveller {
  public:
   Leveller(const std::vector<UnknownSpec>& unknowns, const FitViews& views, MeshLevels& levels)
@@ -151,7 +174,7 @@ class Leveller {
       Say(item, "stays as it is: no fitted view sees it");
       return;
     }
-    const double edge = topology.MeanEdgeLength(mesh);
+    const double edge = TypicalEdge(mesh);
     const renderer::MeshFolds folds = renderer::CountFolds(mesh);
     const bool is_near = edge < kNear * wanted && wanted < kNear * edge;
     if (is_near && folds.Total() == 0) return;
@@ -250,7 +273,7 @@ class Leveller {
   /// False: it could not be made, and that was said.
   [[nodiscard]] bool Make(const renderer::SceneMesh& item, double edge, Mesh& mesh) {
     try {
-      mesh = Remesh(mesh, edge);
+      mesh = RemeshKeepingThinParts(mesh, edge);
       renderer::ValidateMesh(mesh, item.name);
       return true;
     } catch (const renderer::SceneError& error) {

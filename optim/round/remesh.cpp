@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <optional>
+#include <queue>
 #include <utility>
 #include <vector>
 
@@ -17,7 +19,9 @@
 #include "renderer/core/parallel.h"
 #include "renderer/geometry/closest_point.h"
 #include "renderer/geometry/mesh_checks.h"
+#include "renderer/geometry/mesh_folds.h"
 #include "renderer/geometry/mesh_normals.h"
+#include "renderer/geometry/mesh_topology.h"
 #include "renderer/geometry/triangle_tree.h"
 
 namespace pathfit::optim {
@@ -38,6 +42,12 @@ constexpr double kTooThin = 0.15;
 constexpr int kRings = 2;          // of neighbours that help to mend it
 constexpr double kMostOff = 0.03;  // of the wanted length: how far mending leaves what was there
 constexpr double kMostPerSquare = 16.0;  // vertices; equal sides give 1.15
+// Parts that were made with shorter edges: their mean over so many rings is below it.
+constexpr int kRingsOfMean = 3;
+constexpr double kFine = 0.5;
+// Thin parts.
+constexpr int kMostHalvings = 4;
+constexpr double kGrading = 0.5;  // of lengths, per distance
 
 struct Traits : OpenMesh::DefaultTraits {
   using Point = OpenMesh::Vec3d;
@@ -62,13 +72,9 @@ double Shape(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 class Remesher {
  public:
-  Remesher(const renderer::Mesh& mesh, double edge)
-      : surface_(mesh),
-        edge_(edge),
-        longest_(kLongest * edge * kLongest * edge),
-        shortest_(kShortest * edge * kShortest * edge),
-        most_vertices_(4.0 * static_cast<double>(mesh.positions.size()) +
-                       kMostPerSquare * SurfaceArea(mesh) / (edge * edge)) {
+  /// `lengths`: of edges, by vertex of the mesh, which is that of the tree.
+  Remesher(const renderer::Mesh& mesh, const TriangleTree& surface, std::vector<double> lengths)
+      : mesh_(mesh), surface_(surface), lengths_(std::move(lengths)) {
     const std::vector<renderer::Vec3>& positions = mesh.positions;
     for (const Vec3& p : positions) {
       kernel_.add_vertex({p.x, p.y, p.z});
@@ -85,15 +91,17 @@ class Remesher {
   /// Restricts all changes to where edges and triangles are too uneven, and a few rings of
   /// neighbours. False: they are not.
   bool KeepEven() {
+    const std::vector<char> is_fine = FindFineParts();
     bool found = false;
     const auto mark = [&](Vertex v) {
+      if (is_fine[Index(v)] != 0) return;
       kernel_.status(v).set_tagged(true);
       found = true;
     };
     for (const Edge edge : kernel_.edges()) {
       const Halfedge h = kernel_.halfedge_handle(edge, 0);
-      const double length = std::sqrt(SquaredLength(h));
-      if (length > kTooLong * edge_ || length < kTooShort * edge_) {
+      const double share = std::sqrt(SquaredLength(h)) / Wanted(h);
+      if (share > kTooLong || share < kTooShort) {
         mark(kernel_.to_vertex_handle(h));
         mark(kernel_.from_vertex_handle(h));
       }
@@ -111,13 +119,15 @@ class Remesher {
         if (!kernel_.status(v).tagged()) continue;
         for (const Vertex neighbor : kernel_.vv_range(v)) next.push_back(neighbor);
       }
-      for (const Vertex v : next) kernel_.status(v).set_tagged(true);
+      std::ranges::for_each(next, mark);
     }
     only_tagged_ = true;
     return found;
   }
 
   void Run() {
+    lengths_of_surface_ = lengths_;
+    most_vertices_ = 4.0 * static_cast<double>(lengths_.size()) + kMostPerSquare * WantedSquares();
     for (int pass = 0; pass < kPasses; ++pass) {
       SplitLong();
       CollapseShort();
@@ -127,7 +137,8 @@ class Remesher {
     kernel_.garbage_collection();
   }
 
-  [[nodiscard]] renderer::Mesh Result(const renderer::Mesh& source) const {
+  [[nodiscard]] renderer::Mesh Result() const {
+    const renderer::Mesh& source = mesh_;
     renderer::Mesh mesh;
     std::vector<Vec3> positions;
     for (const Vertex v : kernel_.vertices()) positions.push_back(At(v));
@@ -159,6 +170,58 @@ class Remesher {
   }
 
  private:
+  /// Vertices with far shorter edges all around than wanted: such parts were made so.
+  [[nodiscard]] std::vector<char> FindFineParts() const {
+    std::vector<double> means(lengths_.size());
+    for (const Vertex v : kernel_.vertices()) {
+      double sum = 0.0;
+      for (const Halfedge h : kernel_.voh_range(v)) sum += std::sqrt(SquaredLength(h));
+      means[Index(v)] = sum / static_cast<double>(kernel_.valence(v));
+    }
+    for (int ring = 0; ring < kRingsOfMean; ++ring) {
+      const std::vector<double> inner = means;
+      for (const Vertex v : kernel_.vertices()) {
+        double sum = inner[Index(v)];
+        for (const Vertex neighbor : kernel_.vv_range(v)) sum += inner[Index(neighbor)];
+        means[Index(v)] = sum / static_cast<double>(kernel_.valence(v) + 1);
+      }
+    }
+    std::vector<char> is_fine(means.size());
+    for (std::size_t v = 0; v < means.size(); ++v) is_fine[v] = means[v] < kFine * lengths_[v];
+    return is_fine;
+  }
+  /// Area in squares of the wanted lengths.
+  [[nodiscard]] double WantedSquares() const {
+    double sum = 0.0;
+    for (const Face face : kernel_.faces()) {
+      const Halfedge h = kernel_.halfedge_handle(face);
+      const Vertex a = kernel_.from_vertex_handle(h), b = kernel_.to_vertex_handle(h);
+      const double wanted = Wanted(h);
+      sum += 0.5 * Norm(Cross(At(b) - At(a), Apex(h) - At(a))) / (wanted * wanted);
+    }
+    return sum;
+  }
+  static std::size_t Index(Vertex v) { return static_cast<std::size_t>(v.idx()); }
+  /// Length of an edge between two places.
+  [[nodiscard]] double Wanted(Vertex a, Vertex b) const {
+    return 0.5 * (lengths_[Index(a)] + lengths_[Index(b)]);
+  }
+  [[nodiscard]] double Wanted(Halfedge h) const {
+    return Wanted(kernel_.from_vertex_handle(h), kernel_.to_vertex_handle(h));
+  }
+  [[nodiscard]] bool IsLong(Halfedge h) const {
+    const double longest = kLongest * Wanted(h);
+    return SquaredLength(h) > longest * longest;
+  }
+  [[nodiscard]] double LengthAt(const ClosestPoint& at) const {
+    const auto& corners = mesh_.triangles[static_cast<std::size_t>(at.triangle)];
+    double length = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      length += lengths_of_surface_[static_cast<std::size_t>(corners[k])] * at.weights[k];
+    }
+    return length;
+  }
+
   [[nodiscard]] bool MayChange(Vertex v) const {
     return !only_tagged_ || kernel_.status(v).tagged();
   }
@@ -171,7 +234,7 @@ class Remesher {
   /// x: mending must not cut corners. Anything does where the whole mesh is made anew.
   [[nodiscard]] bool KeepsNear(const Vec3& p, Vertex v, const Vec3& x, Vertex without) const {
     if (!only_tagged_) return true;
-    const double most = kMostOff * edge_;
+    const double most = kMostOff * lengths_[Index(v)];
     for (const Halfedge h : kernel_.voh_range(v)) {
       const Vertex a = kernel_.to_vertex_handle(h);
       const Vertex b = kernel_.to_vertex_handle(kernel_.next_halfedge_handle(h));
@@ -226,14 +289,16 @@ class Remesher {
       const Edge edge(static_cast<int>(i));
       if (!MayChange(edge)) continue;
       const Halfedge h = kernel_.halfedge_handle(edge, 0);
-      if (SquaredLength(h) <= longest_) continue;
+      if (!IsLong(h)) continue;
+      const double wanted = Wanted(h);
       const Vec3 middle =
           (At(kernel_.to_vertex_handle(h)) + At(kernel_.from_vertex_handle(h))) * 0.5;
       const Vertex v = kernel_.add_vertex({middle.x, middle.y, middle.z});
+      lengths_.push_back(wanted);
       kernel_.status(v).set_tagged(true);
       kernel_.split(edge, v);
       // The first half keeps its number.
-      if (SquaredLength(kernel_.halfedge_handle(edge, 0)) > longest_) --i;
+      if (IsLong(kernel_.halfedge_handle(edge, 0))) --i;
     }
   }
 
@@ -242,7 +307,8 @@ class Remesher {
       const Edge edge(static_cast<int>(i));
       if (!MayChange(edge)) continue;
       Halfedge h = kernel_.halfedge_handle(edge, 0);
-      if (SquaredLength(h) >= shortest_) continue;
+      const double shortest = kShortest * Wanted(h);
+      if (SquaredLength(h) >= shortest * shortest) continue;
       for (int side = 0; side < 2; ++side) {
         h = kernel_.halfedge_handle(edge, static_cast<unsigned>(side));
         if (MayCollapse(h)) {
@@ -259,7 +325,8 @@ class Remesher {
     const Vertex from = kernel_.from_vertex_handle(h);
     const Vertex to = kernel_.to_vertex_handle(h);
     for (const Vertex v : kernel_.vv_range(from)) {
-      if (v != to && SquaredNorm(At(v) - At(to)) > longest_) return false;
+      const double longest = kLongest * Wanted(v, to);
+      if (v != to && SquaredNorm(At(v) - At(to)) > longest * longest) return false;
     }
     const auto valence = static_cast<int>(kernel_.valence(from) + kernel_.valence(to)) - 4;
     return valence <= kMaxValence && MayMove(from, At(to), to, kMaxTurn) &&
@@ -294,7 +361,7 @@ class Remesher {
       if (!better) continue;
       if (only_tagged_) {
         const Vec3 middle = (a + b) * 0.5;
-        const double most = kMostOff * edge_;
+        const double most = kMostOff * Wanted(h);
         if (!IsNear(middle, a, d, c, most) && !IsNear(middle, b, c, d, most)) continue;
       }
       // Both new triangles must look where both old ones do.
@@ -323,21 +390,87 @@ class Remesher {
       const Vec3 middle = sum / count;
       const Vec3 along = middle - At(v) - n * Dot(n, middle - At(v));
       for (const double step : {1.0, 0.3}) {
-        const Vec3 x = surface_.Closest(At(v) + along * step, n).position;
+        const ClosestPoint there = surface_.Closest(At(v) + along * step, n);
+        const Vec3& x = there.position;
         if (!MayMove(v, x, Vertex(), kMaxTurn) || !KeepsNear(At(v), v, x, Vertex())) continue;
         kernel_.set_point(v, {x.x, x.y, x.z});
+        lengths_[Index(v)] = LengthAt(there);
         break;
       }
     }
   }
 
+  const renderer::Mesh& mesh_;
+  const TriangleTree& surface_;
   Kernel kernel_;
-  TriangleTree surface_;
-  double edge_;
-  double longest_, shortest_;  // squared lengths
-  double most_vertices_;       // that no sound surface reaches
+  std::vector<double> lengths_;             // by vertex of the kernel
+  std::vector<double> lengths_of_surface_;  // by vertex of the mesh
+  double most_vertices_ = 0.0;              // that no sound surface reaches
   bool only_tagged_ = false;
 };
+
+/// Vertices of `mesh` that `made` is farther away from than `most`, or, with `and_folds`, that it
+/// is folded at.
+std::vector<std::size_t> LostPlaces(const renderer::Mesh& mesh,
+                                    const TriangleTree& surface,
+                                    const renderer::Mesh& made,
+                                    double most,
+                                    bool and_folds) {
+  std::vector<Vec3> normals(mesh.positions.size());
+  for (const renderer::Triangle& triangle : mesh.triangles) {
+    const Vec3 area = renderer::TwiceArea(mesh, triangle);
+    for (const std::int32_t v : triangle) normals[static_cast<std::size_t>(v)] += area;
+  }
+  const TriangleTree made_surface(made);
+  std::vector<char> is_lost(normals.size(), 0);
+  renderer::ParallelFor(static_cast<std::int64_t>(normals.size()), [&](std::int64_t i) {
+    const auto v = static_cast<std::size_t>(i);
+    const Vec3& x = mesh.positions[v];
+    if (SquaredNorm(normals[v]) == 0.0) return;
+    const Vec3 off = made_surface.Closest(x, normals[v]).position - x;
+    is_lost[v] = SquaredNorm(off) > most * most ? 1 : 0;
+  });
+  const std::vector<std::int32_t> folded =
+      and_folds ? renderer::FoldedTriangles(made) : std::vector<std::int32_t>();
+  for (const std::int32_t face : folded) {
+    for (const std::int32_t corner : made.triangles[static_cast<std::size_t>(face)]) {
+      const ClosestPoint at = surface.Closest(made.positions[static_cast<std::size_t>(corner)]);
+      for (const std::int32_t v : mesh.triangles[static_cast<std::size_t>(at.triangle)]) {
+        is_lost[static_cast<std::size_t>(v)] = 1;
+      }
+    }
+  }
+  std::vector<std::size_t> lost;
+  for (std::size_t v = 0; v < is_lost.size(); ++v) {
+    if (is_lost[v] != 0) lost.push_back(v);
+  }
+  return lost;
+}
+
+/// Halves the lengths at these vertices, and makes others shorter around them.
+void Halve(const renderer::Mesh& mesh,
+           const std::vector<std::size_t>& places,
+           std::vector<double>& lengths) {
+  using Entry = std::pair<double, std::size_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> next;
+  for (const std::size_t v : places) {
+    lengths[v] *= 0.5;
+    next.emplace(lengths[v], v);
+  }
+  const auto rings = renderer::MeshTopology::Build(mesh).Neighbors(mesh);
+  while (!next.empty()) {
+    const auto [length, v] = next.top();
+    next.pop();
+    if (length > lengths[v]) continue;
+    for (const std::int32_t neighbor : rings[v]) {
+      const auto w = static_cast<std::size_t>(neighbor);
+      const double most = length + kGrading * Norm(mesh.positions[w] - mesh.positions[v]);
+      if (most >= lengths[w]) continue;
+      lengths[w] = most;
+      next.emplace(most, w);
+    }
+  }
+}
 
 double DistanceTo(const TriangleTree& tree, const renderer::Mesh& mesh) {
   const std::vector<renderer::Triangle>& triangles = mesh.triangles;
@@ -365,16 +498,42 @@ double DistanceTo(const TriangleTree& tree, const renderer::Mesh& mesh) {
 }  // namespace
 
 renderer::Mesh Remesh(const renderer::Mesh& mesh, double edge) {
-  Remesher remesher(mesh, edge);
+  const TriangleTree surface(mesh);
+  Remesher remesher(mesh, surface, std::vector<double>(mesh.positions.size(), edge));
   remesher.Run();
-  return remesher.Result(mesh);
+  return remesher.Result();
+}
+
+renderer::Mesh RemeshKeepingThinParts(const renderer::Mesh& mesh, double edge) {
+  const TriangleTree surface(mesh);
+  std::vector<double> lengths(mesh.positions.size(), edge);
+  const auto make = [&] {
+    Remesher remesher(mesh, surface, lengths);
+    remesher.Run();
+    return remesher.Result();
+  };
+  renderer::Mesh made = make();
+  const bool has_folds = !renderer::FoldedTriangles(mesh).empty();
+  for (int halvings = 0; halvings < kMostHalvings; ++halvings) {
+    const std::vector<std::size_t> lost =
+        LostPlaces(mesh, surface, made, kMostLost * edge, !has_folds);
+    if (lost.empty()) break;
+    Halve(mesh, lost, lengths);
+    try {
+      made = make();
+    } catch (const renderer::SceneError&) {
+      break;  // too crumpled for that, or parts that only touch
+    }
+  }
+  return made;
 }
 
 std::optional<renderer::Mesh> MendEdges(const renderer::Mesh& mesh, double edge) {
-  Remesher remesher(mesh, edge);
+  const TriangleTree surface(mesh);
+  Remesher remesher(mesh, surface, std::vector<double>(mesh.positions.size(), edge));
   if (!remesher.KeepEven()) return std::nullopt;
   remesher.Run();
-  return remesher.Result(mesh);
+  return remesher.Result();
 }
 
 double SurfaceDistance(const renderer::Mesh& a, const renderer::Mesh& b) {

@@ -15,8 +15,16 @@ namespace pathfit::optim {
 /// edge has two triangles, edge > 0.
 renderer::Mesh Remesh(const renderer::Mesh& mesh, double edge);
 
-/// The same only around edges far from the length `edge` and thin triangles, as steps of an
-/// optimisation leave them; all other vertices stay as they are. Empty: there are none.
+/// The same with edges as much shorter, down to 1/16, as it takes for the surface to stay: no place
+/// of it is farther than kMostLost of `edge` from a part of the new one that looks to the same
+/// side, and nothing is folded that was not. So tubes that are thinner than an edge stay tubes.
+renderer::Mesh RemeshKeepingThinParts(const renderer::Mesh& mesh, double edge);
+
+inline constexpr double kMostLost = 0.5;
+
+/// As Remesh does, but only around edges far from the length `edge` and thin triangles, as steps of
+/// an optimisation leave them; all other vertices stay as they are, and so do parts with far
+/// shorter edges all over. Empty: there are none.
 std::optional<renderer::Mesh> MendEdges(const renderer::Mesh& mesh, double edge);
 
 /// Largest distance of vertices, middles of edges and of triangles of one mesh from the surface of

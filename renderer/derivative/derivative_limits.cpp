@@ -126,10 +126,16 @@ std::vector<Eye> EyesOf(const Scene& scene) {
   return eyes;
 }
 
+std::vector<MeshContact> ContactsOf(const Scene& scene, const std::vector<Mesh>& placed) {
+  std::vector<const Mesh*> meshes;
+  for (const Mesh& m : placed) meshes.push_back(&m);
+  return MeshContacts(meshes, EyesOf(scene));
+}
+
 void AddLimitsOf(const MeshContact& contact,
                  const Scene& scene,
                  const ParameterLayout& layout,
-                 std::optional<DerivativeForm> form,
+                 DerivativeForm form,
                  std::vector<std::string>& limits) {
   const auto name = [&](int mesh) {
     return "'" + scene.meshes[static_cast<std::size_t>(mesh)].name + "'";
@@ -138,9 +144,7 @@ void AddLimitsOf(const MeshContact& contact,
   const std::string names = same ? name(contact.i) : name(contact.i) + " and " + name(contact.j);
   const bool move = MeshMoves(layout, contact.i) || MeshMoves(layout, contact.j);
   const bool sweep = move || CameraMoves(layout);
-  const bool follows_cameras =
-      !move && (form ? *form == DerivativeForm::kMaterial : HasMaterialForm(scene) && !same);
-  if (contact.cut && sweep && !follows_cameras) {
+  if (contact.cut && sweep && (move || form == DerivativeForm::kImage)) {
     limits.push_back(names + (same ? " cuts itself" : " cut each other") +
                      (move ? ": that their common line moves is not in the derivative by moving "
                              "things"
@@ -294,16 +298,27 @@ bool HasProjector(const Scene& scene) {
   });
 }
 
+/// As DefaultForm says. Folds of one mesh are no reason to take the noisier form for all of it.
+DerivativeForm FormThatFollows(const Scene& scene,
+                               const ParameterLayout& layout,
+                               const std::vector<MeshContact>& contacts) {
+  const bool follows = CameraMoves(layout) && HasMaterialForm(scene) &&
+                       (HasProjector(scene) || std::ranges::any_of(contacts, [](const auto& c) {
+                          return c.cut && c.i != c.j;
+                        }));
+  return follows ? DerivativeForm::kMaterial : DerivativeForm::kImage;
+}
+
 bool MovesInTheWorld(ParameterKind kind) {
   return MovesGeometry(kind) && TraitsOf(kind).list != ObjectList::kSensors;
 }
 
 void AddProjectors(const Scene& scene,
                    const ParameterLayout& layout,
-                   std::optional<DerivativeForm> form,
+                   DerivativeForm form,
                    std::vector<std::string>& limits) {
   const bool moves = layout.AnyKind(MovesInTheWorld);
-  if (!moves && (form ? *form == DerivativeForm::kMaterial : HasMaterialForm(scene))) return;
+  if (!moves && form == DerivativeForm::kMaterial) return;
   for (const Emitter& emitter : scene.emitters) {
     if (std::holds_alternative<ProjectorEmitter>(emitter.light)) {
       limits.push_back("'" + emitter.name +
@@ -330,29 +345,22 @@ std::vector<std::string> DerivativeLimits(const Scene& scene,
   AddMirrors(scene, limits);
   const std::vector<Mesh> placed = WorldMeshes(scene);
   AddCoarseMeshes(scene, placed, limits);
-  std::vector<const Mesh*> meshes;
-  for (const Mesh& m : placed) {
-    meshes.push_back(&m);
-  }
-  for (const MeshContact& contact : MeshContacts(meshes, EyesOf(scene))) {
-    AddLimitsOf(contact, scene, layout, form, limits);
+  const std::vector<MeshContact> contacts = ContactsOf(scene, placed);
+  const DerivativeForm taken = form ? *form : FormThatFollows(scene, layout, contacts);
+  for (const MeshContact& contact : contacts) {
+    AddLimitsOf(contact, scene, layout, taken, limits);
   }
   AddPlaneCuts(scene, placed, layout, limits);
-  AddProjectors(scene, layout, form, limits);
+  AddProjectors(scene, layout, taken, limits);
   return limits;
 }
 
 DerivativeForm DefaultForm(const Scene& scene, const ParameterLayout& layout) {
-  if (!CameraMoves(layout) || !HasMaterialForm(scene)) return DerivativeForm::kImage;
-  if (HasProjector(scene)) return DerivativeForm::kMaterial;
-  const std::vector<Mesh> placed = WorldMeshes(scene);
-  std::vector<const Mesh*> meshes;
-  for (const Mesh& m : placed) meshes.push_back(&m);
-  // Folds of one mesh are no reason to take the noisier form for all of it.
-  const bool cut = std::ranges::any_of(
-      MeshContacts(meshes, EyesOf(scene)),
-      [](const MeshContact& contact) { return contact.cut && contact.i != contact.j; });
-  return cut ? DerivativeForm::kMaterial : DerivativeForm::kImage;
+  const bool may_follow_cuts = CameraMoves(layout) && HasMaterialForm(scene);
+  return FormThatFollows(
+      scene,
+      layout,
+      may_follow_cuts ? ContactsOf(scene, WorldMeshes(scene)) : std::vector<MeshContact>());
 }
 
 void CheckDerivative(const Scene& scene,

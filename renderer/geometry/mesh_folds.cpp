@@ -105,6 +105,18 @@ MeshFolds CountFolds(const Mesh& mesh) {
           static_cast<int>(CrossingTriangles(mesh, topology.parts).size())};
 }
 
+std::vector<std::int32_t> FoldedTriangles(const Mesh& mesh) {
+  const MeshTopology topology = MeshTopology::Build(mesh);
+  std::vector<std::int32_t> found = CrossingTriangles(mesh, topology.parts);
+  for (const MeshEdge& edge : FoldedEdges(mesh, topology.edges)) {
+    found.insert(found.end(), edge.faces.begin(), edge.faces.end());
+  }
+  std::ranges::sort(found);
+  const auto repeated = std::ranges::unique(found);
+  found.erase(repeated.begin(), repeated.end());
+  return found;
+}
+
 MeshFolds Unfold(Mesh& mesh) {
   const MeshTopology topology = MeshTopology::Build(mesh);
   std::vector<char> fixed(mesh.positions.size(), 0);

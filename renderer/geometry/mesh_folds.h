@@ -15,6 +15,8 @@ struct MeshFolds {
   friend bool operator==(const MeshFolds&, const MeshFolds&) = default;
 };
 MeshFolds CountFolds(const Mesh& mesh);
+/// Of folded edges and crossing ones, ascending.
+std::vector<std::int32_t> FoldedTriangles(const Mesh& mesh);
 
 inline constexpr double kFoldAngle = 150.0;  ///< degrees
 /// Whether triangles with these normals, of any length, are folded onto each other.

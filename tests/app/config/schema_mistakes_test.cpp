@@ -9,6 +9,7 @@
 #include "app/config/schema.h"
 #include "app/config/yaml_document.h"
 #include "tests/app/config/config_text.h"
+#include "tests/support/sanitized.h"
 
 namespace pathfit::app {
 namespace {
@@ -106,7 +107,7 @@ TEST(SchemaMistakes, EveryKeyIsRefusedWithItsPlace) {
     const MistakeFinder mistakes(text);
     keys.insert(mistakes.keys().begin(), mistakes.keys().end());
     for (const Mistake& mistake : mistakes.found()) {
-      ++count;
+      if (++count % 5 != 0 && tests::kSanitized) continue;
       file.Write(Replaced(text, mistake));
       std::string said = "accepted";
       try {

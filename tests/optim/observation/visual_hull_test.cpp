@@ -101,6 +101,18 @@ TEST(CarveVisualHull, EnclosesTheBallTightly) {
   }
 }
 
+TEST(CarveVisualHull, HasCellsAsWideAsAPixelUnlessTold) {
+  // The box is 2.2 radii wide, seen with 180 pixels per unit from three units away.
+  const ObservationSet set = BallFromAllSides();
+  const std::size_t found = CarveVisualHull(set, {}).positions.size();
+  const double pixels = 2.2 * kRadius * 60.0;
+  const auto of = [&](double resolution) {
+    return CarveVisualHull(set, {.resolution = static_cast<int>(resolution)}).positions.size();
+  };
+  EXPECT_GT(found, of(0.9 * pixels));
+  EXPECT_LT(found, of(1.1 * pixels));
+}
+
 TEST(CarveVisualHull, OneMaskThatMissesAPartCarvesNothingWhereItMayDissent) {
   ObservationSet set = BallFromAllSides();
   View& view = set.views[4];

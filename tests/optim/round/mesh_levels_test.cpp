@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "optim/round/remesh.h"
+#include "renderer/geometry/mesh_checks.h"
 #include "renderer/geometry/mesh_folds.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/geometry/mesh_topology.h"
@@ -61,34 +62,60 @@ TEST(Remesh, GivesAClosedSurfaceOfTheWantedEdges) {
   }
 }
 
-TEST(Remesh, KeepsPiecesAndHandles) {
-  // A ring with a square profile: Euler characteristic 0.
+// A ring of radius 1 with a square profile.
+Mesh Ring(int corners, double half_width) {
   Mesh ring;
-  constexpr int kCorners = 24;
-  for (int i = 0; i < kCorners; ++i) {
-    const double angle = 2.0 * std::numbers::pi * i / kCorners;
-    for (const auto& [r, z] : {std::pair(0.8, -0.2), {1.2, -0.2}, {1.2, 0.2}, {0.8, 0.2}}) {
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / corners;
+    const double in = 1.0 - half_width, out = 1.0 + half_width;
+    for (const auto& [r, z] :
+         {std::pair(in, -half_width), {out, -half_width}, {out, half_width}, {in, half_width}}) {
       ring.positions.push_back({r * std::cos(angle), r * std::sin(angle), z});
     }
   }
-  for (int i = 0; i < kCorners; ++i) {
+  for (int i = 0; i < corners; ++i) {
     for (int k = 0; k < 4; ++k) {
       const int a = 4 * i + k;
       const int b = 4 * i + (k + 1) % 4;
-      const int c = (a + 4) % (4 * kCorners);
-      const int d = (b + 4) % (4 * kCorners);
+      const int c = (a + 4) % (4 * corners);
+      const int d = (b + 4) % (4 * corners);
       ring.triangles.push_back({a, c, b});
       ring.triangles.push_back({c, d, b});
     }
   }
   renderer::ValidateMesh(ring, "ring");
-  for (const double edge : {0.5, 0.1}) {
-    const Mesh made = optim::Remesh(ring, edge);
-    renderer::ValidateMesh(made, "made");
-    const auto topology = renderer::MeshTopology::Build(made);
-    EXPECT_TRUE(topology.closed);
-    EXPECT_EQ(made.positions.size() + made.triangles.size(), topology.edges.size());
-  }
+  return ring;
+}
+
+void ExpectARing(const Mesh& made) {
+  renderer::ValidateMesh(made, "made");
+  const auto topology = renderer::MeshTopology::Build(made);
+  EXPECT_TRUE(topology.closed);
+  EXPECT_EQ(made.positions.size() + made.triangles.size(), topology.edges.size())
+      << "Euler characteristic";
+}
+
+TEST(Remesh, KeepsPiecesAndHandles) {
+  for (const double edge : {0.5, 0.1}) ExpectARing(optim::Remesh(Ring(24, 0.2), edge));
+}
+
+TEST(RemeshKeepingThinParts, KeepsATubeThatIsThinnerThanAnEdge) {
+  constexpr double kEdge = 0.3;
+  const Mesh ring = Ring(300, 0.02);
+  EXPECT_LT(SignedVolume(optim::Remesh(ring, kEdge)), 0.5 * SignedVolume(ring));
+  const Mesh made = optim::RemeshKeepingThinParts(ring, kEdge);
+  ExpectARing(made);
+  EXPECT_EQ(renderer::CountFolds(made).Total(), 0);
+  EXPECT_LT(optim::SurfaceDistance(ring, made), optim::kMostLost * kEdge);
+  EXPECT_GT(SignedVolume(made), 0.3 * SignedVolume(ring)) << "a prism inside of it";
+  EXPECT_LT(made.positions.size(), ring.positions.size());
+  EXPECT_EQ(made.positions, optim::RemeshKeepingThinParts(ring, kEdge).positions);
+  EXPECT_FALSE(optim::MendEdges(made, kEdge)) << "short edges are meant";
+}
+
+TEST(RemeshKeepingThinParts, IsRemeshOfWhatHasNone) {
+  const Mesh ball = BumpyBall(4);
+  EXPECT_EQ(optim::RemeshKeepingThinParts(ball, 0.2).positions, optim::Remesh(ball, 0.2).positions);
 }
 
 TEST(Remesh, CarriesColoursOver) {
@@ -163,10 +190,10 @@ TEST_F(MeshLevelsTest, EdgesFollowThePixels) {
 }
 
 TEST_F(MeshLevelsTest, ScaledObjectsHaveEdgesOfTheWorld) {
-  const Mesh plain = At(1.0).scene.meshes[0].mesh;
+  const Mesh plain = At(0.5).scene.meshes[0].mesh;
   scene_.meshes[0].pose.scale = 2.0;
   for (Vec3& p : scene_.meshes[0].mesh.positions) p *= 0.5;
-  EXPECT_NEAR(EdgesOf(At(1.0).scene.meshes[0].mesh).mean * 2.0, EdgesOf(plain).mean, 1e-3);
+  EXPECT_NEAR(EdgesOf(At(0.5).scene.meshes[0].mesh).mean * 2.0, EdgesOf(plain).mean, 1e-3);
 }
 
 TEST_F(MeshLevelsTest, ASecondTimeNothingChanges) {

@@ -16,6 +16,7 @@
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/scene/texture_surface.h"
 #include "tests/optim/round/synthetic_fit.h"
+#include "tests/support/sanitized.h"
 
 namespace pathfit {
 namespace {
@@ -320,6 +321,7 @@ TEST_F(SurfaceLevelsTest, OnlyAStageThatMakesATextureOfAConstantBeginsSmallForIt
 }
 
 TEST_F(SurfaceLevelsTest, AStandingTextureGrowsWithThePhotosAndKeepsItsSamples) {
+  if (tests::kSanitized) GTEST_SKIP() << "a long fit, for its result alone";
   observations_ = tests::Photograph(scene_, 32);
   optim::FitSpec spec;
   spec.unknowns = unknowns_;
@@ -381,6 +383,7 @@ TEST_F(SurfaceLevelsTest, AFitGoesFromConstantToVerticesToTextureAndContinuesToT
       std::filesystem::temp_directory_path() /
       (std::string("pathfit_") + info->name() + std::to_string(getpid()));
   for (const int after : {3, 5}) {  // rounds: of vertices, of the texture
+    if (tests::kSanitized && after == 3) continue;
     tests::RecordingObserver first, second;
     first.cancel_after = after;
     optim::FitControls controls;
