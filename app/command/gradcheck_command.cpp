@@ -403,6 +403,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     division.ForEach<CheckedRow>(
         optim::Division::Kind::kReport, scene.sensors.size() * directions.size(), check, take);
   } catch (const renderer::Cancelled&) {
+    if (!rows.empty() && !line.json) PrintTable(rows);  // all that was checked, without a verdict
     return signals.Received().value_or(ExitStatus::kStopped);
   }
   return context.ranks.IsFirst() ? Conclude(context, rows) : ExitStatus::kFinished;

@@ -66,7 +66,7 @@ Json Describe(const fs::path& run, Log& log) {
       psnr = stage.psnr_srgb_val;
     }
     json["name"] = record.name;
-    json["status"] = EffectiveStatus(record);
+    json["status"] = EffectiveStatus(record, run);
     json["started_utc"] = record.started_utc;
     json["stages"] = stages;
     json["rounds"] = rounds;

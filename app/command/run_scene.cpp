@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "app/config/nearest_name.h"
 #include "optim/checkpoint/checkpoint.h"
 #include "renderer/core/error.h"
@@ -19,6 +21,14 @@ RunScene LoadRunScene(CommandContext& context, const fs::path& target, const std
   Experiment& experiment = loaded.experiment;
   for (const std::string& text : experiment.assumptions) context.log.Info(text);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
+  const std::vector<std::string> changed = ChangedInputs(ReadRunRecord(run.Record()));
+  if (!changed.empty()) {
+    context.log.Warn(
+        fmt::format("{} of the run's files have changed since it began, {} first: what is read of "
+                    "them now is not what was fitted",
+                    changed.size(),
+                    changed.front()));
+  }
   if (stage == "start") return loaded;
   const optim::FitOrigin origin{experiment.scene, experiment.fit.unknowns};
   if (!stage.empty()) {

@@ -46,7 +46,7 @@ class RunNews {
  private:
   [[nodiscard]] std::string Version() const {
     // A process that was killed changes no file.
-    std::string version = EffectiveStatus(ReadRunRecord(run_.Record()));
+    std::string version = EffectiveStatus(ReadRunRecord(run_.Record()), run_.root());
     for (const fs::path& path : {run_.Record(), run_.History(), run_.Model(), run_.StartModel()}) {
       std::error_code error;
       const fs::file_time_type time = fs::last_write_time(path, error);

@@ -240,7 +240,8 @@ ExitStatus RunProcess(const std::vector<std::string>& words, const StopSignals& 
 /// What has become of a run's folder: "missing", or the status of its record.
 std::string StatusOf(const fs::path& folder) {
   const RunDirectory run(folder);
-  return fs::exists(run.Record()) ? EffectiveStatus(ReadRunRecord(run.Record())) : "missing";
+  return fs::exists(run.Record()) ? EffectiveStatus(ReadRunRecord(run.Record()), folder)
+                                  : "missing";
 }
 
 std::string StatusIn(const fs::path& sweep, const Run& run) {
@@ -283,6 +284,13 @@ ExitStatus DoRun(const CommandContext& context,
     return with;
   };
   if (StatusOrDamaged(sweep, run) == "finished") {
+    const std::vector<std::string> changed =
+        ChangedInputs(ReadRunRecord(RunDirectory(folder).Record()));
+    if (!changed.empty()) {
+      return fail(ExitStatus::kInput,
+                  fmt::format("is of other files: {} has changed since; -o names another folder",
+                              changed.front()));
+    }
     context.log.Info("done before");
     return ExitStatus::kFinished;
   }

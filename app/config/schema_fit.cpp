@@ -326,10 +326,12 @@ SchemaNode UnknownsSchema() {
                            DefaultIs("`true` where that can be"),
                        ListNode("priors", PriorSchema()) | Doc("What is believed beforehand.") |
                            DefaultIs(fmt::format(
-                               "`laplacian` of weight {} for vertices, `total_variation` "
-                               "of weight {} for what is `as: texture` ({} for roughness), "
+                               "`laplacian` of weight {} for vertices, `smooth` of weight {} for "
+                               "vertex colours, `total_variation` of weight {} for what is `as: "
+                               "texture` ({} for roughness), "
                                "`log_smooth` of weight {} for the texels of an envmap, else none",
                                optim::kDefaultLaplacian,
+                               optim::kDefaultColorSmooth,
                                optim::kDefaultTexelVariation,
                                optim::kDefaultRoughnessVariation,
                                optim::kDefaultLogSmooth))}),

@@ -206,6 +206,9 @@ void SetDefaults(const YamlNode& node,
       unknown.parameterization == optim::Parameterization::kLog) {
     unknown.log_smooth_weight = optim::kDefaultLogSmooth;
   }
+  if (unknown.kind == ParameterKind::kVertexColors && !has_priors) {
+    unknown.smooth_weight = optim::kDefaultColorSmooth;
+  }
   if (unknown.kind != ParameterKind::kVertexPositions) return;
   if (node.Find("mesh") == nullptr) {
     unknown.mesh_detail =

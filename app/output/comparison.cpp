@@ -40,7 +40,16 @@ bool Relabel(std::vector<ComparedRun>& runs, Label label) {
   return seen.size() == runs.size();
 }
 
-/// Scalars and lists of scalars by their full key; stages and the like by their name.
+/// Such as [1, [2, 3]].
+std::string ListText(const YamlNode& list) {
+  std::string text;
+  for (const YamlNode& item : list.items) {
+    text += (text.empty() ? "" : ", ") + (item.IsList() ? ListText(item) : item.text);
+  }
+  return "[" + text + "]";
+}
+
+/// Scalars and lists of them by their full key; stages and the like by their name.
 void Flatten(const YamlNode& node,
              const std::string& key,
              std::map<std::string, std::string>& out) {
@@ -49,9 +58,7 @@ void Flatten(const YamlNode& node,
   const bool is_plain =
       std::ranges::none_of(node.items, [](const YamlNode& item) { return item.IsMap(); });
   if (node.IsList() && is_plain) {
-    std::string text;
-    for (const YamlNode& item : node.items) text += (text.empty() ? "" : ", ") + item.text;
-    out[key] = "[" + text + "]";
+    out[key] = ListText(node);
   } else if (node.IsList()) {
     for (std::size_t i = 0; i < node.items.size(); ++i) {
       const YamlNode* name = node.items[i].Find("name");
@@ -59,6 +66,8 @@ void Flatten(const YamlNode& node,
     }
   } else if (!node.IsMap()) {
     out[key] = node.text;
+  } else if (node.entries.empty()) {
+    out[key] = "{}";
   }
 }
 
@@ -69,6 +78,12 @@ std::map<std::string, std::string> SettingsOf(const ComparedRun& run) {
           "",
           settings);
   return settings;
+}
+
+/// The start has none that could be compared.
+double CostOf(const ComparedRun& run) {
+  const optim::StageReport* last = LastStage(run);
+  return last == nullptr || last->stage == "start" ? kNan : last->cost_after;
 }
 
 template <double optim::StageReport::*member>
@@ -158,10 +173,7 @@ const std::vector<FigureColumn>& FigureColumns() {
       {"psnr_srgb_fit_db", "PSNR sRGB fitted", OfLastStage<&StageReport::psnr_srgb_fit>, Decibels},
       {"iou_val", "IoU held out", OfLastStage<&StageReport::iou_val>, Share},
       {"iou_fit", "IoU fitted", OfLastStage<&StageReport::iou_fit>, Share},
-      {"cost_after",
-       "Cost",
-       OfLastStage<&StageReport::cost_after>,
-       [](double value) { return fmt::format("{:.3e}", value); }},
+      {"cost_after", "Cost", CostOf, [](double value) { return fmt::format("{:.3e}", value); }},
       {"rounds",
        "Rounds",
        [](const ComparedRun& run) {
@@ -205,9 +217,10 @@ std::vector<ComparedRun> LoadRuns(const std::vector<RunDirectory>& directories) 
   }
   const bool labelled =
       Relabel(runs, [](const ComparedRun& run) { return run.data.record.name; }) ||
-      Relabel(
-          runs,
-          [](const ComparedRun& run) { return fs::path(run.data.run_path).filename().string(); }) ||
+      Relabel(runs,
+              [](const ComparedRun& run) {
+                return fs::weakly_canonical(run.data.run_path).filename().string();
+              }) ||
       Relabel(runs, [](const ComparedRun& run) { return run.data.run_path; });
   if (!labelled) {
     for (std::size_t i = 0; i < runs.size(); ++i) runs[i].label += " #" + std::to_string(i + 1);

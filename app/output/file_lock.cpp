@@ -21,6 +21,7 @@ FileLock::FileLock(const std::filesystem::path& path, int open_flags, int operat
     result = flock(file_, operation);
   } while (result != 0 && errno == EINTR);
   // Some file systems have no locks; a process that is alone needs none.
+  held_ = result == 0;
   taken_ = result != 0 && errno == EWOULDBLOCK;
 }
 

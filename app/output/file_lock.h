@@ -14,10 +14,12 @@ class FileLock {
   FileLock& operator=(const FileLock&) = delete;
 
   [[nodiscard]] bool IsTaken() const { return taken_; }  ///< by another process
+  [[nodiscard]] bool IsHeld() const { return held_; }    ///< here; neither: there are no locks
 
  private:
   int file_;
   bool taken_ = false;
+  bool held_ = false;
 };
 
 }  // namespace pathfit::app

@@ -257,7 +257,7 @@ ReportData LoadReportData(const RunDirectory& run) {
   ReportData data;
   data.run_path = run.root().string();
   data.record = ReadRunRecord(run.Record());
-  data.status = EffectiveStatus(data.record);
+  data.status = EffectiveStatus(data.record, run.root());
   if (fs::exists(run.History())) data.history = ReadHistory(run.History());
   data.config = ReadIfThere(run.Config());
   data.resolved_config = ReadIfThere(run.ResolvedConfig());

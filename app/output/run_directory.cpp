@@ -30,13 +30,14 @@ std::string Replaced(std::string text, const std::string& what, const std::strin
   throw renderer::IoError(path.string() + ": cannot be created: " + error.message());
 }
 
-/// Creates the first of path, path-2, path-3 ... that does not exist.
+/// Creates the first of path, path-2, path-3 ... that does not exist, or is an empty folder.
 fs::path CreateNewFolder(const fs::path& path) {
   for (int attempt = 1; attempt <= kMaxAttempts; ++attempt) {
     fs::path candidate = path;
     if (attempt > 1) candidate += "-" + std::to_string(attempt);
     std::error_code error;
     if (fs::create_directory(candidate, error)) return candidate;
+    if (!error && fs::is_empty(candidate, error)) return candidate;
     if (error && error != std::errc::file_exists) ThrowCannotCreate(candidate, error);
   }
   throw renderer::IoError(path.string() + ": no free name for a new run directory");

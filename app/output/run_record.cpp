@@ -7,10 +7,13 @@
 #include <fstream>
 #include <thread>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include "app/output/file_lock.h"
 #include "app/output/log.h"
 #include "app/output/sha256.h"
 #include "renderer/core/check.h"
@@ -53,13 +56,26 @@ RunSession NewSession(const std::vector<std::string>& argv, int from_step) {
 
 }  // namespace
 
-std::string EffectiveStatus(const RunRecord& record) {
-  if (record.status == RunStatus::kRunning && !record.sessions.empty() &&
-      record.host.name == HostName()) {
-    const bool gone = kill(record.sessions.back().pid, 0) != 0 && errno == ESRCH;
-    if (gone) return "killed";
+std::string EffectiveStatus(const RunRecord& record, const std::filesystem::path& root) {
+  if (record.status == RunStatus::kRunning && !record.sessions.empty()) {
+    const bool is_gone = record.host.name == HostName() &&
+                         kill(record.sessions.back().pid, 0) != 0 && errno == ESRCH;
+    if (is_gone || FileLock(root, O_RDONLY | O_DIRECTORY | O_CLOEXEC, LOCK_SH | LOCK_NB).IsHeld()) {
+      return "killed";
+    }
   }
   return Json(record.status).get<std::string>();
+}
+
+std::vector<std::string> ChangedInputs(const RunRecord& record) {
+  std::vector<std::string> changed;
+  for (const InputFile& input : record.inputs) {
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(input.path, error);
+    const bool is_same = !error && bytes == input.bytes && Sha256OfFile(input.path) == input.sha256;
+    if (!is_same) changed.push_back(input.path);
+  }
+  return changed;
 }
 
 bool MissesItsRule(const optim::GaugeReport& gauge) {
@@ -221,7 +237,7 @@ void RunRecordFile::Finish(RunStatus status, const std::string& reason, int exit
   record_.exit_code = exit_code;
   record_.ended_utc = UtcIsoNow();
   record_.sessions.back().ended_utc = record_.ended_utc;
-  record_.sessions.back().outcome = EffectiveStatus(record_);
+  record_.sessions.back().outcome = Json(status).get<std::string>();
   finished_ = true;
   Write();
 }

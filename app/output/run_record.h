@@ -155,8 +155,12 @@ struct Fields<RunRecord> {
   }
 };
 
-/// The record's status name, or "killed" when it says running but its process is gone.
-std::string EffectiveStatus(const RunRecord& record);
+/// The record's status name, or "killed" when it says running but its process is gone, or nothing
+/// holds the lock of the run's folder: of other machines, and where processes have other numbers.
+std::string EffectiveStatus(const RunRecord& record, const std::filesystem::path& root);
+
+/// Those of the run's input files that are not what they were when it began, or are gone.
+std::vector<std::string> ChangedInputs(const RunRecord& record);
 
 /// A record with host, CPU, pid and times filled in, and one session with these arguments.
 RunRecord MakeRunRecord(const std::vector<std::string>& argv);

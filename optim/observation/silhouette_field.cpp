@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
@@ -33,7 +34,8 @@ SilhouetteField::SilhouetteView SilhouetteField::MakeView(const View& view) {
                      .focal = std::sqrt(view.camera.fx * view.camera.fy),
                      .low = {1e9, 1e9},
                      .high = {-1e9, -1e9},
-                     .centroid = {}};
+                     .centroid = {},
+                     .is_cut = false};
   double count = 0.0;
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
@@ -42,6 +44,7 @@ SilhouetteField::SilhouetteView SilhouetteField::MakeView(const View& view) {
                  std::min(out.low.y, static_cast<double>(y))};
       out.high = {std::max(out.high.x, x + 1.0), std::max(out.high.y, y + 1.0)};
       out.centroid = out.centroid + Vec2{x + 0.5, y + 0.5};
+      out.is_cut |= x == 0 || y == 0 || x == mask.width - 1 || y == mask.height - 1;
       count += 1.0;
     }
   }
@@ -73,6 +76,12 @@ SilhouetteField::SilhouetteField(const ObservationSet& observations, double diss
   views_.reserve(slots.size());
   for (std::optional<SilhouetteView>& slot : slots) views_.push_back(std::move(*slot));
   num_dissenting_ = static_cast<std::size_t>(dissent * static_cast<double>(views_.size()));
+}
+
+bool SilhouetteField::TrustBorders() {
+  bool any = false;
+  for (SilhouetteView& view : views_) any |= std::exchange(view.is_cut, false);
+  return any;
 }
 
 int SilhouetteField::NumCells(std::size_t view, int cells_along) const {
@@ -118,6 +127,15 @@ SilhouetteField::PixelDistance SilhouetteField::Lookup(const SilhouetteView& vie
   PixelDistance out{
       .value = (a + (b - a) * s) * (1.0 - t) + (c + (d - c) * s) * t,
       .gradient = {(b - a) * (1.0 - t) + (d - c) * t, (c - a) * (1.0 - s) + (d - b) * s}};
+  if (view.is_cut) {  // far enough beyond the frame anything may be
+    const double beyond_u = u < 0.0 ? u : std::max(0.0, u - width);
+    const double beyond_v = v < 0.0 ? v : std::max(0.0, v - height);
+    const double beyond = std::hypot(beyond_u, beyond_v);
+    out.value += beyond;
+    if (beyond_u != 0.0) out.gradient.x = beyond_u / beyond;
+    if (beyond_v != 0.0) out.gradient.y = beyond_v / beyond;
+    return out;
+  }
   // The frame is an outline too: distance to its nearest side, positive inside.
   const double left = std::min(u, width - u);
   const double top = std::min(v, height - v);
@@ -154,12 +172,17 @@ class SilhouetteField::Outermost {
   std::vector<Entry> entries_;
 };
 
+std::optional<double> SilhouetteField::Distance(const SilhouetteView& view, const Vec3& x) {
+  if (const std::optional<Projection> p = view.camera.Project(x)) {
+    return Lookup(view, p->u, p->v).value * p->depth / view.focal;
+  }
+  return view.is_cut ? std::nullopt : std::optional(kFarOutside);
+}
+
 double SilhouetteField::Value(const Vec3& x, double enough) const {
   Outermost outermost(num_dissenting_);
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    const SilhouetteView& view = views_[i];
-    const std::optional<Projection> p = view.camera.Project(x);
-    outermost.Add(p ? Lookup(view, p->u, p->v).value * p->depth / view.focal : kFarOutside, i);
+    if (const auto distance = Distance(views_[i], x)) outermost.Add(*distance, i);
     if (outermost.Telling().value < enough) break;
   }
   return outermost.Telling().value;
@@ -168,9 +191,7 @@ double SilhouetteField::Value(const Vec3& x, double enough) const {
 SilhouetteField::Sample SilhouetteField::ValueAndGradient(const Vec3& x) const {
   Outermost outermost(num_dissenting_);
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    const std::optional<Projection> p = views_[i].camera.Project(x);
-    outermost.Add(
-        p ? Lookup(views_[i], p->u, p->v).value * p->depth / views_[i].focal : kFarOutside, i);
+    if (const auto distance = Distance(views_[i], x)) outermost.Add(*distance, i);
   }
   const SilhouetteView& view = views_[outermost.Telling().view];
   const std::optional<Projection> p = view.camera.Project(x);

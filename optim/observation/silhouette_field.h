@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "optim/observation/observation.h"
@@ -9,7 +10,8 @@ namespace pathfit::optim {
 /// Signed distance to the intersection of the silhouettes' viewing cones, positive inside, in units
 /// of the world: the least over all views of the distance to the mask's outline in pixels, times
 /// depth / focal length; or the least but some, so that the body is where all but so many views
-/// have it. Outside the image counts as outside the mask. Exact at zero, an estimate elsewhere.
+/// have it. Outside the image counts as outside the mask, unless the image's border cuts the mask
+/// off: then nobody knows. Exact at zero, an estimate elsewhere.
 class SilhouetteField {
  public:
   /// A value and its derivative by position. Far outside every view the value is very negative, the
@@ -37,6 +39,10 @@ class SilhouetteField {
   /// How wide a pixel is at a point that some view is before, in units of the world: median.
   [[nodiscard]] double PixelWidth(const renderer::Vec3& at) const;
 
+  /// Takes what is outside of an image as outside of its mask also where its border cuts the mask
+  /// off. False: there is no such image.
+  bool TrustBorders();
+
   [[nodiscard]] std::size_t NumViews() const { return views_.size(); }
   /// Cells of a square grid over the box of a view's silhouette whose centres lie in it.
   [[nodiscard]] int NumCells(std::size_t view, int cells_along) const;
@@ -50,6 +56,7 @@ class SilhouetteField {
     double focal = 1.0;        ///< pixels
     renderer::Vec2 low, high;  ///< bounding box of the mask in pixel coordinates
     renderer::Vec2 centroid;
+    bool is_cut = false;  ///< by the image's border
   };
   /// Pixels; `gradient` by (u, v).
   struct PixelDistance {
@@ -58,6 +65,8 @@ class SilhouetteField {
   };
   static PixelDistance Lookup(const SilhouetteView& view, double u, double v);
   static SilhouetteView MakeView(const View& view);
+  /// Of a point by one view; nothing where that does not tell.
+  static std::optional<double> Distance(const SilhouetteView& view, const renderer::Vec3& x);
 
   /// The views with the least distances at a point, farthest outside first: one more than may
   /// dissent, so that the last of them tells.

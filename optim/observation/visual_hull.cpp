@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "optim/observation/voxel_surface.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
+#include "renderer/geometry/mesh_folds.h"
 #include "renderer/math/box.h"
 
 namespace pathfit::optim {
@@ -157,8 +159,8 @@ Carving CarveCoarsely(const SilhouetteField& field, const Box& box) {
 }
 
 /// The box of the hull from cameras and masks alone: a ball onto which all masks fall, enlarged
-/// until its carving does not touch the box, then tightened.
-Box FindBox(const SilhouetteField& field) {
+/// until its carving does not touch the box, then tightened. Empty: it always does.
+std::optional<Box> FindBox(const SilhouetteField& field) {
   const Vec3 center = field.Center();
   const double radius = 1.2 * field.Radius(center);
   Box box{center - Vec3{radius, radius, radius}, center + Vec3{radius, radius, radius}};
@@ -167,12 +169,7 @@ Box FindBox(const SilhouetteField& field) {
     return std::ranges::any_of(carving.touches, [](bool t) { return t; });
   };
   for (int i = 0; carving.found && touches(); ++i) {
-    if (i == kMaxEnlargements) {
-      throw SceneError(
-          "visual hull: the views do not bound the object on all sides; add photos with masks from "
-          "other sides, or "
-          "start from a mesh file");
-    }
+    if (i == kMaxEnlargements) return std::nullopt;
     const Vec3 extent = box.Size();
     for (int a = 0; a < 3; ++a) {
       box.low[a] -= carving.touches[static_cast<std::size_t>(a)] ? 0.5 * extent[a] : 0.0;
@@ -348,15 +345,22 @@ Mesh CarveVisualHull(const ObservationSet& observations, const VisualHullOptions
                      std::to_string(options.dissent) + " (allowed: 0 to " +
                      std::to_string(VisualHullOptions::kMaxDissent) + ")");
   }
-  const SilhouetteField field(observations, options.dissent);
-  const Box box = FindBox(field);
-  const VoxelGrid grid =
-      CarveFinely(field, box, options.resolution ? *options.resolution : ResolutionOf(field, box));
+  SilhouetteField field(observations, options.dissent);
+  std::optional<Box> box = FindBox(field);
+  if (!box && field.TrustBorders()) box = FindBox(field);
+  if (!box) {
+    throw SceneError(
+        "visual hull: the views do not bound the object on all sides; add photos with masks from "
+        "other sides, or start from a mesh file");
+  }
+  const VoxelGrid grid = CarveFinely(
+      field, *box, options.resolution ? *options.resolution : ResolutionOf(field, *box));
   Mesh mesh = ExtractSurface(grid);
   SeparateTouchingParts(kInset * grid.spacing, mesh);
   KeepPartsOfSilhouettes(field, mesh);
   MoveToZero(field, grid.spacing, mesh);
   WeldPositions(mesh);
+  renderer::Unfold(mesh);  // at corners of the cones
   ValidateMesh(mesh, "visual hull");
   return mesh;
 }

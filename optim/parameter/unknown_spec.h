@@ -61,6 +61,11 @@ inline constexpr double kDefaultTexelVariation = 3e-4;
 /// of 64 pixels three times it is a little better (.125 instead of .131; grey start .156).
 inline constexpr double kDefaultRoughnessVariation = 1e-3;
 
+/// Of vertex colours, without a word about them: those that hardly any photo sees followed the
+/// renderings' noise to the bounds. A stool's seat from below, 3 of 21 photos of 100 pixels: held
+/// out 17.2 dB without, 21.8 with; an axe the same either way.
+inline constexpr double kDefaultColorSmooth = 3e-4;
+
 /// Of the texels of a map of the surroundings, without a word about them: neighbours are believed
 /// to be alike within the root of a factor of e. Those that nothing tells took steps of several
 /// such factors in each round for ever.

@@ -3,9 +3,12 @@
 #include <cmath>
 #include <limits>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/file.h>
 
+#include "app/output/file_lock.h"
 #include "renderer/core/check.h"
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
@@ -79,6 +82,16 @@ TEST(RunRecord, AnExceptionDoesNotLeaveItRunning) {
   EXPECT_EQ(read.exit_code, 1);
 }
 
+TEST(RunRecord, NamesInputsThatHaveChanged) {
+  const TemporaryFolder folder("record_inputs");
+  const RunRecord record = SomeRecord(folder.path());
+  EXPECT_TRUE(ChangedInputs(record).empty());
+  renderer::WriteFileAtomically(folder.path() / "photo.jpg", "abd");
+  EXPECT_EQ(ChangedInputs(record).size(), 1U);
+  fs::remove(folder.path() / "photo.jpg");
+  EXPECT_EQ(ChangedInputs(record).size(), 1U);
+}
+
 TEST(RunRecord, ResumeOverridesAKilledRun) {
   const TemporaryFolder folder("record_resume");
   const fs::path path = folder.path() / "run.json";
@@ -86,10 +99,15 @@ TEST(RunRecord, ResumeOverridesAKilledRun) {
   constexpr int kNoSuchProcess = 0x3ffffff0;
   killed.sessions.back().pid = kNoSuchProcess;
   WriteRunRecord(path, killed);
-  EXPECT_EQ(EffectiveStatus(ReadRunRecord(path)), "killed");
+  EXPECT_EQ(EffectiveStatus(ReadRunRecord(path), folder.path()), "killed");
 
   RunRecordFile file(path, {"pathfit", "resume", "run"}, 17);
-  EXPECT_EQ(EffectiveStatus(ReadRunRecord(path)), "running");
+  EXPECT_EQ(EffectiveStatus(ReadRunRecord(path), folder.path()), "killed") << "nothing holds it";
+  const FileLock lock(folder.path(), O_RDONLY | O_DIRECTORY | O_CLOEXEC, LOCK_EX | LOCK_NB);
+  EXPECT_EQ(EffectiveStatus(ReadRunRecord(path), folder.path()), "running");
+  RunRecord elsewhere = ReadRunRecord(path);
+  elsewhere.host.name = "another";
+  EXPECT_EQ(EffectiveStatus(elsewhere, folder.path()), "running");
   ASSERT_EQ(file.record().sessions.size(), 2U);
   EXPECT_EQ(file.record().sessions[1].from_step, 17);
   EXPECT_EQ(file.record().sessions[0].pid, kNoSuchProcess);

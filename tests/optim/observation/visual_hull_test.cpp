@@ -129,6 +129,17 @@ TEST(CarveVisualHull, OneMaskThatMissesAPartCarvesNothingWhereItMayDissent) {
   ExpectMessage(set, {.dissent = 0.5}, "may dissent is 0.5");
 }
 
+TEST(CarveVisualHull, BordersOfPhotosCarveNothingOffWhatTheyCut) {
+  ObservationSet set = BallFromAllSides();
+  for (const std::size_t i : {2U, 7U}) {
+    View& view = set.views[i];
+    view.camera.cx -= 0.45 * kSize;
+    view.mask = BallMask(view.camera, kCenter, kRadius);
+    EXPECT_EQ(view.mask.Unpack().At(0, kSize / 2, 0), 1.0F);
+  }
+  ExpectHullOfTheBall(CarveVisualHull(set, {.resolution = 40}));
+}
+
 TEST(CarveVisualHull, IsTheSameEachTime) {
   const ObservationSet set = BallFromAllSides();
   const Mesh a = CarveVisualHull(set, {.resolution = 32});
