@@ -174,7 +174,7 @@ SchemaNode GeometrySchema() {
                                   Doc("Cells along the longest side of the box.") |
                                   From(optim::VisualHullOptions::kMinResolution,
                                        optim::VisualHullOptions::kMaxResolution) |
-                                  DefaultIs("as wide as a pixel; 32 to 320"),
+                                  DefaultIs("as wide as a pixel; 32 to 256"),
                               Key("dissent", &VisualHullGeometry::dissent) |
                                   Doc("Share of the photos whose masks may leave out what the "
                                       "others show; above 0 where masks are rough.") |

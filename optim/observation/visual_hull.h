@@ -10,7 +10,7 @@ namespace pathfit::optim {
 struct VisualHullOptions {
   static constexpr int kMinResolution = 16, kMaxResolution = 512;
   /// Of those that are found.
-  static constexpr int kLeastFound = 32, kMostFound = 320;
+  static constexpr int kLeastFound = 32, kMostFound = 256;
   static constexpr double kMaxDissent = 0.4;
   /// Voxels along the longest side of the hull's box; none: as wide as a pixel is there.
   std::optional<int> resolution = {};

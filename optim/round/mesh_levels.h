@@ -19,9 +19,10 @@ struct MeshLevels {
 
 /// The scene with the meshes whose vertices are among the unknowns `free` brought to the detail
 /// that the fitted views resolve: edges of kEdgePixels pixels of their median footprint on the
-/// mesh, but from kMinVertices vertices to as many as the views have pixels for. Those near that
-/// already, and without folds, stay as they are; so do meshes that ask for it (MeshDetail::kKeep)
-/// and such as cannot be remeshed without loss, which is said. Depends on the arguments only.
+/// mesh, but from kMinVertices vertices to as many as the views have pixels for, and shorter where
+/// parts are too thin for them (RemeshKeepingThinParts). Those near that already, and without
+/// folds, stay as they are; so do meshes that ask for it (MeshDetail::kKeep) and such as cannot be
+/// remeshed without loss, which is said. Depends on the arguments only.
 MeshLevels RefineMeshes(renderer::Scene scene,
                         const std::vector<UnknownSpec>& unknowns,
                         const std::vector<int>& free,
