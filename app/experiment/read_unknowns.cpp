@@ -506,7 +506,7 @@ std::string ResolvedYaml(const ExperimentConfig& config, const renderer::Scene& 
     };
     const optim::UnknownSpec& last = spec(forms.back().front());
     fill("priors",
-         "[" + prior("laplacian", last.laplacian_weight) +
+         "[" + prior("laplacian", last.laplacian_weight) + prior("smooth", last.smooth_weight) +
              prior("total_variation", last.total_variation_weight) +
              prior("log_smooth", last.log_smooth_weight) + "]");
     if (is_vertices && alike(&UnknownSpec::mesh_detail)) {
