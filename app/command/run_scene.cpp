@@ -6,6 +6,7 @@
 
 #include "app/config/nearest_name.h"
 #include "optim/checkpoint/checkpoint.h"
+#include "optim/ranks/ranks.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
 
@@ -21,7 +22,10 @@ RunScene LoadRunScene(CommandContext& context, const fs::path& target, const std
   Experiment& experiment = loaded.experiment;
   for (const std::string& text : experiment.assumptions) context.log.Info(text);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
-  const std::vector<std::string> changed = ChangedInputs(ReadRunRecord(run.Record()));
+  // The first rank says it for all: photos are read as a whole for it.
+  const std::vector<std::string> changed = context.ranks.IsFirst()
+                                               ? ChangedInputs(ReadRunRecord(run.Record()))
+                                               : std::vector<std::string>();
   if (!changed.empty()) {
     context.log.Warn(
         fmt::format("{} of the run's files have changed since it began, {} first: what is read of "

@@ -138,7 +138,6 @@ class Remesher {
   }
 
   [[nodiscard]] renderer::Mesh Result() const {
-    const renderer::Mesh& source = mesh_;
     renderer::Mesh mesh;
     std::vector<Vec3> positions;
     for (const Vertex v : kernel_.vertices()) positions.push_back(At(v));
@@ -151,21 +150,21 @@ class Remesher {
     }
     mesh.positions = std::move(positions);
     mesh.triangles = std::move(triangles);
-    if (source.HasColors()) {
+    if (mesh_.HasColors()) {
       std::vector<renderer::Rgb> colors;
       for (const Vertex v : kernel_.vertices()) {
         const ClosestPoint at = surface_.Closest(At(v), Normal(v));
-        const auto& corners = source.color_triangles[static_cast<std::size_t>(at.triangle)];
+        const auto& corners = mesh_.color_triangles[static_cast<std::size_t>(at.triangle)];
         renderer::Rgb color{0.0, 0.0, 0.0};
         for (std::size_t k = 0; k < 3; ++k) {
-          color += source.colors[static_cast<std::size_t>(corners[k])] * at.weights[k];
+          color += mesh_.colors[static_cast<std::size_t>(corners[k])] * at.weights[k];
         }
         colors.push_back(color);
       }
       mesh.colors = std::move(colors);
       mesh.color_triangles = mesh.triangles;
     }
-    if (!source.normal_triangles.empty()) renderer::ComputeVertexNormals(mesh);
+    if (!mesh_.normal_triangles.empty()) renderer::ComputeVertexNormals(mesh);
     return mesh;
   }
 

@@ -2,8 +2,8 @@
 
 namespace pathfit::tests {
 
-/// Whether a sanitizer watches, under which everything takes ten times as long: what is repeated,
-/// or goes on, for its answers alone need not be for its memory.
+/// Whether a sanitizer watches, under which everything takes ten times as long: what is repeated
+/// for its answers alone need not be for its memory.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #else

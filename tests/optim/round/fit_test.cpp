@@ -161,7 +161,6 @@ TEST_F(FitTest, ContinuesToTheSameBitsAcrossLevelsOfTheMesh) {
 }
 
 TEST_F(FitTest, EndsWhereTheCostNoLongerFallsThoughEachPixelIsNoise) {
-  if (tests::kSanitized) GTEST_SKIP() << "a long fit, for where it ends alone";
   // A pattern that no light explains, on enough pixels that steps do not follow their noise.
   start_ = tests::BallScene(1, 4, 72);
   renderer::Scene truth = start_;

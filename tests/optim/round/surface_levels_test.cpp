@@ -321,7 +321,6 @@ TEST_F(SurfaceLevelsTest, OnlyAStageThatMakesATextureOfAConstantBeginsSmallForIt
 }
 
 TEST_F(SurfaceLevelsTest, AStandingTextureGrowsWithThePhotosAndKeepsItsSamples) {
-  if (tests::kSanitized) GTEST_SKIP() << "a long fit, for its result alone";
   observations_ = tests::Photograph(scene_, 32);
   optim::FitSpec spec;
   spec.unknowns = unknowns_;
