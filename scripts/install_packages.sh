@@ -12,7 +12,7 @@ build_packages=(
   libopenmpi-dev openmpi-bin
 )
 test_packages=(
-  libgtest-dev mold clang-format clang-tidy python3 git dpkg-dev nodejs chromium
+  libgtest-dev clang-format python3 git dpkg-dev nodejs chromium
   pybind11-dev python3-dev python3-numpy python3-scipy
 )
 

@@ -22,7 +22,7 @@ step() {  # step NAME COMMAND...: one check that counts as one test
 tests() {  # tests PRESET: builds and runs a preset's tests, adds their numbers
   local preset=$1 log summary bad total
   echo "== build and tests: $preset"
-  if ! LDFLAGS=-fuse-ld=mold cmake --preset "$preset" -DPATHFIT_UNITY=ON >"build/$preset.configure.log" 2>&1 || ! cmake --build --preset "$preset"; then
+  if ! LDFLAGS=-fuse-ld=gold cmake --preset "$preset" -DPATHFIT_UNITY=ON >"build/$preset.configure.log" 2>&1 || ! cmake --build --preset "$preset"; then
     tail -n 20 "build/$preset.configure.log"
     echo "FAILED: build $preset"
     failed=$((failed + 1))

@@ -144,6 +144,9 @@ class OptionList {
            const std::string& type,
            const char* doc,
            std::function<void(const std::string&)> store);
+  /// Absolute. A leading ~ is replaced here too: shells leave it behind "--output=".
+  [[nodiscard]] std::filesystem::path PathOf(const std::string& name,
+                                             const std::string& text) const;
   void RequireWord(const std::string& name,
                    const std::vector<std::string>& words,
                    const std::string& text) const;

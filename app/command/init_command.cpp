@@ -72,15 +72,11 @@ struct Options {
   fs::path output, masks, mesh, calibration, lamps, ball;
   std::string sfm;      ///< program that finds the cameras; empty: none
   std::string light;    ///< word of a DraftLight; empty: found
-  std::string surface;  ///< "matt" or "shiny"; empty: matt
+  std::string surface;  ///< "matt", "shiny", "metal"; empty: matt
   int frames = 60;
   bool whole = false;
   bool force = false;
 };
-
-DraftSurface SurfaceOf(const Options& own) {
-  return own.surface == WordOf(DraftSurface::kShiny) ? DraftSurface::kShiny : DraftSurface::kMatt;
-}
 
 /// The config to write.
 fs::path ConfigOf(const Options& own, const std::string& name) {
@@ -120,9 +116,9 @@ void Declare(OptionList& options, Options& own) {
                "(turntable), or is a flash on it; else a few small photos are tried with each",
                own.light);
   options.Word("--surface",
-               "matt|shiny",
+               "matt|shiny|metal",
                "Whether the object has highlights: then its roughness is an unknown, and the light "
-               "finer; matt unless given",
+               "finer; those of a metal have its colour. Matt unless given",
                own.surface);
   options.Path("--lamps",
                "FILE",
@@ -160,7 +156,7 @@ constexpr ResultKey kResult[] = {
     {"light",
      "text",
      "Of the draft: world (stands still), camera (goes with it), flash, or lamps (one per photo)"},
-    {"surface", "text", "Of the draft: matt or shiny"},
+    {"surface", "text", "Of the draft: matt, shiny or metal"},
     {"seen", "list", "What was found, in words"},
     {"guessed", "list", "What was guessed, in words"}};
 
@@ -318,7 +314,7 @@ ExitStatus RunWithLamps(CommandContext& context, const Options& own, LampPlaces 
   if (own.mesh.empty()) RefuseToOverwrite(files.mesh, own);
   const FoundLamps found = FindLamps(places);
   if (!found.mask_made) files.mask = found.options.masks.folder;
-  const std::string draft = DraftLampConfig(found, files, name, SurfaceOf(own));
+  const std::string draft = DraftLampConfig(found, files, name, SurfaceOf(own.surface));
   if (own.mesh.empty()) renderer::WritePly(files.mesh, LampStart(found));
   if (found.mask_made) {
     renderer::WritePng8(files.mask, found.mask);
@@ -331,7 +327,7 @@ ExitStatus RunWithLamps(CommandContext& context, const Options& own, LampPlaces 
   static_cast<void>(LoadExperimentConfig(files.config, {}));
   for (const std::string& seen : found.observations.assumptions) context.log.Info(seen);
   for (const std::string& guess : found.guesses) context.log.Info("guess: " + guess);
-  SayNext(context, files.config, Describe(found, files, SurfaceOf(own), name));
+  SayNext(context, files.config, Describe(found, files, SurfaceOf(own.surface), name));
   return ExitStatus::kFinished;
 }
 
@@ -401,8 +397,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   }
   const fs::path mesh = own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal();
   const LightChoice light = ChooseLight(context, own, input, mesh);
-  const DraftSurface surface =
-      own.surface == WordOf(DraftSurface::kShiny) ? DraftSurface::kShiny : DraftSurface::kMatt;
+  const DraftSurface surface = SurfaceOf(own.surface);
   const std::string text = DraftConfig(input, light, config, name, mesh, surface);
   renderer::WriteFileAtomically(config, text);
   static_cast<void>(LoadExperimentConfig(config, {}));  // a draft that is refused is a mistake here

@@ -87,7 +87,10 @@ void OptionList::Path(const char* names,
                       const std::string& type,
                       const char* doc,
                       std::filesystem::path& value) {
-  Add(names, type, doc, [&value](const std::string& text) { value = text; });
+  Add(names, type, doc, [this, names, &value](const std::string& text) {
+    // As it was written, for messages.
+    value = text.starts_with('~') ? PathOf(LongName(names), text) : std::filesystem::path(text);
+  });
 }
 void OptionList::Texts(const char* names,
                        const std::string& type,
@@ -116,6 +119,14 @@ void OptionList::Word(const char* names,
     RequireWord(LongName(names), WordsOfType(words), text);
     value = text;
   });
+}
+std::filesystem::path OptionList::PathOf(const std::string& name, const std::string& text) const {
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::current_path(error);
+  if (error) Fail(name + ": '" + text + "' is not a path: " + error.message());
+  const Parsed<std::filesystem::path> path = ResolvePath(text, folder);
+  if (!path.value) Fail(name + ": '" + text + "' is not a path: " + path.problem);
+  return *path.value;
 }
 void OptionList::RequireWord(const std::string& name,
                              const std::vector<std::string>& words,
@@ -190,14 +201,8 @@ void OptionList::Override(const char* names,
           Fail(LongName(names) + ": " + problem);
         }
         return set(text);
-      case Form::kPath: {
-        std::error_code error;
-        const std::filesystem::path path = std::filesystem::absolute(text, error);
-        if (text.empty() || error) {
-          Fail(start + "a path" + (text.empty() ? "" : ": " + error.message()));
-        }
-        return set(Quoted(path.string()));
-      }
+      case Form::kPath:
+        return set(Quoted(PathOf(LongName(names), text).string()));
       case Form::kWords: {
         std::string list;
         for (const std::string& word : Split(*this, names, text)) {

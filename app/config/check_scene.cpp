@@ -331,6 +331,11 @@ void CheckStages(ConfigReading& reading) {
     }
     const YamlNode* name = node.Find("name");
     if (name == nullptr) continue;
+    if (name->text == "start") {
+      reading.Report(name->place,
+                     path + ".name",
+                     "'start' is what the scene before the first stage is called; choose another");
+    }
     if (std::ranges::find(names, name->text) != names.end()) {
       reading.Report(
           name->place, path + ".name", "another stage is called '" + name->text + "' already");

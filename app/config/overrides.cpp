@@ -160,11 +160,15 @@ class PathWalker {
   std::vector<Problem>& problems_;
 };
 
+bool Varies(const ConfigOverride& override) { return override.label.starts_with("--vary"); }
+
 void ApplyOverride(const SchemaNode& schema,
-                   const std::string& assignment,
+                   const std::vector<ConfigOverride>& overrides,
                    const Place& place,
                    YamlNode& root,
                    std::vector<Problem>& problems) {
+  const auto number = static_cast<std::size_t>(place.override_index);
+  const std::string& assignment = overrides[number].assignment;
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
     problems.push_back({place, "", "the form is path.to.key=VALUE"});
@@ -177,6 +181,15 @@ void ApplyOverride(const SchemaNode& schema,
   YamlNode changed = root;
   YamlNode* target = PathWalker(path, place, problems).Find(schema, changed, "." + path);
   if (target == nullptr) return;
+  if (const Place& before = target->place;
+      before.source == Place::Source::kOverride && before.override_index != place.override_index) {
+    // Of --set the last one counts; what varies would not, under two spellings of one key.
+    const ConfigOverride& earlier = overrides[static_cast<std::size_t>(before.override_index)];
+    if (Varies(earlier) && Varies(overrides[number])) {
+      problems.push_back(
+          {place, path, "is what " + earlier.label + " varies: " + earlier.assignment});
+    }
+  }
   if (!append) {
     *target = std::move(value);
   } else if (target->kind == YamlNode::Kind::kNull || target->IsList()) {
@@ -197,7 +210,7 @@ void ApplyOverrides(const SchemaNode& schema,
   if (!root.IsMap()) return;  // reported by the schema
   for (std::size_t i = 0; i < overrides.size(); ++i) {
     const Place place{Place::Source::kOverride, static_cast<int>(i), 0, 0};
-    ApplyOverride(schema, overrides[i].assignment, place, root, problems);
+    ApplyOverride(schema, overrides, place, root, problems);
   }
 }
 

@@ -127,7 +127,7 @@ std::string DraftConfig(const FoundInput& input,
   const renderer::Camera& first = views.front().camera;
   const bool masked = input.options.masks.meaning != optim::MaskMeaning::kNone;
   const bool has_flash = light.light == DraftLight::kFlash;
-  const bool shines = surface == DraftSurface::kShiny;
+  const bool shines = Shines(surface);
   std::string text = DraftBeginning(name);
   const auto num_raw = std::ranges::count_if(
       views, [](const optim::View& view) { return renderer::HasRawExtension(view.files.photo); });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -58,26 +60,42 @@ inline std::string SplitLine(const optim::ObservationOptions& options) {
 
 /// The surface of a draft.
 enum class DraftSurface {
-  kMatt,  ///< sees coarse light only
-  kShiny  ///< highlights of one roughness, which is unknown, in finer light
+  kMatt,   ///< sees coarse light only
+  kShiny,  ///< paint, plastic, glaze: white highlights of one roughness, which is unknown
+  kMetal   ///< highlights in the colour of the surface, which has no other
 };
 
-/// "matt", "shiny".
+/// "matt", "shiny", "metal".
 inline const char* WordOf(DraftSurface surface) {
-  return surface == DraftSurface::kShiny ? "shiny" : "matt";
+  constexpr std::array<const char*, 3> kWords = {"matt", "shiny", "metal"};
+  return kWords[static_cast<std::size_t>(surface)];
 }
+
+/// Of such a word; matt where there is none.
+inline DraftSurface SurfaceOf(const std::string& word) {
+  for (const DraftSurface surface : {DraftSurface::kShiny, DraftSurface::kMetal}) {
+    if (word == WordOf(surface)) return surface;
+  }
+  return DraftSurface::kMatt;
+}
+
+/// Whether it has highlights: then it sees fine light.
+inline bool Shines(DraftSurface surface) { return surface != DraftSurface::kMatt; }
 
 /// The material of a draft and what another one would be. `of_light`: what that asks of the light.
 inline std::string SurfaceLines(DraftSurface surface, const std::string& of_light) {
   const std::string matt = "{model: diffuse, base_color: {vertex: [0.5, 0.5, 0.5]}}";
-  const std::string shiny =
-      "{model: metallic_roughness, base_color: {vertex: [0.5, 0.5, 0.5]}, roughness: {constant: "
-      "0.4}, metallic: {constant: 0}}";
-  const bool shines = surface == DraftSurface::kShiny;
-  return CommentLines((shines ? "One colour per vertex, with highlights. Without: " + matt +
-                                    ", and no surface.roughness"
+  const std::string shiny = std::string(
+                                "{model: metallic_roughness, base_color: {vertex: [0.5, 0.5, "
+                                "0.5]}, roughness: {constant: "
+                                "0.4}, metallic: {constant: ") +
+                            (surface == DraftSurface::kMetal ? "1}}" : "0}}");
+  const bool shines = Shines(surface);
+  return CommentLines((shines ? "One colour per vertex, with highlights; metallic 1: a metal, 0: "
+                                "anything else. Without highlights: " +
+                                    matt + ", and no surface.roughness"
                               : "One colour per vertex. With highlights: " + shiny +
-                                    ", and surface.roughness") +
+                                    " (a metal: 1), and surface.roughness") +
                           " among the unknowns" + of_light + ".",
                       "    # ") +
          "    surface: " + (shines ? shiny : matt) + "\n";

@@ -134,7 +134,7 @@ std::string DraftLampConfig(const FoundLamps& found,
       "unknowns:\n"
       "  object.vertices: {}\n"
       "  object.colors: {}\n";
-  if (surface == DraftSurface::kShiny) text += "  surface.roughness: {}\n";
+  if (Shines(surface)) text += "  surface.roughness: {}\n";
   text +=
       "  # Lamps that are not known well may change, too, one by one or all:\n"
       "  # lamp_*.intensity: {}\n"

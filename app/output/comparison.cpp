@@ -138,8 +138,10 @@ Json ViewJson(const ComparedView& view, const std::vector<ComparedRun>& runs) {
                {"validation", view.validation},
                {"photo", nullptr},
                {"results", Json::array()}};
+  const std::string* shown = nullptr;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    Json result = {{"picture", nullptr}, {"psnr_srgb_db", nullptr}, {"iou", nullptr}};
+    Json result = {
+        {"photo", nullptr}, {"picture", nullptr}, {"psnr_srgb_db", nullptr}, {"iou", nullptr}};
     if (view.index[r] >= 0) {
       const auto v = static_cast<std::size_t>(view.index[r]);
       const optim::ViewReport& report = LastStage(runs[r])->views[v];
@@ -151,8 +153,10 @@ Json ViewJson(const ComparedView& view, const std::vector<ComparedRun>& runs) {
           result["picture"] = PictureJson(found->second);
         }
         const auto photo = all[v].find("photo");
-        if (json["photo"].is_null() && photo != all[v].end()) {
-          json["photo"] = PictureJson(photo->second);
+        if (photo != all[v].end() && !photo->second.empty() &&
+            (shown == nullptr || photo->second != *shown)) {
+          (shown == nullptr ? json : result)["photo"] = PictureJson(photo->second);
+          if (shown == nullptr) shown = &photo->second;
         }
       }
     }

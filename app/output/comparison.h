@@ -43,8 +43,9 @@ Json ComparisonFigures(const std::vector<ComparedRun>& runs);
 std::string ComparisonTable(const std::vector<ComparedRun>& runs);
 
 /// What ReportPage draws as a comparison: ComparisonFigures with the rounds of each run
-/// (`history`), and `views`: name, whether held out, the photo and of each run its picture, as far
-/// as `options.max_bytes` allow; held-out views first, the worst first.
+/// (`history`), and `views`: name, whether held out, the photo and of each run its picture, with
+/// its photo where that is another one of this name, as far as `options.max_bytes` allow; held-out
+/// views first, the worst first.
 Json ComparisonJson(const std::vector<ComparedRun>& runs, const ReportOptions& options);
 
 }  // namespace pathfit::app

@@ -26,6 +26,25 @@ std::string Replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
+/// The path with its placeholders replaced; folders that are there already are called so.
+fs::path FilledIn(const fs::path& pattern,
+                  const std::string& name,
+                  std::chrono::system_clock::time_point time) {
+  const std::string timestamp =
+      fmt::format("{:%Y-%m-%d_%H%M%S}", fmt::gmtime(std::chrono::system_clock::to_time_t(time)));
+  fs::path path;
+  for (const fs::path& part : pattern) {
+    std::error_code error;
+    if (fs::is_directory(path / part, error)) {
+      path /= part;
+    } else {
+      path /=
+          Replaced(Replaced(part.string(), "{name}", SafeFileName(name)), "{timestamp}", timestamp);
+    }
+  }
+  return path;
+}
+
 [[noreturn]] void ThrowCannotCreate(const fs::path& path, const std::error_code& error) {
   throw renderer::IoError(path.string() + ": cannot be created: " + error.message());
 }
@@ -80,12 +99,7 @@ RunDirectory::RunDirectory(fs::path root) : root_(std::move(root)) {
 RunDirectory CreateRunDirectory(const fs::path& pattern,
                                 const std::string& name,
                                 std::chrono::system_clock::time_point time) {
-  std::string text = Replaced(pattern.string(), "{name}", SafeFileName(name));
-  text = Replaced(
-      std::move(text),
-      "{timestamp}",
-      fmt::format("{:%Y-%m-%d_%H%M%S}", fmt::gmtime(std::chrono::system_clock::to_time_t(time))));
-  fs::path path = fs::path(text).lexically_normal();
+  fs::path path = FilledIn(pattern, name, time).lexically_normal();
   if (path.filename().empty()) path = path.parent_path();
   if (!path.has_parent_path()) path = fs::path(".") / path;
   renderer::CreateFolders(path.parent_path());

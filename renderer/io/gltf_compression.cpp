@@ -21,9 +21,6 @@ using Json = nlohmann::json;
 
 static_assert(std::endian::native == std::endian::little, "decoded numbers stay as they are");
 
-constexpr const char* kMeshopt = "EXT_meshopt_compression";
-constexpr const char* kDraco = "KHR_draco_mesh_compression";
-
 const Json* Member(const Json& object, const char* key) {
   if (!object.is_object()) return nullptr;
   const auto found = object.find(key);
@@ -46,7 +43,7 @@ void ForEach(Json& object, const char* key, const Act& act) {
 }
 
 void GiveByte(Json& buffer) {
-  Json* meshopt = ExtensionOf(buffer, kMeshopt);
+  Json* meshopt = ExtensionOf(buffer, kMeshoptExtension);
   if (meshopt == nullptr || Member(buffer, "uri") != nullptr) return;
   const Json* fallback = Member(*meshopt, "fallback");
   if (fallback == nullptr || *fallback != true) return;
@@ -56,7 +53,7 @@ void GiveByte(Json& buffer) {
 
 void GiveView(Json& primitive, Json& file) {
   const Json* indices = Member(primitive, "indices");
-  if (ExtensionOf(primitive, kDraco) == nullptr || indices == nullptr ||
+  if (ExtensionOf(primitive, kDracoExtension) == nullptr || indices == nullptr ||
       !indices->is_number_unsigned()) {
     return;
   }
@@ -140,7 +137,7 @@ std::string ParsableGltf(std::string_view json) {
   const auto mentions = [&](const char* name) {
     return json.find('"' + std::string(name) + '"') != std::string_view::npos;
   };
-  if (!mentions(kMeshopt) && !mentions(kDraco)) return std::string(json);
+  if (!mentions(kMeshoptExtension) && !mentions(kDracoExtension)) return std::string(json);
   Json file = Json::parse(json, nullptr, false);
   if (!file.is_object()) return std::string(json);
   ForEach(file, "buffers", GiveByte);

@@ -9,6 +9,9 @@
 
 namespace pathfit::renderer {
 
+inline constexpr const char* kMeshoptExtension = "EXT_meshopt_compression";
+inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+
 /// JSON of a glTF file as the parser takes it: buffers that stand for what is still compressed get
 /// a byte of their own, indices that Draco holds any bufferView. The same text where nothing is
 /// compressed, or where it is no JSON.

@@ -43,11 +43,8 @@ constexpr std::size_t kMaxTriangles = std::size_t{1} << 27;
 constexpr std::size_t kMaxUnpacked = std::size_t{1} << 31;  ///< bytes of all that is compressed
 constexpr int kMaxNesting = 200;  ///< of JSON: parts of the parser call themselves
 
-constexpr const char* kMeshopt = "EXT_meshopt_compression";
-constexpr const char* kDraco = "KHR_draco_mesh_compression";
-
-constexpr std::array<std::string_view, 7> kKnownExtensions = {kMeshopt,
-                                                              kDraco,
+constexpr std::array<std::string_view, 7> kKnownExtensions = {kMeshoptExtension,
+                                                              kDracoExtension,
                                                               "KHR_texture_transform",
                                                               "KHR_lights_punctual",
                                                               "KHR_materials_emissive_strength",
@@ -397,9 +394,9 @@ class GltfReader {
   void UnpackViews() {
     const std::size_t num_views = model_.bufferViews.size();
     for (std::size_t i = 0; i < num_views; ++i) {
-      const Value* meshopt = Extension(model_.bufferViews[i].extensions, kMeshopt);
+      const Value* meshopt = Extension(model_.bufferViews[i].extensions, kMeshoptExtension);
       if (meshopt == nullptr) continue;
-      const std::string where = "bufferView " + std::to_string(i) + ", " + kMeshopt;
+      const std::string where = "bufferView " + std::to_string(i) + ", " + kMeshoptExtension;
       MeshoptView packed;
       tinygltf::BufferView& view = model_.bufferViews[i];
       view.buffer = static_cast<int>(CountIn(*meshopt, "buffer", -1.0, where));
@@ -436,10 +433,10 @@ class GltfReader {
     for (std::size_t m = 0; m < model_.meshes.size(); ++m) {
       for (std::size_t p = 0; p < model_.meshes[m].primitives.size(); ++p) {
         tinygltf::Primitive& primitive = model_.meshes[m].primitives[p];
-        const Value* draco = Extension(primitive.extensions, kDraco);
+        const Value* draco = Extension(primitive.extensions, kDracoExtension);
         if (draco == nullptr) continue;
         const std::string where = Described("mesh", model_.meshes, static_cast<int>(m)) +
-                                  ", primitive " + std::to_string(p) + ", " + kDraco;
+                                  ", primitive " + std::to_string(p) + ", " + kDracoExtension;
         UnpackPrimitive(*draco, where, primitive, meshes, accessors);
       }
     }

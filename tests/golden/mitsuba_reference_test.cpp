@@ -17,7 +17,7 @@
 #include "renderer/io/exr_file.h"
 #include "renderer/renderer.h"
 
-namespace pathfit::app {
+namespace pathfit::app::mitsuba_reference_test {
 namespace {
 
 using renderer::Film;
@@ -182,4 +182,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& reference) { return std::string(reference.param.name); });
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::mitsuba_reference_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::budget_search_test {
 namespace {
 
 class BudgetSearchTest : public testing::Test {
@@ -93,4 +93,4 @@ TEST_F(BudgetSearchTest, BoundariesCostNoMoreThanTheirShareOfAnImage) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::budget_search_test

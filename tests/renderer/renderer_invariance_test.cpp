@@ -6,7 +6,7 @@
 #include "tests/support/statistics.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::renderer_invariance_test {
 namespace {
 
 std::vector<Film> Replicates(const Scene& scene,
@@ -176,4 +176,4 @@ TEST(RendererInvariance, LatticeIsNoNoisierThanIndependentSamples) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::renderer_invariance_test

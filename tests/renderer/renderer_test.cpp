@@ -12,7 +12,7 @@
 #include "tests/support/recording_sink.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::renderer_test {
 namespace {
 
 class RendererOfAllParameters : public ::testing::Test {
@@ -386,4 +386,4 @@ TEST(Renderer, BoundsDoNotChangeTheImage) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::renderer_test

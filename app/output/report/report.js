@@ -265,7 +265,10 @@ function addReadout(readout, drawing, chart, state) {
  * chart: title, x and y (labels), log, zero (start the axis at 0), marks [{x, label}], crosses [[x, y]] and
  * series [{name, doc, x, y}], whose points that are not finite (or not positive on a log axis) interrupt the line.
  */
-function linePlot(chart) {
+function linePlot(given) {
+  // Costs may fall below zero (log-determinants, variances taken off), which no log scale shows.
+  const log = given.log && !given.series.some((one) => one.y.some((value) => value < 0));
+  const chart = { ...given, log, y: given.log && !log ? given.y.replace(", log scale", "") : given.y };
   const keys = chart.series.length < 2 ? [] : chart.series.map((one, i) =>
     h("span", { class: `key s${i % 6}`, title: one.doc ?? "" }, one.name));
   if (chart.crosses.length > 0) keys.push(h("span", { class: "key reject" }, "✕ rejected step"));
@@ -544,7 +547,7 @@ function curvesSection(data) {
     const series = group.map((figure) => (
       { name: figure.label, doc: figure.doc, x: steps, y: rounds.map((round) => num(round[figure.key])) }));
     if (series.every((one) => one.y.every((value) => value === 0))) return []; // nothing of it happened
-    const known = series.filter((one) => one.y.some((value) => drawable(value, given.log)));
+    const known = series.filter((one) => one.y.some((value) => drawable(value, given.log && !(value < 0))));
     return linePlot({ title, x: "step", y: given.y ?? group[0].unit, log: given.log ?? false, zero: given.zero ?? false,
       marks, crosses: given.crosses ? rejected : [], series: known.length > 0 ? known : series });
   });
@@ -739,6 +742,7 @@ function comparedViewsSection(data) {
     picture(row, "Photo", "photo " + view.name, view.photo);
     view.results.forEach((result, i) => {
       const words = `${data.runs[i].label}: ${fixed(num(result.psnr_srgb_db), 2, "dB")}, IoU ${fixed(num(result.iou), 4)}`;
+      if (result.photo) picture(row, `${data.runs[i].label}: its photo`, "photo " + view.name, result.photo);
       picture(row, words, data.runs[i].label + ", " + view.name, result.picture);
     });
     return h("article", { class: "card view" }, h("div", { class: "head" }, h("h3", {}, view.name),
@@ -753,7 +757,7 @@ function comparedCurvesSection(data) {
     const series = data.runs.map((run) => ({ name: run.label, doc: run.run_path,
       x: run.history.map((round) => num(round[along])), y: run.history.map((round) => num(round[key])) }));
     const log = key === "cost_total";
-    if (!figure || !series.some((one) => one.y.some((value) => drawable(value, log)))) return [];
+    if (!figure || !series.some((one) => one.y.some((value) => drawable(value, log && !(value < 0))))) return [];
     return [linePlot({ title: `${figure.chart}, ${figure.label}`, x, y: figure.unit, log, zero: false, marks: [],
       crosses: [], series: series.filter((one) => one.x.length > 0) })];
   }));

@@ -1,5 +1,6 @@
 #include "app/command/command_line.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 
@@ -7,7 +8,7 @@
 
 #include "optim/ranks/ranks.h"
 
-namespace pathfit::app {
+namespace pathfit::app::command_line_test {
 namespace {
 
 CommandLine Parse(std::vector<std::string> words,
@@ -203,6 +204,10 @@ TEST(CommandLine, TheRunDirectoryOfAFitIsRelativeToTheWorkingDirectory) {
   const std::string folder = std::filesystem::current_path().string();
   EXPECT_EQ(overrides[0].assignment, "output.directory='" + folder + "/it''s here'");
   EXPECT_TRUE(Parse({"render", "c.yaml", "-o", "out"}).overrides.empty());
+  // Shells replace ~ only at the beginning of a word.
+  ASSERT_NE(std::getenv("HOME"), nullptr);
+  EXPECT_EQ(Parse({"fit", "c.yaml", "--output=~/out"}).overrides[0].assignment,
+            "output.directory='" + std::string(std::getenv("HOME")) + "/out'");
 }
 
 TEST(CommandLine, HelpAndVersionSucceed) {
@@ -256,7 +261,8 @@ TEST(CommandLine, MistakesAreNamed) {
        "compare, "
        "eval, sweep, synth, convert, gradcheck, config, completion, info, version, help"},
       {{"fti", "c.yaml"}, "pathfit: unknown command 'fti' (did you mean 'fit'?)"},
-      {{"fit", "c.yaml", "-o", ""}, "pathfit fit: --output: '' is not a path"},
+      {{"fit", "c.yaml", "-o", ""},
+       "pathfit fit: --output: '' is not a path: a path is needed, not empty text"},
       {{"help", "rendr"}, "pathfit: unknown command 'rendr' (did you mean 'render'?)"},
       {{"fit"}, "pathfit fit: CONFIG is missing"},
       {{"resume"}, "pathfit resume: RUN is missing"},
@@ -366,4 +372,4 @@ TEST(CommandLine, AFolderMayBeCalledLikeACommand) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::command_line_test

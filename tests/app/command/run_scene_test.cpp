@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::run_scene_test {
 namespace {
 
 TEST(ExportedViews, NamePhotosWhereTheyWereRead) {
@@ -27,4 +27,4 @@ TEST(ExportedViews, NamePhotosWhereTheyWereRead) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::run_scene_test

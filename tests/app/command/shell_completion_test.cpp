@@ -13,7 +13,7 @@
 #include "app/command/command_reference.h"
 #include "app/command/result.h"
 
-namespace pathfit::app {
+namespace pathfit::app::shell_completion_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -157,4 +157,4 @@ TEST(Result, MustHaveTheDeclaredKeysAndTypes) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::shell_completion_test

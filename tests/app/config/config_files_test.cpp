@@ -12,7 +12,7 @@
 #include "tests/app/config/config_text.h"
 #include "tests/app/config/schema_markdown.h"
 
-namespace pathfit::app {
+namespace pathfit::app::config_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -145,4 +145,4 @@ TEST(ConfigFiles, EveryKeyIsDocumented) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::config_files_test

@@ -5,7 +5,7 @@
 
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::config_fuzz_test {
 namespace {
 
 // Accepted, or refused with a complete message: anything but another exception or a crash.
@@ -115,4 +115,4 @@ TEST(ConfigFuzz, DamagedOverridesAreAnswered) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::config_fuzz_test

@@ -6,7 +6,7 @@
 
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::config_mistakes_test {
 namespace {
 
 using Cases = std::vector<std::pair<std::string, std::string>>;
@@ -200,6 +200,9 @@ TEST(ConfigMistakes, StagesAreChecked) {
   ExpectProblems(
       kFitConfig,
       {{"stages.all.name=light", "stages[1].name: another stage is called 'light' already"},
+       {"stages.all.name=start",
+        "stages[1].name: 'start' is what the scene before the first stage is called; choose "
+        "another"},
        {"stages.light.free=[exposure, exposure]", "stages[0].free: 'exposure' is given twice"},
        {"stages.light.free=[glaze.metallic]",
         "stages[0].free: 'glaze.metallic' is held (hold: true)"},
@@ -273,4 +276,4 @@ TEST(ConfigMistakes, WhatIsWrongIsNotAlsoMissing) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::config_mistakes_test

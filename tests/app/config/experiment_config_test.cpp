@@ -10,7 +10,7 @@
 #include "app/config/schema.h"
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::experiment_config_test {
 namespace {
 
 const optim::UnknownSpec& UnknownOf(const ExperimentConfig& config, const std::string& name) {
@@ -231,4 +231,4 @@ TEST(ExperimentConfig, ListsAllProblemsInTheOrderOfTheFile) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::experiment_config_test

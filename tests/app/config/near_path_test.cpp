@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-namespace pathfit::app {
+namespace pathfit::app::near_path_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -42,4 +42,4 @@ TEST(NearPath, ThroughALinkIsSeenFromWhereTheFolderIs) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::near_path_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::nearest_name_test {
 namespace {
 
 TEST(NearestName, FindsWhatWasMeant) {
@@ -32,4 +32,4 @@ TEST(NearestName, HintsNameTheNearestOrAll) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::nearest_name_test

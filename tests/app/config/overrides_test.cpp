@@ -7,7 +7,7 @@
 #include "app/config/schema.h"
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::overrides_test {
 namespace {
 
 TEST(Overrides, ReachEveryKindOfPlace) {
@@ -47,6 +47,22 @@ TEST(Overrides, ReachEveryKindOfPlace) {
 TEST(Overrides, LaterOnesWin) {
   EXPECT_EQ(LoadText(kFitConfig, {"seed=1", "seed=2"}).render.seed, 2U);
   EXPECT_EQ(LoadText(kFitConfig, {"render={spp: 3}", "render.max_bounces=2"}).render.spp, 3);
+}
+
+TEST(Overrides, WhatVariesIsSpelledOnce) {
+  const ConfigFile file(kFitConfig);
+  const auto problems = [&](const char* first, const char* second) {
+    try {
+      LoadExperimentConfig(file.path(), {{first, "stages[1].spp=4"}, {second, "stages.all.spp=8"}});
+    } catch (const ConfigError& error) {
+      return ProblemsIn(error, file);
+    }
+    return std::vector<std::string>();
+  };
+  EXPECT_EQ(problems("--vary #1", "--vary #2"),
+            std::vector<std::string>(
+                {"--vary #2: stages.all.spp: is what --vary #1 varies: stages[1].spp=4"}));
+  EXPECT_TRUE(problems("--set #1", "--vary #1").empty());
 }
 
 TEST(Overrides, UnknownPlacesAreNamedWithTheNearest) {
@@ -99,4 +115,4 @@ TEST(Overrides, FlagsAreNamedAsThePlace) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::overrides_test

@@ -8,7 +8,7 @@
 
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::resolved_yaml_test {
 namespace {
 
 std::string WithoutComments(const std::string& yaml) {
@@ -106,4 +106,4 @@ TEST(ResolvedYaml, HoldsEveryDefault) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::resolved_yaml_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::scalar_test {
 namespace {
 
 YamlNode Plain(const std::string& text) {
@@ -84,4 +84,4 @@ TEST(Scalar, DurationsNeedUnitsInOrder) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::scalar_test

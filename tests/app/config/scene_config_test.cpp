@@ -11,7 +11,7 @@
 
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::scene_config_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -238,4 +238,4 @@ TEST(SceneMistakes, AMeshShinesOnce) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::scene_config_test

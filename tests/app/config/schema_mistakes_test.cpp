@@ -11,7 +11,7 @@
 #include "tests/app/config/config_text.h"
 #include "tests/support/sanitized.h"
 
-namespace pathfit::app {
+namespace pathfit::app::schema_mistakes_test {
 namespace {
 
 /// A text in place of what stands in the file, and what is then refused.
@@ -127,4 +127,4 @@ TEST(SchemaMistakes, EveryKeyIsRefusedWithItsPlace) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::schema_mistakes_test

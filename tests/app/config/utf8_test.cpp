@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::utf8_test {
 namespace {
 
 TEST(Utf8, CountsCharactersNotBytes) {
@@ -35,4 +35,4 @@ TEST(Utf8, FindsTheFirstByteThatIsNoText) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::utf8_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::wrapped_words_test {
 namespace {
 
 TEST(WrappedWords, FillsLinesAndLeavesLongWordsWhole) {
@@ -14,4 +14,4 @@ TEST(WrappedWords, FillsLinesAndLeavesLongWordsWhole) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::wrapped_words_test

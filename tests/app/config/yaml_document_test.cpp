@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::yaml_document_test {
 namespace {
 
 // First line of the message, or "accepted". Problems that do not stop reading count too.
@@ -175,4 +175,4 @@ TEST(ConfigError, SortsCountsAndCutsAfterTwenty) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::yaml_document_test

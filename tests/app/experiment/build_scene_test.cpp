@@ -14,7 +14,7 @@
 #include "renderer/io/image_file.h"
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::build_scene_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -573,4 +573,4 @@ TEST(BuildScene, ARectangleLightNeedsANameOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::build_scene_test

@@ -11,7 +11,7 @@
 #include "renderer/derivative/film_sink.h"
 #include "renderer/renderer.h"
 
-namespace pathfit::app {
+namespace pathfit::app::closed_form_scenes_test {
 namespace {
 
 constexpr int kReplicates = 32;
@@ -100,4 +100,4 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::closed_form_scenes_test

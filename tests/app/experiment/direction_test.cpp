@@ -9,7 +9,7 @@
 #include "renderer/core/error.h"
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::direction_test {
 namespace {
 
 const renderer::Scene& TestScene() {
@@ -148,4 +148,4 @@ TEST(Direction, UnknownsAreMovedByAllTheirComponents) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::direction_test

@@ -24,7 +24,7 @@
 #include "tests/optim/round/synthetic_fit.h"
 #include "tests/renderer/io/dng_bytes.h"
 
-namespace pathfit::app {
+namespace pathfit::app::draft_config_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -486,7 +486,8 @@ TEST_F(DraftConfigTest, AShinySurfaceHasARoughnessAndFinerLight) {
   const fs::path path = top() / "draft.yaml";
   const std::string text =
       DraftConfig(input, UsualLight({}), path, "ball", {}, DraftSurface::kShiny);
-  EXPECT_TRUE(Says(text, "with highlights. Without"));
+  EXPECT_TRUE(Says(text, "with highlights; metallic 1: a metal"));
+  EXPECT_TRUE(Says(text, "metallic: {constant: 0}"));
   EXPECT_TRUE(Says(text, "size_px: [32, 16]"));
   EXPECT_FALSE(Says(text, "A matt surface sees"));
   std::ofstream(path) << text;
@@ -497,6 +498,10 @@ TEST_F(DraftConfigTest, AShinySurfaceHasARoughnessAndFinerLight) {
     });
   };
   EXPECT_TRUE(frees_roughness(shiny));
+  const std::string metal =
+      DraftConfig(input, UsualLight({}), path, "ball", {}, SurfaceOf("metal"));
+  EXPECT_TRUE(Says(metal, "metallic: {constant: 1}"));
+  EXPECT_TRUE(Says(metal, "surface.roughness: {}"));
   EXPECT_FALSE(frees_roughness(Built(input)));
 }
 
@@ -525,4 +530,4 @@ TEST_F(DraftConfigTest, SaysWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::draft_config_test

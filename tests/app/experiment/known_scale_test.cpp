@@ -12,7 +12,7 @@
 #include "tests/app/config/config_text.h"
 
 // How long the unit of a camera file is, by two points a known distance apart.
-namespace pathfit::app {
+namespace pathfit::app::known_scale_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -179,4 +179,4 @@ TEST_F(KnownScale, IsOfCameraFilesOnly) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::known_scale_test

@@ -17,7 +17,7 @@
 #include "tests/optim/observation/lit_ball.h"
 #include "tests/optim/observation/observation_files.h"
 
-namespace pathfit::app {
+namespace pathfit::app::lamp_input_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -251,4 +251,4 @@ TEST_F(LampInputTest, RefusesPhotosThatAreNotThoseOfTheLamps) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::lamp_input_test

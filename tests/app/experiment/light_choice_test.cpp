@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::light_choice_test {
 namespace {
 
 TEST(LightChoice, SignsComeFromABackgroundWithSomethingInIt) {
@@ -23,4 +23,4 @@ TEST(LightChoice, SignsComeFromABackgroundWithSomethingInIt) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::light_choice_test

@@ -7,7 +7,7 @@
 #include "tests/optim/observation/observation_files.h"
 #include "tests/optim/round/synthetic_fit.h"
 
-namespace pathfit::app {
+namespace pathfit::app::light_trial_test {
 namespace {
 
 /// Photos of a patterned ball by its own cameras, under some light.
@@ -93,4 +93,4 @@ TEST(LightTrial, WhatBoundsNoBodyTellsNothing) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::light_trial_test

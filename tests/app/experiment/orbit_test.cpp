@@ -8,7 +8,7 @@
 #include "renderer/core/error.h"
 #include "tests/optim/round/synthetic_fit.h"
 
-namespace pathfit::app {
+namespace pathfit::app::orbit_test {
 namespace {
 
 using renderer::Camera;
@@ -108,4 +108,4 @@ TEST(Orbit, NeedsSomethingToGoRound) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::orbit_test

@@ -11,7 +11,7 @@
 #include "tests/app/config/config_text.h"
 
 // One camera that stood still, lamps that were switched, exposures that are known.
-namespace pathfit::app {
+namespace pathfit::app::photo_lights_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -179,4 +179,4 @@ TEST_F(OneCamera, MistakesAreSaid) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::photo_lights_test

@@ -10,7 +10,7 @@
 #include "app/experiment/experiment.h"
 #include "tests/app/config/config_text.h"
 
-namespace pathfit::app {
+namespace pathfit::app::read_unknowns_test {
 namespace {
 
 using optim::Parameterization;
@@ -465,4 +465,4 @@ TEST(ReadUnknowns, SettingsMustFitTheKindAndAreListedTogether) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::read_unknowns_test

@@ -9,7 +9,7 @@
 #include "renderer/core/error.h"
 #include "tests/app/experiment/ball_start.h"
 
-namespace pathfit::app {
+namespace pathfit::app::start_check_test {
 namespace {
 
 bool Says(const std::string& text, const std::string& part) {
@@ -278,4 +278,4 @@ TEST_F(StartCheckTest, OutlinesTheStartAndTheMask) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::start_check_test

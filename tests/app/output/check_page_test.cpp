@@ -6,7 +6,7 @@
 #include "tests/app/experiment/ball_start.h"
 #include "tests/app/output/html_check.h"
 
-namespace pathfit::app {
+namespace pathfit::app::check_page_test {
 namespace {
 
 using renderer::Emitter;
@@ -71,4 +71,4 @@ TEST_F(CheckPageTest, IsAPage) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::check_page_test

@@ -8,7 +8,7 @@
 #include "tests/app/output/html_check.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::comparison_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -59,6 +59,18 @@ TEST(Comparison, FiguresAreThoseOfTheLastStage) {
   EXPECT_EQ(json.at("runs")[0].at("rounds"), 6.0);
   EXPECT_EQ(json.at("runs")[0].at("wall_s"), 100.0);
   EXPECT_EQ(json.at("differences").size(), 2U);
+}
+
+TEST(Comparison, PhotosOfOneNameMayBeDifferent) {
+  std::vector<ComparedRun> runs = TwoRuns();
+  runs[1].data.view_pictures[3]["photo"] = "another";
+  int others = 0;
+  const Json json = ComparisonJson(runs, {});
+  for (const Json& view : json.at("views")) {
+    EXPECT_TRUE(view.at("results")[0].at("photo").is_null());
+    others += view.at("results")[1].at("photo").is_string() ? 1 : 0;
+  }
+  EXPECT_EQ(others, 1);
 }
 
 TEST(Comparison, PageShowsPicturesSideBySideHeldOutOnesFirst) {
@@ -112,4 +124,4 @@ TEST(Comparison, LabelsTellRunsApart) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::comparison_test

@@ -12,7 +12,7 @@
 #include "app/config/experiment_config.h"
 #include "app/config/yaml_document.h"
 
-namespace pathfit::app {
+namespace pathfit::app::config_json_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -221,4 +221,4 @@ TEST(ConfigJson, OriginsNameFileLineOverrideAndDefault) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::config_json_test

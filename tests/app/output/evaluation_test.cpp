@@ -11,7 +11,7 @@
 #include "tests/app/output/html_check.h"
 #include "tests/optim/round/synthetic_fit.h"
 
-namespace pathfit::app {
+namespace pathfit::app::evaluation_test {
 namespace {
 
 using renderer::ParameterKind;
@@ -274,4 +274,4 @@ TEST(Evaluation, JsonTextAndPageHoldTheFigures) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::evaluation_test

@@ -17,7 +17,7 @@
 #include "tests/app/output/synthetic_run.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::app {
+namespace pathfit::app::export_formats_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -206,4 +206,4 @@ TEST_F(ExportFormatsTest, MeshesThatShineDoSoInBlender) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::export_formats_test

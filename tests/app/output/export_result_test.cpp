@@ -28,7 +28,7 @@
 #include "tests/app/output/synthetic_run.h"
 #include "tests/optim/round/synthetic_fit.h"
 
-namespace pathfit::app {
+namespace pathfit::app::export_result_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -657,4 +657,4 @@ TEST(ParameterTable, CountsWhatNoPhotoTellsAndHasErrorsOfGains) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::export_result_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::fields_test {
 namespace {
 
 const std::string kBroken =
@@ -27,4 +27,4 @@ TEST(JsonText, KeepsTheOrderOfKeysAndIndents) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::fields_test

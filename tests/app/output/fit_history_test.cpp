@@ -10,7 +10,7 @@
 #include "renderer/io/atomic_file.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::fit_history_test {
 namespace {
 
 TEST(FitHistory, ReadsBackWhatWasWritten) {
@@ -122,4 +122,4 @@ TEST(FitHistory, RefusesDamagedFiles) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::fit_history_test

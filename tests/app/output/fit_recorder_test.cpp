@@ -14,7 +14,7 @@
 #include "tests/app/output/html_check.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::fit_recorder_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -258,4 +258,4 @@ TEST(FitRecorder, WarningsOfEarlierSessionsAreKept) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::fit_recorder_test

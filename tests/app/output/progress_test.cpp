@@ -13,7 +13,7 @@
 #include "tests/app/output/html_check.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::progress_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -271,4 +271,4 @@ TEST(Progress, DurationsAreForPeople) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::progress_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::remaining_time_test {
 namespace {
 
 struct StageRecord {
@@ -182,4 +182,4 @@ TEST(RemainingTime, KnowsNothingWithoutRoundsAndOfRoundsWithoutStages) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::remaining_time_test

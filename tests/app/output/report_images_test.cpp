@@ -7,7 +7,7 @@
 
 #include "renderer/image/color.h"
 
-namespace pathfit::app {
+namespace pathfit::app::report_images_test {
 namespace {
 
 using renderer::Image;
@@ -84,4 +84,4 @@ TEST(EnvironmentPicture, IsTwiceAsWideAsHighAndExposed) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::report_images_test

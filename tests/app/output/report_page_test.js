@@ -284,7 +284,8 @@ function testPlots(script) {
     plot([1e12, 1e12 + 1], [1e300, 1], log);
     plot([0, 1], [1, 1 + 1e-15], log);
   }
-  assert.ok(empty(plot([1, 2], [0, -1], true)));
+  assert.ok(empty(plot([1, 2], [0, 0], true)));
+  assert.ok(!empty(plot([1, 2], [1, -1], true)), "what falls below zero stands on a linear axis");
   assert.strictEqual(dots(plot([1, 2, 3, 4, 5, 6], [1, 2, NaN, 4, 0, 6], true)), 2, "bad values interrupt the line");
   assert.strictEqual(dots(plot([1, 2, 3, 4], [1, Infinity, 3, 4])), 1);
   const many = Array.from({ length: 200000 }, (_, i) => i);
@@ -362,13 +363,13 @@ function testComparison(script) {
     differences: [{ key: "seed", values: [word, "2"] }],
     figures: [figure("cost_total", { chart: "Cost" }), figure("iou_val", { chart: "IoU" })],
     views: [{ name: word, validation: true, photo: "data:image/jpeg;base64,AA==", results: [
-      { picture: "data:image/jpeg;base64,BB==", psnr_srgb_db: 20, iou: 0.9 }, { picture: null, psnr_srgb_db: null, iou: null }] }],
+      { photo: "data:image/jpeg;base64,CC==", picture: "data:image/jpeg;base64,BB==", psnr_srgb_db: 20, iou: 0.9 }, { picture: null, psnr_srgb_db: null, iou: null }] }],
     views_note: word });
   const { main, links } = draw(script, data());
   assert.deepStrictEqual(links, ["runs", "curves", "views", "settings"]);
   assert.strictEqual(main.classed("plot").length, 2, "cost over time and over steps; no run has the other figure");
   assert.strictEqual(main.classed("line").length, 4, "a line for each run");
-  for (const part of ["24.50 dB", "–", "a: 20.00 dB, IoU 0.9000", "not available", "seed"]) {
+  for (const part of ["24.50 dB", "–", "a: its photo", "a: 20.00 dB, IoU 0.9000", "not available", "seed"]) {
     assert.ok(main.textContent.includes(part), part);
   }
   const drawing = main.tagged("svg")[1];

@@ -8,7 +8,7 @@
 #include "tests/app/output/html_check.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::report_test {
 namespace {
 
 const std::string kNasty = "</script><script>alert('x')</script><!--&\"{{data}}\x01\xff";
@@ -267,4 +267,4 @@ TEST(DerivedWarnings, NameWhatAPersonShouldSee) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::report_test

@@ -10,7 +10,7 @@
 #include "renderer/io/atomic_file.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::run_directory_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -29,6 +29,13 @@ TEST(RunDirectory, IsNamedByUtcTimeAndNeverTakenTwice) {
   EXPECT_TRUE(fs::is_directory(second.Images()));
   EXPECT_TRUE(fs::is_directory(second.Result()));
   EXPECT_EQ(fs::read_symlink(folder.path() / "runs/axe_demo/latest"), "2026-11-22_033000-2");
+}
+
+TEST(RunDirectory, FoldersThatAreCalledLikeAPlaceholderStay) {
+  const TemporaryFolder folder("run_placeholder");
+  fs::create_directories(folder.path() / "{name}");
+  const RunDirectory run = CreateRunDirectory(folder.path() / "{name}/runs/{name}", "a", kTime);
+  EXPECT_EQ(run.root(), folder.path() / "{name}/runs/a");
 }
 
 TEST(RunDirectory, OpensARunOrTheLatestOfAFolder) {
@@ -75,4 +82,4 @@ TEST(RunDirectory, ViewFoldersAreDifferent) {
 TEST(UtcTime, IsWrittenAsIso8601) { EXPECT_EQ(UtcIso(kTime), "2026-11-22T03:30:00Z"); }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::run_directory_test

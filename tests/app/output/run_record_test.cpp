@@ -14,7 +14,7 @@
 #include "renderer/io/atomic_file.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::run_record_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -131,4 +131,4 @@ TEST(RunRecord, RefusesDamagedFilesAndMissingInputs) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::run_record_test

@@ -6,7 +6,7 @@
 #include "renderer/io/atomic_file.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::sha256_test {
 namespace {
 
 // The messages of FIPS 180-4's examples, and their digests as coreutils' sha256sum prints them.
@@ -36,4 +36,4 @@ TEST(Base64, PadsEveryRemainder) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::sha256_test

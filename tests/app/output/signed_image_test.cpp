@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::app {
+namespace pathfit::app::signed_image_test {
 namespace {
 
 using renderer::Film;
@@ -65,4 +65,4 @@ TEST(SignedImage, ScaleLeavesOutliersOut) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::signed_image_test

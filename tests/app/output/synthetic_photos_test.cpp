@@ -10,7 +10,7 @@
 #include "renderer/io/image_file.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::app {
+namespace pathfit::app::synthetic_photos_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -101,4 +101,4 @@ TEST(SyntheticPhotos, FilesHoldWhatTheirFormatCan) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::synthetic_photos_test

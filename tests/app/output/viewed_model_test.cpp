@@ -14,7 +14,7 @@
 #include "renderer/io/atomic_file.h"
 #include "tests/app/output/synthetic_run.h"
 
-namespace pathfit::app {
+namespace pathfit::app::viewed_model_test {
 namespace {
 
 using renderer::Vec3;
@@ -220,4 +220,4 @@ TEST(ViewedModel, IsReadBack) {
 }
 
 }  // namespace
-}  // namespace pathfit::app
+}  // namespace pathfit::app::viewed_model_test

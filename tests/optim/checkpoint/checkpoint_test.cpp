@@ -13,7 +13,7 @@
 #include "renderer/io/atomic_file.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::checkpoint_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -294,4 +294,4 @@ TEST_F(CheckpointTest, SaysWhereItCannotWrite) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::checkpoint_test

@@ -3,7 +3,7 @@
 
 // Meshes that meet: the line between them is a border of colours like any other, counted once
 // although it is a border of both, however the two are cut into triangles.
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_borders_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -205,4 +205,4 @@ TEST(Borders, ThreeSheets) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_borders_test

@@ -3,7 +3,7 @@
 
 // Light that is reflected more than twice: a path with several segments that can graze an edge is
 // counted once for each of them, up to its last reflection.
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_bounces_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -92,4 +92,4 @@ INSTANTIATE_TEST_SUITE_P(Bounces,
                          ::testing::Values(DerivativeForm::kImage, DerivativeForm::kMaterial));
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_bounces_test

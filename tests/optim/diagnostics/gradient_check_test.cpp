@@ -5,7 +5,7 @@
 #include "renderer/core/error.h"
 #include "tests/optim/diagnostics/gradient_cases.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_check_test {
 namespace {
 
 using renderer::ParameterKind;
@@ -327,4 +327,4 @@ TEST(GradientCheck, MovingTheSceneEqualsMovingTheCameraBack) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_check_test

@@ -10,7 +10,7 @@
 #include "tests/optim/diagnostics/gradient_cases.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_comparison_test {
 namespace {
 
 using renderer::Film;
@@ -138,4 +138,4 @@ TEST(MeanFilm, IsTheMean) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_comparison_test

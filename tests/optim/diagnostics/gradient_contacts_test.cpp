@@ -4,7 +4,7 @@
 
 // Things that touch each other while they move: what one covers of the other loses its light, and
 // segments between them become as short as can be.
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_contacts_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -119,4 +119,4 @@ TEST(Contacts, BoxInTheFloor) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_contacts_test

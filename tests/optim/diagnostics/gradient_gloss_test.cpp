@@ -5,7 +5,7 @@
 #include "tests/optim/diagnostics/gradient_scenes.h"
 
 // The narrowest lobes, and those of both distributions, against central differences.
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_gloss_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -160,4 +160,4 @@ TEST(GradientGloss, RefractionOfBeckmann) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_gloss_test

@@ -6,7 +6,7 @@
 
 // Every kind of parameter against central differences in one scene with every kind of light.
 // tests/scenes/gradcheck_matrix.yaml is a similar scene for `pathfit gradcheck`.
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_matrix_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -260,4 +260,4 @@ TEST(GradientMatrix, TentFilter) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_matrix_test

@@ -7,7 +7,7 @@
 #include "tests/optim/diagnostics/gradient_cases.h"
 
 // Scenes that boundary terms find difficult: right, or refused and said by name.
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_scenes_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -422,4 +422,4 @@ TEST(DifficultScenes, OrthographicCamera) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_scenes_test

@@ -3,7 +3,7 @@
 
 // What lies around a scene out of its light and sight changes no derivative, however large it is,
 // however it is tilted and wherever it stands.
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_surroundings_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -143,4 +143,4 @@ TEST(Surroundings, BoxOverASmallFloor) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_surroundings_test

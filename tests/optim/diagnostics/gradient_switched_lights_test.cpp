@@ -2,7 +2,7 @@
 #include "tests/optim/diagnostics/gradient_scenes.h"
 
 // Lights that are off in a view: neither its image nor a term of its derivative knows of them.
-namespace pathfit::optim {
+namespace pathfit::optim::gradient_switched_lights_test {
 namespace {
 
 using renderer::ParameterKind;
@@ -69,4 +69,4 @@ TEST(SwitchedLights, PlacesOfThoseThatShine) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::gradient_switched_lights_test

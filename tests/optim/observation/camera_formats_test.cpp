@@ -14,7 +14,7 @@
 #include "tests/optim/observation/camera_texts.h"
 #include "tests/optim/observation/observation_files.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::camera_formats_test {
 namespace {
 
 using renderer::Vec3;
@@ -516,4 +516,4 @@ TEST_F(AliceVision, NamesFileAndElementOfWhatIsMalformed) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::camera_formats_test

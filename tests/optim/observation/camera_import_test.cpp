@@ -12,7 +12,7 @@
 #include "renderer/core/error.h"
 #include "tests/optim/observation/observation_files.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::camera_import_test {
 namespace {
 
 using renderer::CameraModel;
@@ -418,4 +418,4 @@ TEST(ImportCameras, SaysWhatItLookedFor) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::camera_import_test

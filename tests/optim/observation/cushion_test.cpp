@@ -9,7 +9,7 @@
 #include "renderer/geometry/mesh_topology.h"
 #include "tests/optim/observation/lit_ball.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::cushion_test {
 namespace {
 
 using renderer::Image;
@@ -56,4 +56,4 @@ TEST(Cushion, RefusesAnEmptyMask) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::cushion_test

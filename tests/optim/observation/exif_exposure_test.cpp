@@ -7,7 +7,7 @@
 
 #include "tests/optim/observation/exif_bytes.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::exif_exposure_test {
 namespace {
 
 using std::string_literals::operator""s;
@@ -170,4 +170,4 @@ TEST(ExifLens, NamesCameraAndFocalLength) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::exif_exposure_test

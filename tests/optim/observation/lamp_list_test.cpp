@@ -7,7 +7,7 @@
 #include "renderer/core/error.h"
 #include "tests/optim/observation/observation_files.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::lamp_list_test {
 namespace {
 
 using renderer::Rgb;
@@ -120,4 +120,4 @@ TEST(LampList, RefusesWithPlace) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::lamp_list_test

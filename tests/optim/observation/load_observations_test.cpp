@@ -15,7 +15,7 @@
 #include "tests/optim/observation/observation_files.h"
 #include "tests/renderer/io/dng_bytes.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::load_observations_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -552,4 +552,4 @@ TEST(SetMetresPerUnit, TakesThePlaceOfWhatTheCameraFileSays) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::load_observations_test

@@ -6,7 +6,7 @@
 
 #include "renderer/core/error.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::located_point_test {
 namespace {
 
 using renderer::Vec3;
@@ -115,4 +115,4 @@ TEST(LocatedPoint, RefusesRaysThatMeetBehindACamera) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::located_point_test

@@ -7,7 +7,7 @@
 #include "renderer/core/error.h"
 #include "tests/optim/observation/lit_ball.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::mirror_ball_test {
 namespace {
 
 using renderer::Image;
@@ -39,4 +39,4 @@ TEST(MirrorBall, RefusesWhatIsNone) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::mirror_ball_test

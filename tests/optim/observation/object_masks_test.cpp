@@ -9,7 +9,7 @@
 #include "renderer/core/parallel.h"
 #include "tests/optim/observation/ball_views.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::object_masks_test {
 namespace {
 
 using renderer::Image;
@@ -105,4 +105,4 @@ TEST(ObjectMasks, SameBitsForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::object_masks_test

@@ -7,7 +7,7 @@
 
 #include "optim/observation/observation.h"
 
-namespace pathfit {
+namespace pathfit::packed_image_test {
 namespace {
 
 using optim::PackedImage;
@@ -75,4 +75,4 @@ TEST(PackedLevel, IsTheLevelAndTakesLittleBesideItsView) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::packed_image_test

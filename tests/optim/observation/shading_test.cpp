@@ -8,7 +8,7 @@
 #include "renderer/image/color.h"
 #include "tests/optim/observation/lit_ball.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::shading_test {
 namespace {
 
 using renderer::Image;
@@ -95,4 +95,4 @@ TEST(Shading, RefusesWhatTellsNothing) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::shading_test

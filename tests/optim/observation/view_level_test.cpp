@@ -3,7 +3,7 @@
 #include "optim/observation/observation.h"
 #include "tests/optim/observation/observation_files.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::view_level_test {
 namespace {
 
 using renderer::Image;
@@ -135,4 +135,4 @@ TEST(MaskIou, IsIntersectionOverUnion) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::view_level_test

@@ -19,7 +19,7 @@
 #include "tests/optim/observation/ball_views.h"
 #include "tests/optim/observation/observation_files.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::visual_hull_test {
 namespace {
 
 using renderer::Camera;
@@ -282,4 +282,4 @@ TEST(CarveVisualHull, RefusesMasksThatContradictEachOther) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::visual_hull_test

@@ -8,7 +8,7 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_topology.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::voxel_surface_test {
 namespace {
 
 using renderer::Mesh;
@@ -104,4 +104,4 @@ TEST(KeepLargestPart, ComparesEnclosedVolume) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::voxel_surface_test

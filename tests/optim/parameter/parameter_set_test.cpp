@@ -7,7 +7,7 @@
 #include "renderer/core/error.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::parameter_set_test {
 namespace {
 
 using optim::ParameterSet;
@@ -194,4 +194,4 @@ TEST(ParameterSet, RefusesUnknownsThatDoNotExist) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::parameter_set_test

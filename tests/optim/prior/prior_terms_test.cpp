@@ -11,7 +11,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::prior_terms_test {
 namespace {
 
 using optim::ParameterSet;
@@ -537,4 +537,4 @@ TEST_F(PriorTermsTest, GaussianOfOneSigmaCostsTheStatedResidual) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::prior_terms_test

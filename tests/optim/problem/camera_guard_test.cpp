@@ -6,7 +6,7 @@
 
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::camera_guard_test {
 namespace {
 
 using renderer::ParameterKind;
@@ -51,4 +51,4 @@ TEST(CameraGuard, LooksAtAllThatShareALens) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::camera_guard_test

@@ -9,7 +9,7 @@
 #include "renderer/core/parallel.h"
 #include "tests/optim/problem/linear_rounds.h"
 
-namespace pathfit {
+namespace pathfit::image_problem_test {
 namespace {
 
 using optim::ImageProblem;
@@ -162,4 +162,4 @@ TEST_F(ImageProblemTest, RobustLossCountsLargeResidualsByTheirSize) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::image_problem_test

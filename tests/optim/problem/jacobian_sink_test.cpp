@@ -9,7 +9,7 @@
 
 #include "renderer/sampler/counter_rng.h"
 
-namespace pathfit {
+namespace pathfit::jacobian_sink_test {
 namespace {
 
 using optim::JacobianSink;
@@ -77,4 +77,4 @@ TEST(JacobianSinkTest, PixelsOfALineAreKeptApart) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::jacobian_sink_test

@@ -4,7 +4,7 @@
 
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::motion_guard_test {
 namespace {
 
 using renderer::ParameterKind;
@@ -66,4 +66,4 @@ TEST_F(MotionGuardTest, SeesCamerasThatMoveButNoColours) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::motion_guard_test

@@ -12,7 +12,7 @@
 #include "optim/solver/trust_region_solver.h"
 #include "tests/optim/problem/linear_rounds.h"
 
-namespace pathfit {
+namespace pathfit::quadratic_model_test {
 namespace {
 
 using optim::ImageProblem;
@@ -318,4 +318,4 @@ TEST_F(QuadraticModelTest, LogarithmsThatStartMuchTooDarkArrive) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::quadratic_model_test

@@ -14,7 +14,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/optim/problem/linear_image_source.h"
 
-namespace pathfit {
+namespace pathfit::row_history_test {
 namespace {
 
 using optim::PixelRows;
@@ -164,4 +164,4 @@ TEST_F(RowHistoryTest, RowsOfTooManyPixelsAreNotKept) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::row_history_test

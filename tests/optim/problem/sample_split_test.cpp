@@ -7,7 +7,7 @@
 
 #include "tests/optim/problem/linear_image_source.h"
 
-namespace pathfit {
+namespace pathfit::sample_split_test {
 namespace {
 
 using optim::SplitMeter;
@@ -82,4 +82,4 @@ TEST(SplitMeterTest, CostStaysWithinItsBounds) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::sample_split_test

@@ -12,7 +12,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::sparse_gram_test {
 namespace {
 
 using optim::ParameterSet;
@@ -279,4 +279,4 @@ TEST_F(SpreadTexelsTest, AllTakeThePixelsStep) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::sparse_gram_test

@@ -8,7 +8,7 @@
 
 #include "renderer/image/image.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::split_half_cost_test {
 namespace {
 
 constexpr int kSide = 64;
@@ -53,4 +53,4 @@ TEST(SplitHalfCost, NoiseOfTheRenderingsIsUnexplainedWhereItIsNotAveraged) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::split_half_cost_test

@@ -11,7 +11,7 @@
 #include "optim/problem/quadratic_model.h"
 #include "tests/optim/problem/linear_rounds.h"
 
-namespace pathfit {
+namespace pathfit::split_halves_test {
 namespace {
 
 using optim::ImageProblem;
@@ -176,4 +176,4 @@ TEST_F(LinearRounds, TheGradientsCovarianceIsItsScatterFarFromTheTruth) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::split_halves_test

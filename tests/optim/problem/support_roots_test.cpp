@@ -14,7 +14,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::support_roots_test {
 namespace {
 
 using optim::RootPanel;
@@ -401,4 +401,4 @@ TEST_F(GridTest, WhatTheHalvesDoNotAgreeOnMayLieOutsideOfTheRows) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::support_roots_test

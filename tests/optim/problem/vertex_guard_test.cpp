@@ -8,7 +8,7 @@
 #include "renderer/geometry/mesh_folds.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::vertex_guard_test {
 namespace {
 
 class VertexGuardTest : public testing::Test {
@@ -117,4 +117,4 @@ TEST_F(VertexGuardTest, StopsAStepThatTurnsAllOver) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::vertex_guard_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit {
+namespace pathfit::view_quality_test {
 namespace {
 
 TEST(ViewQuality, IsUnknownWhereNothingIsCompared) {
@@ -66,4 +66,4 @@ TEST(ViewQuality, CountsWhatNoiseCouldHide) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::view_quality_test

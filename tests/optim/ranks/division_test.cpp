@@ -12,7 +12,7 @@
 
 #include "renderer/core/error.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::division_test {
 namespace {
 
 std::vector<ItemCost> Equal(std::size_t count, double taking = 0.0) {
@@ -148,4 +148,4 @@ TEST(Division, AloneTakesPartsInOrder) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::division_test

@@ -7,7 +7,7 @@
 #include "optim/ranks/ranks.h"
 #include "renderer/core/error.h"
 
-namespace pathfit::optim {
+namespace pathfit::optim::ranks_without_mpi_test {
 namespace {
 
 TEST(RanksWithoutMpi, IsOneProcess) {
@@ -36,4 +36,4 @@ TEST(RanksWithoutMpi, RefusesToBeOneOfSeveral) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::ranks_without_mpi_test

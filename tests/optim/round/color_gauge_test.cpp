@@ -10,7 +10,7 @@
 #include "tests/optim/round/free_fit.h"
 #include "tests/optim/round/synthetic_fit.h"
 
-namespace pathfit {
+namespace pathfit::color_gauge_test {
 namespace {
 
 using optim::ColorGauge;
@@ -218,4 +218,4 @@ TEST_F(ColorGaugeTest, BinaryPriorDecidesHalfDeterminedMetallic) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::color_gauge_test

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "optim/round/remesh.h"
-namespace pathfit {
+namespace pathfit::decimate_test {
 namespace {
 
 using renderer::Mesh;
@@ -97,4 +97,4 @@ TEST(Decimate, WhatHasFewEnoughStays) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::decimate_test

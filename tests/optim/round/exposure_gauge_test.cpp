@@ -7,7 +7,7 @@
 #include "renderer/renderer.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::exposure_gauge_test {
 namespace {
 
 using optim::UnknownSpec;
@@ -100,4 +100,4 @@ TEST_F(ExposureGaugeTest, MovesMeanWhiteBalancesToo) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::exposure_gauge_test

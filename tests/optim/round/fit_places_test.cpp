@@ -10,7 +10,7 @@
 // Where things are, found again from other starts: objects, cameras and lights, by shading,
 // silhouettes and shadows. The tolerances are two to three times what was measured, and several
 // times below the error of the start.
-namespace pathfit {
+namespace pathfit::fit_places_test {
 namespace {
 
 using optim::FitResult;
@@ -400,4 +400,4 @@ TEST_F(FitPlacesTest, ACubeThatIsTurnedFarEnoughToLookLikeAnother) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::fit_places_test

@@ -10,7 +10,7 @@
 
 // Scenes rendered by this renderer and recovered from other starts, within seconds. The tolerances
 // are two to three times what was measured, and several times below the error of the start.
-namespace pathfit {
+namespace pathfit::fit_recovers_test {
 namespace {
 
 using optim::FitResult;
@@ -248,4 +248,4 @@ TEST_F(FitRecoversTest, WhiteBalancesUpToTheFactorsSharedWithTheLight) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::fit_recovers_test

@@ -12,7 +12,7 @@
 
 // What surfaces and pictures are made of, found again from other starts. The tolerances are two to
 // three times what was measured, and several times below the error of the start.
-namespace pathfit {
+namespace pathfit::fit_surfaces_test {
 namespace {
 
 using optim::UnknownSpec;
@@ -170,4 +170,4 @@ TEST_F(FitSurfacesTest, MetalThatStartsAsPaint) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::fit_surfaces_test

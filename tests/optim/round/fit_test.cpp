@@ -19,7 +19,7 @@
 #include "tests/optim/round/synthetic_fit.h"
 #include "tests/support/sanitized.h"
 
-namespace pathfit {
+namespace pathfit::fit_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -522,4 +522,4 @@ TEST_F(FitTest, ForecastsTimesThatGrowWithWhatIsToBeDone) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::fit_test

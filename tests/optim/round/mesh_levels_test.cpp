@@ -15,7 +15,7 @@
 #include "renderer/geometry/mesh_topology.h"
 #include "tests/optim/round/synthetic_fit.h"
 
-namespace pathfit {
+namespace pathfit::mesh_levels_test {
 namespace {
 
 using optim::MeshDetail;
@@ -287,4 +287,4 @@ TEST_F(MeshLevelsTest, WhatCannotBeRemeshedStaysAndIsSaid) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::mesh_levels_test

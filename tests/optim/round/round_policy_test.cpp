@@ -7,7 +7,7 @@
 
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::round_policy_test {
 namespace {
 
 using optim::MakeHalves;
@@ -319,4 +319,4 @@ TEST(BudgetOfRound, GivenOnesHoldAndOthersFollowTheSplit) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::round_policy_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::optim {
+namespace pathfit::optim::stage_plan_test {
 namespace {
 
 constexpr int kSide = 128;
@@ -35,4 +35,4 @@ TEST(StagePlan, OneWithFewRoundsIsTakenToNeedThemAll) {
 }
 
 }  // namespace
-}  // namespace pathfit::optim
+}  // namespace pathfit::optim::stage_plan_test

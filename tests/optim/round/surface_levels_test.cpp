@@ -18,7 +18,7 @@
 #include "tests/optim/round/synthetic_fit.h"
 #include "tests/support/sanitized.h"
 
-namespace pathfit {
+namespace pathfit::surface_levels_test {
 namespace {
 
 using optim::TexelSight;
@@ -401,4 +401,4 @@ TEST_F(SurfaceLevelsTest, AFitGoesFromConstantToVerticesToTextureAndContinuesToT
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::surface_levels_test

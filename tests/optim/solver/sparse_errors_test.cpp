@@ -10,7 +10,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/optim/problem/linear_image_source.h"
 
-namespace pathfit {
+namespace pathfit::sparse_errors_test {
 namespace {
 
 using optim::ImageProblem;
@@ -125,4 +125,4 @@ TEST_F(SparseErrorsTest, DoNotDependOnThreads) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::sparse_errors_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/test_scenes.h"
 
-namespace pathfit {
+namespace pathfit::step_bounds_test {
 namespace {
 
 using optim::UnknownSpec;
@@ -44,4 +44,4 @@ TEST(BoundsOfStep, ByTheScaleOnWhichThePhotosAreLinear) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::step_bounds_test

@@ -13,7 +13,7 @@
 #include "renderer/core/error.h"
 #include "tests/optim/problem/linear_image_source.h"
 
-namespace pathfit {
+namespace pathfit::trust_region_solver_test {
 namespace {
 
 using optim::ImageProblem;
@@ -325,4 +325,4 @@ TEST_F(TrustRegionSolverTest, KeepsBounds) {
 }
 
 }  // namespace
-}  // namespace pathfit
+}  // namespace pathfit::trust_region_solver_test

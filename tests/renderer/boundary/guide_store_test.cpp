@@ -3,7 +3,7 @@
 #include "renderer/boundary/primary_guide.h"
 #include "tests/support/probe.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::guide_store_test {
 namespace {
 
 /// A plate between a small area light and a floor; the plate moves.
@@ -106,4 +106,4 @@ TEST(GuideStore, KeepsTheGuidesOfEachViewUntilCleared) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::guide_store_test

@@ -8,7 +8,7 @@
 
 #include "tests/renderer/boundary/parameter_motion.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::pixel_boundary_test {
 namespace {
 
 using tests::AgreesWithExact;
@@ -295,4 +295,4 @@ TEST(PixelBoundary, NothingIsAddedWhereTheVisiblePointRests) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::pixel_boundary_test

@@ -9,7 +9,7 @@
 #include "tests/renderer/boundary/parameter_motion.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::primary_boundary_test {
 namespace {
 
 using tests::AgreesWithExact;
@@ -384,4 +384,4 @@ TEST(PrimaryBoundary, MovingMeshBehindAFixedOneKeepsItsFreePart) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::primary_boundary_test

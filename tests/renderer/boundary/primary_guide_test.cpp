@@ -12,7 +12,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::primary_guide_test {
 namespace {
 
 using Point = std::array<double, 3>;
@@ -248,4 +248,4 @@ TEST(PrimaryGuide, SameForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::primary_guide_test

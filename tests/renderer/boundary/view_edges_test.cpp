@@ -7,7 +7,7 @@
 
 #include "tests/support/probe.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::view_edges_test {
 namespace {
 
 struct Found {
@@ -258,4 +258,4 @@ TEST(ViewEdges, DepthRatioIsThatOfTheVisibleEnds) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::view_edges_test

@@ -13,7 +13,7 @@
 #include "tests/renderer/bsdf/direction_quadrature.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::antithetic_pair_test {
 namespace {
 
 using tests::DirectionAt;
@@ -145,4 +145,4 @@ TEST(AntitheticPair, IsUnbiasedAndLowersTheVarianceOfANormalTilt) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::antithetic_pair_test

@@ -12,7 +12,7 @@
 #include "renderer/math/vector.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::bsdf_partials_test {
 namespace {
 
 constexpr double kSameFormula = 1e-10;
@@ -274,4 +274,4 @@ TEST(BsdfPartials, RoughnessBelowTheLeastCountsAsTheLeast) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::bsdf_partials_test

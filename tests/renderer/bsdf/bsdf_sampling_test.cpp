@@ -11,7 +11,7 @@
 #include "tests/renderer/bsdf/direction_quadrature.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::bsdf_sampling_test {
 namespace {
 
 using tests::DirectionAt;
@@ -305,4 +305,4 @@ TEST(BsdfSampling, LambertReflectsAll) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::bsdf_sampling_test

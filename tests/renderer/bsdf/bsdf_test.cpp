@@ -9,7 +9,7 @@
 
 #include "tests/renderer/bsdf/direction_quadrature.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::bsdf_test {
 namespace {
 
 const Rgb kBase{0.8, 0.35, 0.1};
@@ -235,4 +235,4 @@ TEST(Bsdf, RoughDielectricKeepsEnergy) { CheckLoss(MicrofacetDistribution::kGgx)
 TEST(Bsdf, BeckmannDielectricKeepsEnergy) { CheckLoss(MicrofacetDistribution::kBeckmann); }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::bsdf_test

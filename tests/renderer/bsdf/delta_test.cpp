@@ -9,7 +9,7 @@
 #include "tests/renderer/bsdf/direction_quadrature.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::delta_test {
 namespace {
 
 using tests::DirectionAt;
@@ -186,4 +186,4 @@ TEST(DeltaBsdf, SlabTransmitsTheKnownShareAndDerivative) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::delta_test

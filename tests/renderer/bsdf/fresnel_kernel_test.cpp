@@ -8,7 +8,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::fresnel_kernel_test {
 namespace {
 
 constexpr double kSameFormula = 1e-11;
@@ -132,4 +132,4 @@ TEST(FresnelConductor, DualJetAndDifferencesAgree) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::fresnel_kernel_test

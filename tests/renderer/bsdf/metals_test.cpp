@@ -6,7 +6,7 @@
 
 #include "renderer/bsdf/fresnel_kernel.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::metals_test {
 namespace {
 
 double Reflectance(std::string_view name, int channel) {
@@ -46,4 +46,4 @@ TEST(Metals, HaveTheirKnownColours) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::metals_test

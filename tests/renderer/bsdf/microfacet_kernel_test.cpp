@@ -9,7 +9,7 @@
 #include "renderer/math/vector.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::microfacet_kernel_test {
 namespace {
 
 constexpr double kSameFormula = 1e-10;
@@ -312,4 +312,4 @@ TYPED_TEST(MicrofacetKernel, EqualsTheTextbookProduct) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::microfacet_kernel_test

@@ -4,7 +4,7 @@
 
 #include "renderer/core/parallel.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::check_test {
 namespace {
 
 template <class Body>
@@ -44,4 +44,4 @@ TEST(Check, CrossesParallelLoops) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::check_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::parallel_test {
 namespace {
 
 TEST(ParallelFor, RunsEveryIndexOnce) {
@@ -53,4 +53,4 @@ TEST(DefaultNumThreads, IsAtLeastOneAndRespectsTheSchedulersShare) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::parallel_test

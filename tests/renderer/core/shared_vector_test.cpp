@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::shared_vector_test {
 namespace {
 
 TEST(SharedVector, CopiesShareUntilOneChanges) {
@@ -43,4 +43,4 @@ TEST(SharedVector, EmptyOnesNeedNoMemory) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::shared_vector_test

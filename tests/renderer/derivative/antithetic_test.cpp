@@ -6,7 +6,7 @@
 #include "tests/support/probe.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::antithetic_test {
 namespace {
 
 /// A rough metal plate under a smooth sky; it turns.
@@ -113,4 +113,4 @@ TEST(Antithetic, TheImageOfADerivativeIsThePrimalImage) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::antithetic_test

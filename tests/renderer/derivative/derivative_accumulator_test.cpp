@@ -6,7 +6,7 @@
 
 #include "renderer/sampler/counter_rng.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::derivative_accumulator_test {
 namespace {
 
 TEST(DerivativeAccumulator, SumsByBlockInOrderOfFirstAppearance) {
@@ -44,4 +44,4 @@ TEST(DerivativeAccumulator, AgreesWithAMapThroughGrowthAndReuse) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::derivative_accumulator_test

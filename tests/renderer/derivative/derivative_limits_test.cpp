@@ -6,7 +6,7 @@
 #include "tests/support/probe.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::derivative_limits_test {
 namespace {
 
 /// A ball above a floor, as one sensor sees it.
@@ -173,4 +173,4 @@ TEST(DerivativeLimits, PlaneOfAParallelSensorThroughAMesh) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::derivative_limits_test

@@ -7,7 +7,7 @@
 #include "tests/support/recording_sink.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::film_sink_test {
 namespace {
 
 // Both sides sum the same numbers in different orders: a few thousand roundings.
@@ -107,4 +107,4 @@ TEST_F(SinksOfOneRendering, ComponentsBeyondTheBlockSizeAreZero) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::film_sink_test

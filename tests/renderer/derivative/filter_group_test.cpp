@@ -14,7 +14,7 @@
 // fours, mirrored about its axes; one sample alone is an independent one, two are mirrored along u.
 // Samples cover the filter's support evenly. So do the table's for the tent; its Gaussian is
 // sampled by its own density, which gains less.
-namespace pathfit::renderer {
+namespace pathfit::renderer::filter_group_test {
 namespace {
 
 constexpr int kRows = 4096;  // pixels that all see the same; each with numbers of its own
@@ -217,4 +217,4 @@ TEST_P(FilterGroup, MirroredSamplesReachTheKnownVarianceRatios) {
 INSTANTIATE_TEST_SUITE_P(PathSpace66, FilterGroup, ::testing::Range(0, 4));
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::filter_group_test

@@ -8,7 +8,7 @@
 #include "tests/support/test_scenes.h"
 
 // Camera::lights_off: what known answers say of lights that are off.
-namespace pathfit::renderer {
+namespace pathfit::renderer::lights_off_test {
 namespace {
 
 constexpr int kSky = 0, kLamp = 1, kSun = 2, kPanel = 3;
@@ -106,4 +106,4 @@ TEST(LightsOff, MustExistInAscendingOrder) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::lights_off_test

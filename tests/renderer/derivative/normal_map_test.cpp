@@ -13,7 +13,7 @@
 #include "tests/support/probe.h"
 
 // What normal maps do to derivatives, against finite differences without noise.
-namespace pathfit::renderer {
+namespace pathfit::renderer::normal_map_test {
 namespace {
 
 using tests::Motion;
@@ -191,4 +191,4 @@ TEST(NormalMap, SteepOnesAreNamedWhereThingsMove) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::normal_map_test

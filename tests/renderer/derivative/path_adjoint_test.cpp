@@ -7,7 +7,7 @@
 #include "tests/support/probe.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::path_adjoint_test {
 namespace {
 
 using tests::AgreesWithExact;
@@ -249,4 +249,4 @@ TEST(PathAdjoint, IntensityAndExposureAreTheImageItself) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::path_adjoint_test

@@ -4,7 +4,7 @@
 #include "renderer/renderer.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::pixel_batch_test {
 namespace {
 
 Mesh Moved(Mesh mesh, double size, const Vec3& to) {
@@ -89,4 +89,4 @@ TEST(PixelBatch, SameBitsAsOneAtATime) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::pixel_batch_test

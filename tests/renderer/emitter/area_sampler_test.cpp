@@ -16,7 +16,7 @@
 #include "tests/support/closed_forms.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::area_sampler_test {
 namespace {
 
 constexpr double kRounding = 1e-12;
@@ -366,4 +366,4 @@ TEST(AreaSampler, ReceiversLookAtWhatIsNear) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::area_sampler_test

@@ -9,7 +9,7 @@
 #include "tests/support/finite_difference.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::emitter_test {
 namespace {
 
 constexpr double kRounding = 1e-12;
@@ -182,4 +182,4 @@ TEST(LightIntensity, NamesTheFactorOfEveryLight) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::emitter_test

@@ -8,7 +8,7 @@
 #include "tests/support/statistics.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::environment_sampler_test {
 namespace {
 
 constexpr int kRows = 12;     // in v
@@ -102,4 +102,4 @@ TEST(EnvironmentSampler, BlackMapsAndBlackTexelsKeepAPositivePdf) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::environment_sampler_test

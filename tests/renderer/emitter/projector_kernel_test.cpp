@@ -9,7 +9,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::projector_kernel_test {
 namespace {
 
 constexpr double kRounding = 1e-13;
@@ -90,4 +90,4 @@ TEST(ProjectorKernel, AFlatScreenReceivesPiTimesThePictureEverywhere) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::projector_kernel_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::spot_kernel_test {
 namespace {
 
 constexpr double kSameFormula = 1e-10;
@@ -92,4 +92,4 @@ TEST(SpotKernel, ConesCloserThanRoundingAreAHardEdge) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::spot_kernel_test

@@ -11,7 +11,7 @@
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/geometry/near_pairs.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::edge_contact_test {
 namespace {
 
 Mesh Moved(Mesh mesh, double scale, const Vec3& by) {
@@ -270,4 +270,4 @@ TEST(SegmentPart, NearATriangle) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::edge_contact_test

@@ -14,7 +14,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::edge_tree_test {
 namespace {
 
 std::vector<BoundaryEdge> EdgesOf(const Mesh& mesh) {
@@ -362,4 +362,4 @@ TEST(EdgeTree, DegenerateInputDoesNoHarm) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::edge_tree_test

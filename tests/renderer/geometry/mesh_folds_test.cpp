@@ -9,7 +9,7 @@
 #include "renderer/geometry/mesh_topology.h"
 #include "renderer/geometry/triangle_tree.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mesh_folds_test {
 namespace {
 
 TEST(MeshFolds, OfABallThereAreNone) { EXPECT_EQ(CountFolds(MakeIcosphere(4, 1.0)).Total(), 0); }
@@ -88,4 +88,4 @@ TEST(TriangleTree, FindsTheNearestPointAsASearchThroughAllDoes) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mesh_folds_test

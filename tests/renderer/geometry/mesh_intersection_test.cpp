@@ -5,7 +5,7 @@
 #include "renderer/geometry/mesh_normals.h"
 #include "renderer/geometry/mesh_primitives.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mesh_intersection_test {
 namespace {
 
 Mesh CubeAt(const Vec3& center) {
@@ -176,4 +176,4 @@ TEST(ShadingDeviation, OfBallsHalvesWithTheirEdges) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mesh_intersection_test

@@ -10,7 +10,7 @@
 #include "renderer/core/error.h"
 #include "renderer/geometry/mesh_primitives.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mesh_normals_test {
 namespace {
 
 void ExpectNear(const Vec3& a, const Vec3& b, double tolerance) {
@@ -109,4 +109,4 @@ TEST(VertexNormals, ThatAreNotFiniteAreReplaced) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mesh_normals_test

@@ -9,7 +9,7 @@
 
 #include "renderer/core/error.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mesh_primitives_test {
 namespace {
 
 constexpr double kRounding = 1e-12;
@@ -90,4 +90,4 @@ TEST(MeshPrimitives, GlobeUvsAreNotMirroredOrTornAtTheDateLine) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mesh_primitives_test

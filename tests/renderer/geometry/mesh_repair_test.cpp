@@ -16,7 +16,7 @@
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/geometry/mesh_topology.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mesh_repair_test {
 namespace {
 
 std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
@@ -331,4 +331,4 @@ TEST(CornerFans, TakesNoTimeOverAnEdgeWithVeryManyTriangles) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mesh_repair_test

@@ -10,7 +10,7 @@
 
 #include "renderer/core/error.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mesh_test {
 namespace {
 
 Mesh MakeTetrahedron() {
@@ -229,4 +229,4 @@ TEST(Mesh, UniformVertexColorsHaveOneColorPerPosition) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mesh_test

@@ -7,7 +7,7 @@
 
 #include "renderer/geometry/mesh_primitives.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mesh_topology_test {
 namespace {
 
 Mesh MakeQuad() {
@@ -135,4 +135,4 @@ TEST(MeshTopology, SolidFollowsThePositions) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mesh_topology_test

@@ -15,7 +15,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::ray_caster_test {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -287,4 +287,4 @@ TEST(RayCaster, ExtentIsHalfTheDiagonalAndEmptyScenesWork) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::ray_caster_test

@@ -7,7 +7,7 @@
 
 #include "renderer/geometry/mesh_primitives.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::surface_distance_test {
 namespace {
 
 SurfaceGap GapOf(const Mesh& from, const Mesh& to) {
@@ -75,4 +75,4 @@ TEST(SurfaceDistance, NearestPointsLieOnTheirTriangles) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::surface_distance_test

@@ -10,7 +10,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::tangent_wedge_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -119,4 +119,4 @@ TEST(TangentWedge, CloseNumbersAreCloseDirections) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::tangent_wedge_test

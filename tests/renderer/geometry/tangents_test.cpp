@@ -7,7 +7,7 @@
 #include "renderer/geometry/mesh_normals.h"
 #include "renderer/geometry/uv_atlas.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::tangents_test {
 namespace {
 
 /// A square in the plane z = 0 with UVs of its own.
@@ -75,4 +75,4 @@ TEST(Tangents, CollapsedUvsHaveAnyFrame) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::tangents_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::triangle_kernel_test {
 namespace {
 
 constexpr double kSameFormula = 1e-10;
@@ -133,4 +133,4 @@ TEST(TriangleKernel, NormalFollowsTheWinding) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::triangle_kernel_test

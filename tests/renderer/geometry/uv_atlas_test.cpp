@@ -12,7 +12,7 @@
 #include "renderer/geometry/uv_charts.h"
 #include "renderer/geometry/uv_overlap.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::uv_atlas_test {
 namespace {
 
 std::vector<double> Even(const Mesh& mesh, double density) {
@@ -201,4 +201,4 @@ TEST(UvOverlap, UvsOfPrimitivesAreNotAlwaysSeparate) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::uv_atlas_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::color_test {
 namespace {
 
 TEST(Color, SrgbRoundTripIsExactToRounding) {
@@ -26,4 +26,4 @@ TEST(Color, BranchesMeetAndGrowBeyondOne) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::color_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::image_test {
 namespace {
 
 TEST(Image, IsInterleavedRowByRow) {
@@ -35,4 +35,4 @@ TEST(Rgba, KeepsRadianceAndCoverageApart) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::image_test

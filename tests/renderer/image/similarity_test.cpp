@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::similarity_test {
 namespace {
 
 Image Constant(float value) {
@@ -49,4 +49,4 @@ TEST(StructuralSimilarity, WhatHasNoWeightIsInNoWindow) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::similarity_test

@@ -9,7 +9,7 @@
 #include "renderer/core/error.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::atomic_file_test {
 namespace {
 
 std::ptrdiff_t NumEntries(const std::filesystem::path& folder) {
@@ -53,4 +53,4 @@ TEST(AtomicFile, RefusesMissingFilesAndFolders) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::atomic_file_test

@@ -7,7 +7,7 @@
 
 #include "renderer/core/error.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::color_segmentation_test {
 namespace {
 
 constexpr int kSize = 40;
@@ -118,4 +118,4 @@ TEST(LargestPart, HasNoSmallHoles) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::color_segmentation_test

@@ -17,7 +17,7 @@
 #include "renderer/core/error.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::exr_file_test {
 namespace {
 
 Image MakeImage(int width, int height, int channels) {
@@ -206,4 +206,4 @@ TEST(ExrFile, SurvivesCutAndDamagedFiles) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::exr_file_test

@@ -17,7 +17,7 @@
 #include "tests/renderer/io/temporary_folder.h"
 #include "tests/support/compressed_gltf.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::gltf_compression_test {
 namespace {
 
 /// A globe with normals, UVs, and a picture.
@@ -178,4 +178,4 @@ TEST(GltfCompression, DamagedFilesAreReadOrRefused) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::gltf_compression_test

@@ -21,7 +21,7 @@
 #include "renderer/io/image_file.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::gltf_reader_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -918,4 +918,4 @@ TEST(GltfReader, DamagedNumbersAreReadOrRefused) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::gltf_reader_test

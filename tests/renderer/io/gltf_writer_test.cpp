@@ -17,7 +17,7 @@
 #include "renderer/io/texture_file.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::gltf_writer_test {
 namespace {
 
 std::uint32_t Uint32At(const std::string& bytes, std::size_t offset) {
@@ -269,4 +269,4 @@ TEST(GltfWriter, RefusesWhatItCannotStore) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::gltf_writer_test

@@ -16,7 +16,7 @@
 #include "renderer/io/image_check.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::image_file_test {
 namespace {
 
 using std::string_literals::operator""s;
@@ -398,4 +398,4 @@ TEST(RadianceFile, SurvivesCutAndDamagedFiles) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::image_file_test

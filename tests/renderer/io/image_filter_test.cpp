@@ -8,7 +8,7 @@
 
 #include "renderer/core/error.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::image_filter_test {
 namespace {
 
 Image MakeImage(int width, int height, int channels) {
@@ -131,4 +131,4 @@ TEST(ImageFilter, ErodeEqualsTheDefinition) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::image_filter_test

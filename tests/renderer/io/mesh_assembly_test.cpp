@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mesh_assembly_test {
 namespace {
 
 double SignedArea(const std::vector<Vec3>& corners, const FanTriangles& fan) {
@@ -65,4 +65,4 @@ TEST(PolygonFan, RefusesACombAndSurvivesNonsense) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mesh_assembly_test

@@ -10,7 +10,7 @@
 #include "renderer/io/mesh_file.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::obj_reader_test {
 namespace {
 
 Mesh Parse(const std::string& text) {
@@ -203,4 +203,4 @@ TEST(MeshFile, ChoosesByExtension) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::obj_reader_test

@@ -13,7 +13,7 @@
 #include "renderer/image/color.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::ply_file_test {
 namespace {
 
 Mesh Parse(const std::string& text) {
@@ -228,4 +228,4 @@ TEST(PlyWriter, RefusesWhatItCannotStore) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::ply_file_test

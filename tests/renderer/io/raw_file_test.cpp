@@ -10,7 +10,7 @@
 #include "tests/renderer/io/dng_bytes.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::raw_file_test {
 namespace {
 
 // Of the largest channel. The library cuts to whole numbers: to one in 3276 in the darkest patch,
@@ -205,4 +205,4 @@ TEST(RawExtension, IsToldInAnyLetters) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::raw_file_test

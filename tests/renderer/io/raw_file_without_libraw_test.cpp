@@ -4,7 +4,7 @@
 #include "tests/renderer/io/temporary_folder.h"
 
 // Of a build without LibRaw.
-namespace pathfit::renderer {
+namespace pathfit::renderer::raw_file_without_libraw_test {
 namespace {
 
 TEST(RawFileWithoutLibRaw, IsRefusedByNameWithWhatToInstall) {
@@ -16,4 +16,4 @@ TEST(RawFileWithoutLibRaw, IsRefusedByNameWithWhatToInstall) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::raw_file_without_libraw_test

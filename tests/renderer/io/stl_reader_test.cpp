@@ -12,7 +12,7 @@
 #include "renderer/io/mesh_file.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::stl_reader_test {
 namespace {
 
 template <class T>
@@ -113,4 +113,4 @@ TEST(Stl, RefusesCutFilesAndSurvivesDamagedOnes) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::stl_reader_test

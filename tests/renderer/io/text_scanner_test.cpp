@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::text_scanner_test {
 namespace {
 
 TEST(TextScanner, ParsesWholeRealsOnly) {
@@ -41,4 +41,4 @@ TEST(TextScanner, CutsTokensAndLines) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::text_scanner_test

@@ -11,7 +11,7 @@
 #include "renderer/io/image_file.h"
 #include "tests/renderer/io/temporary_folder.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::texture_file_test {
 namespace {
 
 /// Multiples of 1/255, different everywhere.
@@ -94,4 +94,4 @@ TEST(ReadTexture, RefusesNegativeValuesAndBadFilesByName) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::texture_file_test

@@ -2,7 +2,7 @@
 
 // Things that touch while they move, with closed forms: what gets covered loses its light once, and
 // segments into a contact, as short as can be, count.
-namespace pathfit::tests {
+namespace pathfit::tests::contact_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -141,4 +141,4 @@ INSTANTIATE_TEST_SUITE_P(BothForms,
                          ::testing::Values(DerivativeForm::kImage, DerivativeForm::kMaterial));
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::contact_test

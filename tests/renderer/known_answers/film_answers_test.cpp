@@ -10,7 +10,7 @@
 // Path_space 6.3, C12, C13, C13b, C14, C15, C15b, C17, C30: shining surfaces seen through a filter,
 // and a grey body before the sky, in both forms. The camera is at the origin and looks along -z;
 // its pixel's axes are x and -y.
-namespace pathfit::tests {
+namespace pathfit::tests::film_answers_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -278,4 +278,4 @@ INSTANTIATE_TEST_SUITE_P(PathSpace63,
                          ::testing::Values(DerivativeForm::kImage, DerivativeForm::kMaterial));
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::film_answers_test

@@ -10,7 +10,7 @@
 
 // Image form and material form split a derivative differently; their totals agree in every part of
 // the image, in every pixel where that is sharp enough. Scenes of many kinds, all terms at once.
-namespace pathfit::tests {
+namespace pathfit::tests::forms_agree_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -310,4 +310,4 @@ TEST(FormsAgree, NormalMap) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::forms_agree_test

@@ -10,7 +10,7 @@
 
 // Path_space 6.3, C16 and C18: closed rooms in which the radiance is the same everywhere, so that
 // no motion changes anything and the terms of the derivative cancel.
-namespace pathfit::tests {
+namespace pathfit::tests::furnace_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -212,4 +212,4 @@ TEST(Furnace, C18IntegratingSphere) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::furnace_test

@@ -11,7 +11,7 @@
 
 // Path_space 6.4: C28 what common motions do, C34-C36 other meshes of the same surface, C37 light
 // and receiver exchanged.
-namespace pathfit::tests {
+namespace pathfit::tests::invariance_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -270,4 +270,4 @@ TEST(InvarianceOfOccluders, C37LightAndReceiverExchanged) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::invariance_test

@@ -15,7 +15,7 @@
 
 // Path_space 6.5: one pixel in which every kind of direct-light term is at work. The truth is the
 // scene's own measurement without random numbers, differenced; the splits are the printed ones.
-namespace pathfit::tests {
+namespace pathfit::tests::onepixel_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -288,4 +288,4 @@ INSTANTIATE_TEST_SUITE_P(PathSpace65,
                          ::testing::Values(DerivativeForm::kImage, DerivativeForm::kMaterial));
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::onepixel_test

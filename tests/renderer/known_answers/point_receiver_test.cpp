@@ -11,7 +11,7 @@
 
 // Path_space 6.3, C1-C7, C25, C26, C33: the irradiance of a point of a white floor under lights
 // that nothing hides: interior terms only.
-namespace pathfit::tests {
+namespace pathfit::tests::point_receiver_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -272,4 +272,4 @@ TEST_F(PointReceiver, C25LightAtTheCamera) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::point_receiver_test

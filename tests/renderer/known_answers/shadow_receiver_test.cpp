@@ -11,7 +11,7 @@
 // Path_space 6.3, C8, C10, C11, C11b, C19, C23: the floor's irradiance in shadows that move. No
 // boundary sample meets a point, so the sensor's pixel is a small piece of the floor and the
 // answers are averaged over it.
-namespace pathfit::tests {
+namespace pathfit::tests::shadow_receiver_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -338,4 +338,4 @@ INSTANTIATE_TEST_SUITE_P(PathSpace63,
                          ::testing::Values(DerivativeForm::kImage, DerivativeForm::kMaterial));
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::shadow_receiver_test

@@ -9,7 +9,7 @@
 
 // Path_space 6.3, C21, C22: the irradiance of a point of a white floor under a sky that turns. The
 // texels' bilinear interpolation is part of the model.
-namespace pathfit::tests {
+namespace pathfit::tests::sky_receiver_test {
 namespace {
 
 using renderer::DerivativeForm;
@@ -97,4 +97,4 @@ INSTANTIATE_TEST_SUITE_P(PathSpace63,
                          ::testing::Values(DerivativeForm::kImage, DerivativeForm::kMaterial));
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::sky_receiver_test

@@ -7,7 +7,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::distribution_1d_test {
 namespace {
 
 TEST(Distribution1D, DrawsWithItsProbabilities) {
@@ -81,4 +81,4 @@ TEST(Distribution1D, FindsTheIndexOfTheDefinition) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::distribution_1d_test

@@ -5,7 +5,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::dual_test {
 namespace {
 
 constexpr double kSameFormula = 1e-10;
@@ -48,4 +48,4 @@ TEST(Dual, ConstantsHaveNoDerivative) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::dual_test

@@ -5,7 +5,7 @@
 #include "renderer/math/warp.h"
 #include "renderer/sampler/counter_rng.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::frame_test {
 namespace {
 
 // A handful of products of numbers of size one.
@@ -39,4 +39,4 @@ TEST(Frame, ToLocalUndoesToWorld) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::frame_test

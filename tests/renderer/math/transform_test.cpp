@@ -9,7 +9,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::transform_test {
 namespace {
 
 constexpr double kRounding = 1e-14;
@@ -103,4 +103,4 @@ TEST(Transform, ComposesFromRightToLeftAndInverts) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::transform_test

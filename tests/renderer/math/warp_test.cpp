@@ -8,7 +8,7 @@
 #include "renderer/sampler/counter_rng.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::warp_test {
 namespace {
 
 constexpr int kRows = 8;
@@ -96,4 +96,4 @@ TEST(Warp, AnglesAsSharesOfATurn) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::warp_test

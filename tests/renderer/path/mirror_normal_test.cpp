@@ -7,7 +7,7 @@
 #include "renderer/derivative/color_gradient.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::mirror_normal_test {
 namespace {
 
 const Vec3 kFacet = Normalized(Vec3{0.1, -0.2, 1.0});
@@ -67,4 +67,4 @@ TEST(MirrorNormal, PullsAdjointsAsDifferencesDo) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::mirror_normal_test

@@ -9,7 +9,7 @@
 #include "tests/support/probe.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::path_tracer_test {
 namespace {
 
 using tests::AgreesWithExact;
@@ -242,4 +242,4 @@ TEST(PathTracer, ZeroBouncesShowTheEnvironmentOnlyAndAHiddenOneStillLights) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::path_tracer_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::counter_rng_test {
 namespace {
 
 constexpr int kDraws = 200000;
@@ -74,4 +74,4 @@ TEST(CounterRng, SameKeySameNumbersOtherKeyOtherNumbers) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::counter_rng_test

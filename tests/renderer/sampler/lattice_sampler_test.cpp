@@ -3,7 +3,7 @@
 #include "renderer/sampler/path_sampler.h"
 #include "tests/support/statistics.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::lattice_sampler_test {
 namespace {
 
 constexpr int kAll = LatticeSampler::kDimensions + 2;
@@ -91,4 +91,4 @@ TEST(LatticeSampler, LaterDimensionsDifferFromSampleToSample) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::lattice_sampler_test

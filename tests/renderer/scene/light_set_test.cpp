@@ -10,7 +10,7 @@
 #include "renderer/scene/world.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::light_set_test {
 namespace {
 
 constexpr double kRounding = 1e-14;
@@ -403,4 +403,4 @@ TEST(LightSamplers, TexturedTrianglesAreChosenByTheirMeanBrightness) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::light_set_test

@@ -5,7 +5,7 @@
 #include "renderer/core/error.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::parameter_layout_test {
 namespace {
 
 ParameterLayout AllOf(const Scene& scene) {
@@ -229,4 +229,4 @@ TEST(ParameterTraits, EveryObjectFitsOneRow) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::parameter_layout_test

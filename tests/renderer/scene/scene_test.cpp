@@ -10,7 +10,7 @@
 #include "renderer/scene/world.h"
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::scene_test {
 namespace {
 
 /// The scene is refused and the message names the culprit.
@@ -297,4 +297,4 @@ TEST(World, PutsMeshesIntoTheWorldAndKeepsTheScene) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::scene_test

@@ -4,7 +4,7 @@
 
 #include "tests/support/test_scenes.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::view_bounds_test {
 namespace {
 
 /// No ray of a filter of a pixel outside the bounds meets the scene; returns how many pixels are
@@ -108,4 +108,4 @@ TEST(ViewBounds, AreEmptyWithoutMeshes) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::view_bounds_test

@@ -8,7 +8,7 @@
 #include "tests/renderer/sensor/test_cameras.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::camera_derivatives_test {
 namespace {
 
 using tests::AllCameras;
@@ -265,4 +265,4 @@ TEST(CameraDerivatives, AreZeroWhereNothingIsSeen) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::camera_derivatives_test

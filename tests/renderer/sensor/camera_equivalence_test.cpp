@@ -6,7 +6,7 @@
 #include "tests/renderer/sensor/test_cameras.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::camera_equivalence_test {
 namespace {
 
 using tests::AllCameras;
@@ -166,4 +166,4 @@ TEST(CameraEquivalence, RaysTurnWithTheCamera) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::camera_equivalence_test

@@ -11,7 +11,7 @@
 #include "tests/renderer/sensor/test_cameras.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::camera_test {
 namespace {
 
 constexpr double kSameFormula = 1e-10;
@@ -247,4 +247,4 @@ TEST(Camera, WhatAFilterSeesBeyondTheBorderProjects) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::camera_test

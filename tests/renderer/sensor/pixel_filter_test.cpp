@@ -7,7 +7,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::pixel_filter_test {
 namespace {
 
 using Shape = PixelFilter::Shape;
@@ -200,4 +200,4 @@ TEST(PixelFilter, VisitsEveryPixelUnderTheFilterAlsoAtAndBeyondTheBorder) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::pixel_filter_test

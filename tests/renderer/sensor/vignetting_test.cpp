@@ -8,7 +8,7 @@
 #include "renderer/core/error.h"
 #include "tests/renderer/sensor/test_cameras.h"
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::vignetting_test {
 namespace {
 
 Camera Darkening() {
@@ -95,4 +95,4 @@ TEST(Vignetting, BelongsToTheLens) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::vignetting_test

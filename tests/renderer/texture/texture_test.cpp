@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pathfit::renderer {
+namespace pathfit::renderer::texture_test {
 namespace {
 
 Texture MakeTexture(int width, int height, TextureWrap wrap) {
@@ -186,4 +186,4 @@ TEST(Texture, SurvivesEveryNumber) {
 }
 
 }  // namespace
-}  // namespace pathfit::renderer
+}  // namespace pathfit::renderer::texture_test

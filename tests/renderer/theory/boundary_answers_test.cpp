@@ -10,7 +10,7 @@
 // The closed forms of path_space 6.3 that need a boundary term, by quadrature over the occluder's
 // edge with the functions of boundary_segment.h: (B0) for a point receiver, (B) for two extended
 // surfaces, (B1) for a pixel.
-namespace pathfit::tests {
+namespace pathfit::tests::boundary_answers_test {
 namespace {
 
 using renderer::GrazingMotion;
@@ -220,4 +220,4 @@ TEST(BoundaryAnswers, FiltersAreNormalisedAndTheirPartsFitTogether) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::boundary_answers_test

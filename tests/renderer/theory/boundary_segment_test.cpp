@@ -13,7 +13,7 @@
 #include "tests/support/closed_forms.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::tests {
+namespace pathfit::tests::boundary_segment_test {
 namespace {
 
 using renderer::GrazingMotion;
@@ -241,4 +241,4 @@ TEST(BoundarySegment,
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::boundary_segment_test

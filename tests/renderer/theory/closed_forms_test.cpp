@@ -11,7 +11,7 @@
 
 // Every printed number of path_space 6.3, then the same formulas against differences of themselves
 // at other arguments, so that the helpers other tests rely on are right away from the table too.
-namespace pathfit::tests {
+namespace pathfit::tests::closed_forms_test {
 namespace {
 
 using Kind = Filter1D::Kind;
@@ -254,4 +254,4 @@ TEST(ClosedForms, WhiteGgxMatchesTheTable) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::closed_forms_test

@@ -13,7 +13,7 @@
 // and by the material form (M) on the reference configuration. Both must give the exact derivative,
 // with different shares of interior and boundary. A step of phi is the border of the region where
 // phi is 1, run counter-clockwise, so that its jump is +1.
-namespace pathfit::tests {
+namespace pathfit::tests::decomposition_test {
 namespace {
 
 using renderer::ReferenceConfiguration;
@@ -176,4 +176,4 @@ TEST(Decomposition, BothHoldOnACurvedPatchWithAFieldOfTheParameter) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::decomposition_test

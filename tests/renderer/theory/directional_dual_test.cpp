@@ -7,7 +7,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::tests {
+namespace pathfit::tests::directional_dual_test {
 namespace {
 
 using renderer::DirectionalDual;
@@ -40,4 +40,4 @@ TEST(DirectionalDual, NestedGivesTheSecondDerivative) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::directional_dual_test

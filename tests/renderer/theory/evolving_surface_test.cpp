@@ -13,7 +13,7 @@
 #include "tests/support/finite_difference.h"
 
 // Path_space 6.1: the identities of the paper's supplement, in its order ([S n] is its equation n).
-namespace pathfit::tests {
+namespace pathfit::tests::evolving_surface_test {
 namespace {
 
 using renderer::ReferenceConfiguration;
@@ -215,4 +215,4 @@ TEST(EvolvingSurface, DerivativesAgreeWithJetsAndDifferences) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::evolving_surface_test

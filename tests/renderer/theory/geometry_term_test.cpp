@@ -7,7 +7,7 @@
 
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::tests {
+namespace pathfit::tests::geometry_term_test {
 namespace {
 
 using renderer::OrientedPoint;
@@ -160,4 +160,4 @@ TEST(PinholeWeight, CameraMotionIsMinusTheMotionOfEverythingElse) {  // C27
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::geometry_term_test

@@ -12,7 +12,7 @@
 // G dA over the emitter for a point receiver, int (W' / W + J' / J + H' / H) W H dA for a pixel.
 // Each surface is a motion with parameter pi, taken at pi = 0; no border, no boundary
 // (path_space 1.3, 1.4).
-namespace pathfit::tests {
+namespace pathfit::tests::interior_answers_test {
 namespace {
 
 using renderer::LocalPoint;
@@ -323,4 +323,4 @@ TEST(InteriorAnswers, C14AndC15UnderABox) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::interior_answers_test

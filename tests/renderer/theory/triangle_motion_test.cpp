@@ -10,7 +10,7 @@
 #include "tests/renderer/theory/evolving_surface.h"
 #include "tests/support/finite_difference.h"
 
-namespace pathfit::tests {
+namespace pathfit::tests::triangle_motion_test {
 namespace {
 
 using renderer::AreaRatio;
@@ -145,4 +145,4 @@ TEST(TriangleMotion, RigidMotionKeepsAreaAndScalingDoublesItsRate) {
 }
 
 }  // namespace
-}  // namespace pathfit::tests
+}  // namespace pathfit::tests::triangle_motion_test
