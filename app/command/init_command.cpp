@@ -249,7 +249,9 @@ LightChoice ChooseLight(const CommandContext& context,
   if (input.num_masks > 0) {
     context.log.Info("small photos tell whether the light stood still or went with the camera");
   }
-  if (const auto choice = LightByTrial(input, mesh)) return *choice;
+  std::string problem;
+  if (const auto choice = LightByTrial(input, mesh, problem)) return *choice;
+  if (!problem.empty()) context.log.Warn("small photos cannot be fitted: " + problem);
   if (const auto choice = AskForLight(context, input)) return *choice;
   return UsualLight(input);
 }

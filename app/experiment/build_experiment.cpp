@@ -3,6 +3,7 @@
 #include <fstream>
 #include <optional>
 #include <set>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -334,6 +335,16 @@ void RemarkOnUnknowns(Experiment& experiment) {
   }
 }
 
+void RemarkOnStarts(const ExperimentConfig& config, Experiment& experiment) {
+  for (const GeometryConfig& mesh : config.geometry) {
+    if (!std::holds_alternative<VisualHullGeometry>(mesh.geometry)) continue;
+    experiment.assumptions.push_back(
+        "Start of " + mesh.name +
+        ": carved from the masks, which fill hollows that no outline shows, such as the inside of "
+        "a bowl; a fit opens them in part only. For one that has them write {file: mesh.ply}.");
+  }
+}
+
 /// Beside the input files, each once.
 std::vector<std::string> FindAttributions(const std::vector<std::filesystem::path>& files) {
   std::set<std::filesystem::path> folders;
@@ -369,6 +380,7 @@ void Complete(const ExperimentConfig& config, Experiment& experiment) {
   experiment.observations.black_background = !renderer::ShowsEnvironment(experiment.scene);
   experiment.fit = BuildFitSpec(config, experiment.scene);
   GiveDefaultPriors(config, experiment);
+  RemarkOnStarts(config, experiment);
   RemarkOnUnknowns(experiment);
   WarnOfUnseenLights(experiment);
   experiment.attributions = FindAttributions(experiment.input_files);

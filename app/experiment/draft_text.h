@@ -95,7 +95,7 @@ inline std::string SurfaceLines(DraftSurface surface, const std::string& of_ligh
                                 "anything else. Without highlights: " +
                                     matt + ", and no surface.roughness"
                               : "One colour per vertex. With highlights: " + shiny +
-                                    " (a metal: 1), and surface.roughness") +
+                                    ", and surface.roughness") +
                           " among the unknowns" + of_light + ".",
                       "    # ") +
          "    surface: " + (shines ? shiny : matt) + "\n";

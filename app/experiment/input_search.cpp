@@ -39,6 +39,7 @@ constexpr std::size_t kFewestNumbers = 120;
 constexpr std::size_t kFewViews = 5;     // of less, none is held out
 constexpr std::size_t kPartsOfRow = 24;  // photos are taken in a row, often once around
 constexpr double kDark = 0.1;            // linear: below, noise would be a change
+constexpr double kBlack = 0.005;         // linear: nothing is there, or it was cut out
 
 void AddOnce(const fs::path& path, std::vector<fs::path>& list) {
   const fs::path normal = (path.has_filename() ? path : path.parent_path()).lexically_normal();
@@ -243,7 +244,7 @@ std::optional<Background> FindBackground(const optim::ObservationSet& observatio
         brightness.push_back(0.5 * (u + v));
       }
     }
-    if (differences.size() < kFewestNumbers) continue;
+    if (differences.size() < kFewestNumbers || renderer::Median(brightness) < kBlack) continue;
     for (std::vector<double>& values : channels) {
       const double middle = renderer::Median(values);
       for (const double value : values) deviations.push_back(std::abs(value - middle));

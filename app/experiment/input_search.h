@@ -40,7 +40,7 @@ struct FoundInput {
   std::optional<double> mask_agreement;  ///< of masks that were made (optim::ObjectMasks)
   optim::ObservationSet observations;
   std::optional<CameraLayout> layout;
-  std::optional<Background> background;  ///< empty if there is too little of it
+  std::optional<Background> background;  ///< empty if there is too little of it, or it is black
 };
 
 /// Looks for cameras in the folder of the photos, its `sparse`, `colmap` and other folders, and two

@@ -168,7 +168,9 @@ std::optional<LightChoice> LightBySigns(const FoundInput& input) {
   return std::nullopt;
 }
 
-std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path& mesh) {
+std::optional<LightChoice> LightByTrial(const FoundInput& input,
+                                        const fs::path& mesh,
+                                        std::string& problem) {
   const std::vector<const optim::View*> views = ChooseViews(input.observations);
   if (input.options.masks.meaning != optim::MaskMeaning::kSilhouette || views.empty()) {
     return std::nullopt;
@@ -219,8 +221,9 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input, const fs::path&
           "off)";
     }
     return choice;
-  } catch (const std::runtime_error&) {
-    return std::nullopt;  // check says what is wrong with the start
+  } catch (const std::runtime_error& error) {
+    problem = error.what();
+    return std::nullopt;
   }
 }
 

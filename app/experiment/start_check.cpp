@@ -37,6 +37,7 @@ constexpr double kOddIou = 0.6;          // of the median: a photo that agrees l
 constexpr double kOddLeast = 0.6;        // median from which on the start can tell
 constexpr double kMostlyClipped = 0.9;   // of what is evidence
 constexpr double kLittleOutside = 0.02;  // of the bounds' width: white where 0.99 is allowed
+constexpr double kTexelsOfPixel = 4.0;   // two each way
 constexpr std::size_t kNamed = 5;
 
 /// What a view's picture says beyond ViewStart, for the reasons.
@@ -100,6 +101,7 @@ class StartChecker {
     WarnOfOpenSides();
     WarnOfOddPhotos();
     WarnOfBounds();
+    WarnOfFineTextures();
     WarnOfClipping();
     return std::move(check_);
   }
@@ -454,6 +456,36 @@ class StartChecker {
                       *first,
                       unknown.lower,
                       unknown.upper));
+    }
+  }
+
+  /// Texels that no pixel tells keep their start; those of which one pixel tells several go to the
+  /// bounds with its noise.
+  void WarnOfFineTextures() {
+    double pixels = 0.0;
+    for (std::size_t i = 0; i < check_.views.size(); ++i) {
+      const renderer::Camera& camera = observations_.views[i].camera;
+      if (check_.views[i].validation) continue;
+      pixels += check_.views[i].covered * camera.width * camera.height;
+    }
+    for (const optim::UnknownSpec& unknown : experiment_.fit.unknowns) {
+      if (unknown.kind != renderer::ParameterKind::kTextureTexels || unknown.hold ||
+          unknown.smooth_weight + unknown.total_variation_weight > 0.0 ||
+          optim::IsReplaced(experiment_.scene, unknown, experiment_.fit.unknowns)) {
+        continue;
+      }
+      renderer::ParameterLayout layout(experiment_.scene);
+      layout.Add(unknown.kind, unknown.object);
+      const auto texels = static_cast<double>(layout.groups().front().num_blocks);
+      if (texels <= kTexelsOfPixel * pixels) continue;
+      Warn(
+          fmt::format("unknowns.{}: {:.0f} texels, but objects fill {:.0f} pixels of the fitted "
+                      "photos: no pixel tells most of them, and its noise the others. Write a "
+                      "smaller size_px, the prior total_variation, or {{as: texture}} for the "
+                      "colours of vertices, which makes a texture as fine as the photos",
+                      unknown.name,
+                      texels,
+                      pixels));
     }
   }
 

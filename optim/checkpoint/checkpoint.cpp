@@ -11,6 +11,8 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <ostream>
+#include <streambuf>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -53,8 +55,9 @@ class Checksum {
  public:
   template <class T>
   void Add(const std::vector<T>& values) {
-    crc_.process_bytes(values.data(), values.size() * sizeof(T));
+    Add(values.data(), values.size() * sizeof(T));
   }
+  void Add(const void* bytes, std::size_t count) { crc_.process_bytes(bytes, count); }
   [[nodiscard]] std::uint32_t value() const { return crc_.checksum(); }
 
  private:
@@ -66,6 +69,30 @@ std::uint32_t ChecksumOf(const Bytes& bytes) {
   checksum.Add(bytes);
   return checksum.value();
 }
+
+/// Takes what is written to it to know its checksum and length: a state fills much of the memory,
+/// and need not be there twice.
+class ChecksumBuffer : public std::streambuf {
+ public:
+  [[nodiscard]] std::uint32_t checksum() const { return checksum_.value(); }
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+
+ protected:
+  std::streamsize xsputn(const char* bytes, std::streamsize count) override {
+    checksum_.Add(bytes, static_cast<std::size_t>(count));
+    size_ += static_cast<std::uint64_t>(count);
+    return count;
+  }
+  int_type overflow(int_type c) override {
+    const char byte = traits_type::to_char_type(c);
+    xsputn(&byte, 1);
+    return c;
+  }
+
+ private:
+  Checksum checksum_;
+  std::uint64_t size_ = 0;
+};
 
 /// Groups of all unknowns that are neither held nor replaced; where the scene's shapes differ, so
 /// do the sizes.
@@ -329,13 +356,14 @@ class Codec {
     start_checksum_ = checksum.value();
   }
 
-  [[nodiscard]] Bytes Encode(const FitState& state) const {
+  /// To be written as CBOR.
+  [[nodiscard]] Json Encode(const FitState& state) const {
     ArrayWriter arrays;
     Json json = FieldsToJson(state, arrays);
     json["unknowns"] = names_;
     json["start"] = start_checksum_;
     json["arrays"] = arrays.Take();
-    return Json::to_cbor(json);
+    return json;
   }
 
   [[nodiscard]] FitState Decode(const Bytes& bytes) const {
@@ -563,14 +591,29 @@ FitState ReadState(const fs::path& path, const Codec& codec) {
   }
 }
 
+/// Of the file's map all but the bytes of the payload, which comes last.
+void WriteHeader(std::uint32_t checksum, std::uint64_t size, std::ostream& stream) {
+  Bytes head = Json::to_cbor(Json{{"format", kFormat}, {"crc32c", checksum}});
+  head.front() = static_cast<std::uint8_t>(head.front() + 1);  // one entry more in the map
+  const Bytes key = Json::to_cbor(Json("payload"));
+  head.insert(head.end(), key.begin(), key.end());
+  head.push_back(0x5b);  // a byte string, its length in eight bytes
+  for (int shift = 56; shift >= 0; shift -= 8) {
+    head.push_back(static_cast<std::uint8_t>(size >> static_cast<unsigned>(shift)));
+  }
+  stream.write(reinterpret_cast<const char*>(head.data()),
+               static_cast<std::streamsize>(head.size()));
+}
+
 void WriteState(const fs::path& path, const FitOrigin& origin, const FitState& state) {
-  Bytes payload = Codec(origin).Encode(state);
-  const std::uint32_t checksum = ChecksumOf(payload);
-  const Json json{
-      {"format", kFormat}, {"crc32c", checksum}, {"payload", Json::binary(std::move(payload))}};
+  const Json json = Codec(origin).Encode(state);
+  ChecksumBuffer buffer;
+  std::ostream measured(&buffer);
+  Json::to_cbor(json, measured);
   fs::create_directories(path.parent_path());
   renderer::WriteThroughTemporary(path, [&](const fs::path& temporary) {
     std::ofstream stream(temporary, std::ios::binary);
+    WriteHeader(buffer.checksum(), buffer.size(), stream);
     Json::to_cbor(json, stream);
     stream.close();
     if (!stream) {
@@ -607,7 +650,7 @@ bool SameShapes(const Scene& a, const Scene& b) {
 }
 
 std::vector<char> EncodeState(const FitOrigin& origin, const FitState& state) {
-  const Bytes bytes = Codec(origin).Encode(state);
+  const Bytes bytes = Json::to_cbor(Codec(origin).Encode(state));
   return {bytes.begin(), bytes.end()};
 }
 

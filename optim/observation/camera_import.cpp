@@ -238,14 +238,17 @@ void UseCalibration(const fs::path& calibration, ImportedCameras& cameras) {
     camera.cx = lens.cx;
     camera.cy = lens.cy;
     camera.distortion = lens.distortion;
-    imported.view_angle_x = 0.0;
+    imported.view_angle_x = imported.view_angle_y = 0.0;
     imported.has_principal_point = true;
   }
   cameras.pixel_shift = 0.5;
   cameras.files.push_back(calibration);
-  cameras.notes.push_back(
+  std::string note =
       "Calibration: size, focal lengths, principal point and lens of all cameras are those of " +
-      calibration.string() + ".");
+      calibration.string() + ".";
+  if (lens.width == 0) note += " It says no size: taken as that of the photos.";
+  if (lens.distortion.IsNone()) note += " It says no distortion: rays are straight.";
+  cameras.notes.push_back(std::move(note));
 }
 
 renderer::Camera CompleteCamera(const ImportedCamera& imported, int width, int height) {
@@ -257,7 +260,9 @@ renderer::Camera CompleteCamera(const ImportedCamera& imported, int width, int h
   }
   if (imported.view_angle_x > 0.0) {
     camera.fx = 0.5 * camera.width / std::tan(0.5 * imported.view_angle_x);
-    camera.fy = camera.fx;
+    camera.fy = imported.view_angle_y > 0.0
+                    ? 0.5 * camera.height / std::tan(0.5 * imported.view_angle_y)
+                    : camera.fx;
   }
   if (!imported.has_principal_point) {
     camera.cx = 0.5 * camera.width;

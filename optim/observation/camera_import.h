@@ -17,6 +17,7 @@ struct ImportedCamera {
       mask;  ///< `mask_path` of the file, absolute or relative like `image`; may be empty
   renderer::Camera camera;    ///< pose in the file's units
   double view_angle_x = 0.0;  ///< radians; positive when only the view angle is known, fx is then 0
+  double view_angle_y = 0.0;  ///< beside it; 0: pixels are square
   bool has_principal_point = true;  ///< false: the image centre
   std::string place;                ///< where it stands, for messages: "transforms.json: frames[3]"
 };

@@ -12,6 +12,7 @@
 #include "optim/observation/camera_import.h"
 #include "optim/observation/image_size.h"
 #include "renderer/core/error.h"
+#include "renderer/core/lower_case.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/text_scanner.h"
 
@@ -32,7 +33,15 @@ struct Value {
   std::string place;
   std::vector<std::string> words;
 };
+/// By PlainKey.
 using Values = std::map<std::string, Value>;
+
+/// Programs differ in case and underscores: "Distortion_Coefficients", "distortionCoefficients".
+std::string PlainKey(const std::string& key) {
+  std::string plain = renderer::LowerCase(key);
+  std::erase_if(plain, [](char c) { return c == '_' || c == '-'; });
+  return plain;
+}
 
 void AppendWords(const YAML::Node& node, int depth, Value& value) {
   if (depth > kMaxDepth) throw IoError(value.place + ": is nested too deeply");
@@ -53,7 +62,7 @@ Values ReadYaml(const std::string& text, const std::string& name) {
     for (const auto& entry : root) {
       if (!entry.first.IsScalar()) continue;
       const std::string& key = entry.first.Scalar();
-      Value& value = values[key];
+      Value& value = values[PlainKey(key)];
       value.place = name + ":" + std::to_string(entry.first.Mark().line + 1) + ": " + key;
       AppendWords(entry.second, 0, value);
     }
@@ -95,7 +104,7 @@ Values ReadXml(const std::string& text, const std::string& name) {
   if (!root) throw IoError(name + ": has no opencv_storage");
   Values values;
   for (const pugi::xml_node node : root.children()) {
-    Value& value = values[node.name()];
+    Value& value = values[PlainKey(node.name())];
     value.place = place_at(node.offset_debug()) + ": " + node.name();
     value.words.clear();
     AppendWords(node, 0, value);
@@ -117,8 +126,7 @@ class CalibrationFile {
   [[nodiscard]] renderer::Camera Intrinsics() const {
     RefuseFisheye();
     renderer::Camera camera;
-    const Value* matrix =
-        Find({"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix", "K", "mtx"});
+    const Value* matrix = Find({"cameramatrix", "k", "mtx"});
     if (matrix == nullptr) throw IoError(name_ + ": has no camera_matrix");
     const std::vector<double> k = Numbers(*matrix);
     if (k.size() != 9 || k[3] != 0.0 || k[6] != 0.0 || k[7] != 0.0 || k[8] != 1.0) {
@@ -140,7 +148,7 @@ class CalibrationFile {
   /// camera_from_world as rotation vectors and translations, six numbers each.
   [[nodiscard]] std::vector<std::vector<double>> Poses() const {
     std::vector<std::vector<double>> poses;
-    if (const Value* both = Find({"extrinsic_parameters", "Extrinsic_Parameters"})) {
+    if (const Value* both = Find({"extrinsicparameters"})) {
       const std::vector<double> numbers = Triples(*both, 2);
       for (std::size_t i = 0; i + 6 <= numbers.size(); i += 6) {
         poses.emplace_back(numbers.begin() + static_cast<std::ptrdiff_t>(i),
@@ -148,8 +156,8 @@ class CalibrationFile {
       }
       return poses;
     }
-    const Value* turns = Find({"rvecs", "rotation_vectors", "rvec"});
-    const Value* shifts = Find({"tvecs", "translation_vectors", "tvec"});
+    const Value* turns = Find({"rvecs", "rotationvectors", "rvec"});
+    const Value* shifts = Find({"tvecs", "translationvectors", "tvec"});
     if (turns == nullptr || shifts == nullptr) {
       throw IoError(
           name_ +
@@ -170,12 +178,12 @@ class CalibrationFile {
 
   /// Of the photos; empty if the file does not name them.
   [[nodiscard]] std::vector<std::string> Names() const {
-    const Value* names =
-        Find({"image_names", "images", "image_list", "imagelist", "image_paths", "image_files"});
+    const Value* names = Find({"imagenames", "images", "imagelist", "imagepaths", "imagefiles"});
     return names == nullptr ? std::vector<std::string>() : names->words;
   }
 
  private:
+  /// Keys as PlainKey writes them.
   [[nodiscard]] const Value* Find(std::initializer_list<const char*> keys) const {
     for (const char* key : keys) {
       if (const auto found = values_.find(key); found != values_.end()) return &found->second;
@@ -203,8 +211,8 @@ class CalibrationFile {
   }
 
   void RefuseFisheye() const {
-    const Value* model = Find({"distortion_model", "camera_model"});
-    const Value* flag = Find({"fisheye_model"});
+    const Value* model = Find({"distortionmodel", "cameramodel"});
+    const Value* flag = Find({"fisheyemodel"});
     const bool is_flagged = flag != nullptr && !flag->words.empty() && flag->words[0] != "0";
     const std::string name = model == nullptr || model->words.empty() ? "" : model->words[0];
     if (is_flagged || name.find("fisheye") != std::string::npos || name == "equidistant") {
@@ -215,14 +223,15 @@ class CalibrationFile {
   }
 
   void ReadLens(renderer::LensDistortion& lens) const {
-    const Value* value = Find({"distortion_coefficients",
-                               "Distortion_Coefficients",
-                               "distCoeffs",
-                               "dist_coeffs",
-                               "dist_coeff",
+    const Value* value = Find({"distortioncoefficients",
+                               "distortioncoeffs",
+                               "distcoefficients",
+                               "distcoeffs",
+                               "distcoeff",
+                               "distcoefs",
                                "distortion",
                                "dist",
-                               "D"});
+                               "d"});
     if (value == nullptr) return;
     std::vector<double> d = Numbers(*value);
     for (std::size_t i = kBrownTerms; i < d.size(); ++i) {
@@ -242,10 +251,9 @@ class CalibrationFile {
   }
 
   void ReadSize(renderer::Camera& camera) const {
-    const Value* width = Find({"image_width", "image_Width", "imageWidth", "width"});
-    const Value* height = Find({"image_height", "image_Height", "imageHeight", "height"});
-    if (const Value* both = Find({"image_size", "imageSize"});
-        both != nullptr && width == nullptr) {
+    const Value* width = Find({"imagewidth", "width"});
+    const Value* height = Find({"imageheight", "height"});
+    if (const Value* both = Find({"imagesize"}); both != nullptr && width == nullptr) {
       const std::vector<double> size = Numbers(*both);
       if (size.size() != 2) throw IoError(both->place + " must be width and height");
       camera.width = CheckedImageSize(size[0], both->place);

@@ -28,6 +28,17 @@ class Intrinsics {
   [[nodiscard]] double NumberOr(const char* key, double otherwise) const {
     return Number(key).value_or(otherwise);
   }
+  [[nodiscard]] bool Flag(const char* key) const {
+    for (const json* value : {&frame_.value, &file_.value}) {
+      const auto found = value->find(key);
+      if (found != value->end() && !found->is_null()) return *found == true || *found == 1;
+    }
+    return false;
+  }
+  /// Whether the frame itself has a focal length: then the file's belongs to others.
+  [[nodiscard]] bool HasOwnFocal() const {
+    return frame_.Number("fl_x") || frame_.Number("camera_angle_x");
+  }
   [[nodiscard]] std::string Model() const {
     const std::optional<std::string> own = frame_.Text("camera_model");
     return own ? *own : file_.Text("camera_model").value_or("");
@@ -62,11 +73,16 @@ void ReadLensTerms(const Intrinsics& source, const JsonEntry& frame, renderer::C
         " is not supported (allowed: OPENCV, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, "
         "ORTHOGRAPHIC); undistort the photos to PINHOLE, or calibrate again with OPENCV");
   }
-  if (const double k4 = source.NumberOr("k4", 0.0); k4 != 0.0) {
-    throw IoError(
-        frame.place + ".k4: " + std::to_string(k4) +
-        " belongs to a fisheye or rational lens, which is not supported; undistort the photos to "
-        "PINHOLE, or calibrate again with OPENCV (k1 k2 k3 p1 p2)");
+  const std::string advice =
+      " a fisheye or rational lens, which is not supported; undistort the photos to PINHOLE, or "
+      "calibrate again with OPENCV (k1 k2 k3 p1 p2)";
+  for (const char* key : {"k4", "k5", "k6", "ftheta_p0", "ftheta_p1", "ftheta_p2", "ftheta_p3"}) {
+    if (const double term = source.NumberOr(key, 0.0); term != 0.0) {
+      throw IoError(frame.place + "." + key + ": " + std::to_string(term) + " belongs to" + advice);
+    }
+  }
+  if (source.Flag("is_fisheye")) {
+    throw IoError(frame.place + ".is_fisheye: says that this is" + advice);
   }
   camera.distortion = {.k1 = source.NumberOr("k1", 0.0),
                        .k2 = source.NumberOr("k2", 0.0),
@@ -93,17 +109,20 @@ void ReadIntrinsics(const JsonEntry& frame, const JsonEntry& file, ImportedCamer
   if ((camera.width == 0) != (camera.height == 0)) {
     throw IoError(frame.place + ": w and h must be given together");
   }
-  const std::optional<double> fx = source.Positive("fl_x");
-  const std::optional<double> angle = source.Positive("camera_angle_x");
-  if (fx) {
-    camera.fx = *fx;
-    camera.fy = source.Positive("fl_y").value_or(*fx);
-  } else if (angle) {
-    if (*angle >= std::numbers::pi) {
-      throw IoError(frame.place + ".camera_angle_x: " + std::to_string(*angle) +
+  const Intrinsics focal(frame, source.HasOwnFocal() ? frame : file);
+  const auto angle = [&](const char* key) {
+    const double value = focal.Positive(key).value_or(0.0);
+    if (value >= std::numbers::pi) {
+      throw IoError(frame.place + "." + key + ": " + std::to_string(value) +
                     " must be below pi (radians)");
     }
-    imported.view_angle_x = *angle;
+    return value;
+  };
+  if (const std::optional<double> fx = focal.Positive("fl_x")) {
+    camera.fx = *fx;
+    camera.fy = focal.Positive("fl_y").value_or(*fx);
+  } else if (imported.view_angle_x = angle("camera_angle_x"); imported.view_angle_x > 0.0) {
+    imported.view_angle_y = angle("camera_angle_y");
   } else {
     throw IoError(frame.place +
                   ": no focal length (give fl_x in pixels, or camera_angle_x in radians)");

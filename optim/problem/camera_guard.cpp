@@ -6,8 +6,25 @@
 #include "renderer/core/error.h"
 
 namespace pathfit::optim {
+namespace {
 
-CameraGuard::CameraGuard(const renderer::Scene& scene, const ParameterSet& set) {
+using renderer::ParameterKind;
+
+constexpr int kHalvings = 8;
+// Of the way to the border: from on it no further step of the lens would lead anywhere.
+constexpr double kShareOfWay = 0.9;
+
+bool IsLens(ParameterKind kind) {
+  return kind == ParameterKind::kRadialDistortion || kind == ParameterKind::kTangentialDistortion ||
+         kind == ParameterKind::kVignetting;
+}
+
+}  // namespace
+
+CameraGuard::CameraGuard(const renderer::Scene& scene,
+                         const ParameterSet& set,
+                         const std::vector<double>& values)
+    : start_(values) {
   sensors_.sensors = scene.sensors;
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
     if (renderer::TraitsOf(group.kind).list == renderer::ObjectList::kSensors) {
@@ -15,13 +32,28 @@ CameraGuard::CameraGuard(const renderer::Scene& scene, const ParameterSet& set) 
       layout.Add(group.kind, group.object, group.sharing);
       moving_.insert(group.object);
       moving_.insert(group.sharing.begin(), group.sharing.end());
-      groups_.push_back(
-          {std::move(layout), static_cast<std::size_t>(group.first_scalar), group.NumScalars()});
+      groups_.push_back({std::move(layout),
+                         static_cast<std::size_t>(group.first_scalar),
+                         group.NumScalars(),
+                         IsLens(group.kind)});
     }
   }
 }
 
-bool CameraGuard::Admits(const std::vector<double>& values) const {
+bool CameraGuard::Restrain(std::vector<double>& values) const {
+  if (CanRender(values)) return true;
+  double share = 0.0, step = 0.5;
+  if (!CanRender(Shortened(values, share))) return false;
+  for (int i = 0; i < kHalvings; ++i, step *= 0.5) {
+    if (CanRender(Shortened(values, share + step))) share += step;
+  }
+  std::vector<double> shortened = Shortened(values, kShareOfWay * share);
+  if (!CanRender(shortened)) return false;
+  values = std::move(shortened);
+  return true;
+}
+
+bool CameraGuard::CanRender(const std::vector<double>& values) const {
   renderer::Scene trial = sensors_;
   for (const Group& group : groups_) {
     const auto first = values.begin() + static_cast<std::ptrdiff_t>(group.first);
@@ -35,6 +67,16 @@ bool CameraGuard::Admits(const std::vector<double>& values) const {
     return false;
   }
   return true;
+}
+
+std::vector<double> CameraGuard::Shortened(const std::vector<double>& wanted, double share) const {
+  std::vector<double> values = wanted;
+  for (const Group& group : groups_) {
+    for (std::size_t i = group.first; group.is_lens && i < group.first + group.count; ++i) {
+      values[i] = start_[i] + share * (wanted[i] - start_[i]);
+    }
+  }
+  return values;
 }
 
 }  // namespace pathfit::optim

@@ -63,11 +63,12 @@ void MoveCamera(const StageContext& context,
   options.fitted = &only;
   ImageProblem problem(*source, context.views, set, options);
   const std::vector<double> theta = set.ThetaFromValues(set.layout().Gather(scene));
-  problem.Linearize(set.ValuesFromTheta(theta));
-  const CameraGuard cameras(scene, set);
+  const std::vector<double> values = set.ValuesFromTheta(theta);
+  problem.Linearize(values);
+  const CameraGuard cameras(scene, set, values);
   SolveOptions solve;
   solve.radius = kRadius;
-  solve.restrain = [&](std::vector<double>& trial) { return cameras.Admits(trial); };
+  solve.restrain = [&](std::vector<double>& trial) { return cameras.Restrain(trial); };
   const SolveOutcome outcome = SolveRound(problem, priors, {}, theta, solve);
   if (outcome.accepted) set.layout().Scatter(set.ValuesFromTheta(outcome.theta), scene);
 }

@@ -134,7 +134,7 @@ SolveOutcome Solve(const StageContext& context,
                    RoundReport& report) {
   const std::vector<double> values = context.set.ValuesFromTheta(theta);
   const VertexGuard guard(state.scene, context.set, values);
-  const CameraGuard cameras(state.scene, context.set);
+  const CameraGuard cameras(state.scene, context.set, values);
   const double mu = ProximalWeight(state.damping,
                                    MeanVertexDiagonal(context.set, problem.sums().diagonal),
                                    report.noise_relative);
@@ -155,7 +155,7 @@ SolveOutcome Solve(const StageContext& context,
   options.step_share = state.step_share;
   options.restrain = [&](std::vector<double>& trial) {
     context.set.DropTurnsAboutAxes(values, trial);
-    return guard.Restrain(trial) && cameras.Admits(trial) && motion.Admits(trial);
+    return guard.Restrain(trial) && cameras.Restrain(trial) && motion.Admits(trial);
   };
   report.linear_solver = LinearSolverName(options.linear_solver);
   report.trust_radius = options.radius;
@@ -267,8 +267,10 @@ bool Judge(const StageContext& context,
   }
   const bool is_done =
       !errors.is_hidden && IsNothingLeft(context, costs, model, outcome.theta, prior_hessian);
-  // The first steps of a noisy round are within their error, however far they lead.
-  const bool is_within = outcome.accepted && (explained || is_done) && motion < kStillPixels;
+  // The first steps of a noisy round are within their error, however far they lead; so is what is
+  // left of a step that was cut as its end cannot be rendered.
+  const bool is_within =
+      outcome.accepted && ((explained && outcome.refused == 0) || is_done) && motion < kStillPixels;
   state.within_error = is_within ? state.within_error + 1 : 0;
   state.precise =
       is_done || (!errors.is_hidden && ArePrecise(errors, context.set, outcome.theta, start));

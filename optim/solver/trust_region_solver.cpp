@@ -60,6 +60,7 @@ class RenderCallback : public ceres::EvaluationCallback {
       return;
     }
     ++trials_;
+    ++refused_;
     state_.at_start = false;
     state_.refused = true;
     const auto start = renderer::Clock::now();
@@ -69,6 +70,7 @@ class RenderCallback : public ceres::EvaluationCallback {
       if (!error_ && (!options_.restrain || options_.restrain(values))) {
         problem_.EvalTrial(values);
         state_.refused = false;
+        --refused_;
         trial_ = values == wanted ? theta_ : problem_.set().ThetaFromValues(values);
       }
     } catch (const renderer::SceneError&) {
@@ -82,6 +84,7 @@ class RenderCallback : public ceres::EvaluationCallback {
   [[nodiscard]] const std::exception_ptr& error() const { return error_; }
   [[nodiscard]] double seconds() const { return seconds_; }
   [[nodiscard]] int trials() const { return trials_; }
+  [[nodiscard]] int refused() const { return refused_; }
   /// The last point that was rendered.
   [[nodiscard]] const std::vector<double>& trial() const { return trial_; }
 
@@ -92,6 +95,7 @@ class RenderCallback : public ceres::EvaluationCallback {
   EvaluationState& state_;
   bool is_first_ = true;
   int trials_ = 0;
+  int refused_ = 0;
   std::vector<double> trial_;
   double seconds_ = 0.0;
   std::exception_ptr error_;
@@ -290,6 +294,7 @@ SolveOutcome SolveRound(ImageProblem& problem,
     outcome.theta = render.trial();
   }
   outcome.trials = render.trials();
+  outcome.refused = render.refused();
   // After each rejection the radius is divided by twice the last divisor.
   outcome.radius = options.radius;
   for (int k = 1, divisor = 2; k < outcome.trials; ++k, divisor *= 2) {

@@ -42,6 +42,7 @@ struct SolveOutcome {
   bool accepted = false;
   std::vector<double> theta;       ///< the accepted point, or the start
   int trials = 0;                  ///< radii that were tried
+  int refused = 0;                 ///< of them, that could not be rendered
   double relative_decrease = 0.0;  ///< actual over predicted, of the accepted step
   double radius = 0.0;             ///< of the last trial
   double step_share = 1.0;         ///< for the next round, by what the trials cost

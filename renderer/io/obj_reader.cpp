@@ -33,7 +33,6 @@ using Corner = std::array<std::int32_t, 3>;
 
 /// Text without the blanks around it.
 std::string Trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r\n\v\f";
   const std::size_t first = text.find_first_not_of(kBlanks);
   if (first == std::string_view::npos) return {};
   return std::string(text.substr(first, text.find_last_not_of(kBlanks) - first + 1));

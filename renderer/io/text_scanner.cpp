@@ -7,8 +7,6 @@
 namespace pathfit::renderer {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\v\f\r\n";
-
 /// std::from_chars knows no plus sign.
 std::string_view WithoutPlus(std::string_view token) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-' && token[1] != '+') {

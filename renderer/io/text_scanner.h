@@ -12,6 +12,8 @@ namespace pathfit::renderer {
 std::optional<double> ParseReal(std::string_view token);
 std::optional<std::int64_t> ParseInteger(std::string_view token);
 
+inline constexpr std::string_view kBlanks = " \t\v\f\r\n";
+
 /// Cuts the next run of non-blank characters off the front of `text`; empty at its end.
 std::string_view NextToken(std::string_view& text);
 

@@ -21,7 +21,7 @@ if(NOT PATHFIT_QUICK_TESTS)
     add_test(NAME e2e/python
       COMMAND Python::Interpreter ${CMAKE_CURRENT_LIST_DIR}/python_test.py
         $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR} $<TARGET_FILE_DIR:pathfit_python>)
-    set_tests_properties(e2e/python PROPERTIES LABELS e2e TIMEOUT 600)
+    set_tests_properties(e2e/python PROPERTIES LABELS e2e TIMEOUT 600 COST 50)
   endif()
-  set_tests_properties(e2e/install e2e/package PROPERTIES LABELS e2e TIMEOUT 600)
+  set_tests_properties(e2e/install e2e/package PROPERTIES LABELS e2e TIMEOUT 600 COST 50)
 endif()

@@ -49,7 +49,8 @@ renderer::Emitter Flash() {
 void ExpectTrial(const FoundInput& input,
                  DraftLight light,
                  const std::filesystem::path& mesh = {}) {
-  const auto choice = LightByTrial(input, mesh);
+  std::string problem;
+  const auto choice = LightByTrial(input, mesh, problem);
   ASSERT_TRUE(choice);
   EXPECT_STREQ(WordOf(choice->light), WordOf(light)) << choice->reason;
 }
@@ -69,7 +70,9 @@ TEST(LightTrial, AFlashIsFoundByTrialWhereTheBackgroundChanges) {
 }
 
 TEST(LightTrial, WhereTheBackgroundChangesNothingButAFlashGoesWithTheCamera) {
-  const auto choice = LightByTrial(PhotosUnder({Surroundings(renderer::LightFrame::kCamera)}), {});
+  std::string problem;
+  const auto choice =
+      LightByTrial(PhotosUnder({Surroundings(renderer::LightFrame::kCamera)}), {}, problem);
   ASSERT_TRUE(choice);
   EXPECT_STRNE(WordOf(choice->light), WordOf(DraftLight::kCamera)) << choice->reason;
 }
@@ -82,14 +85,17 @@ TEST(LightTrial, AMeshThatIsGivenIsTheStart) {
   for (std::size_t i = 0; i < 3; ++i) input.observations.views[i].mask = {};
   FoundInput bare = input;
   for (optim::View& view : bare.observations.views) view.mask = {};
-  EXPECT_FALSE(LightByTrial(bare, folder.path() / "ball.ply"));
+  std::string problem;
+  EXPECT_FALSE(LightByTrial(bare, folder.path() / "ball.ply", problem));
   ExpectTrial(input, DraftLight::kFlash, folder.path() / "ball.ply");
 }
 
 TEST(LightTrial, WhatBoundsNoBodyTellsNothing) {
   FoundInput input = PhotosUnder({Flash()});
   input.observations.views.resize(1);
-  EXPECT_FALSE(LightByTrial(input, {}));
+  std::string problem;
+  EXPECT_FALSE(LightByTrial(input, {}, problem));
+  EXPECT_FALSE(problem.empty());
 }
 
 }  // namespace

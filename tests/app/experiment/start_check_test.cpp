@@ -100,6 +100,25 @@ TEST_F(StartCheckTest, NamesUnknownsThatStartOutsideTheirBounds) {
   ExpectOneWarning("unknowns.ball.colors: 486 of 486 numbers start outside");
 }
 
+TEST_F(StartCheckTest, WarnsOfTexturesThatAreFinerThanThePhotos) {
+  renderer::Texture& texture = experiment_.scene.textures.emplace_back();
+  texture.name = "paint";
+  optim::UnknownSpec& texels = experiment_.fit.unknowns.emplace_back();
+  texels.name = "paint.texels";
+  texels.kind = renderer::ParameterKind::kTextureTexels;
+  const auto resize = [&](int side) {
+    texture.width = texture.height = side;
+    texture.texels = std::vector<renderer::Rgb>(static_cast<std::size_t>(side * side));
+  };
+  resize(512);
+  ExpectOneWarning("unknowns.paint.texels: 262144 texels, but objects fill ");
+  texels.total_variation_weight = 1e-3;
+  EXPECT_TRUE(Check().warnings.empty()) << "neighbours tell";
+  texels.total_variation_weight = 0.0;
+  resize(8);
+  EXPECT_TRUE(Check().warnings.empty());
+}
+
 TEST_F(StartCheckTest, RefusesPhotosThatAreBlack) {
   std::vector<optim::View>& views = experiment_.observations.views;
   const renderer::Image black(views[0].photo.width(), views[0].photo.height(), 3);

@@ -218,6 +218,19 @@ TEST_F(Opencv, CalibrationReplacesTheLensOfOtherCameras) {
   bool is_said = false;
   for (const std::string& line : set.assumptions) is_said |= line.starts_with("Calibration:");
   EXPECT_TRUE(is_said);
+  // Other programs' keys; what it does not say is said.
+  const auto other =
+      Write("cam.yaml",
+            "CameraMatrix: [[200, 0, 100], [0, 400, 59.75], [0, 0, 1]]\n"
+            "DistortionCoeffs: [0.128, 1.6384, 0.16, 0.32]\nWidth: 200\nHeight: 120\n");
+  cameras = ImportCameras(top(), "auto");
+  UseCalibration(other, cameras);
+  cameras.cameras[0].camera = CompleteCamera(cameras.cameras[0], 1, 1);
+  ExpectProjectsTo(cameras.cameras[0], 166.5, 126.25);
+  EXPECT_EQ(cameras.notes.back().find("It says no"), std::string::npos) << cameras.notes.back();
+  UseCalibration(Write("bare.yaml", "K: [[200, 0, 100], [0, 400, 59.75], [0, 0, 1]]\n"), cameras);
+  EXPECT_NE(cameras.notes.back().find("no size"), std::string::npos) << cameras.notes.back();
+  EXPECT_NE(cameras.notes.back().find("no distortion"), std::string::npos) << cameras.notes.back();
   // By itself it has no pose.
   ExpectError("info.yaml",
               "camera_matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n",

@@ -313,6 +313,19 @@ TEST_F(TransformsJson, ViewAngleIsCompletedFromThePhoto) {
   EXPECT_EQ(complete.cx, 100.0);
   EXPECT_EQ(complete.cy, 60.0);
   EXPECT_EQ(complete.height, 120);
+  const std::string both =
+      "\"camera_angle_x\": 0.9272952180016122, \"camera_angle_y\": 0.9272952180016122, ";
+  EXPECT_NEAR(CompleteCamera(ReadFrame(both, pose_).cameras[0], 200, 120).fy, 120.0, 1e-9);
+}
+
+TEST_F(TransformsJson, AFocalLengthOfTheFrameItselfIsTheWholeOfIt) {
+  const renderer::Camera own = ReadFrame(pinhole_, "\"fl_x\": 300, " + pose_).cameras[0].camera;
+  EXPECT_EQ(own.fx, 300.0);
+  EXPECT_EQ(own.fy, 300.0) << "not the file's";
+  const ImportedCamera angle =
+      ReadFrame(pinhole_, "\"camera_angle_x\": 0.9272952180016122, " + pose_).cameras[0];
+  EXPECT_NEAR(CompleteCamera(angle, 1, 1).fx, 200.0, 1e-9);
+  EXPECT_NEAR(CompleteCamera(angle, 1, 1).fy, 200.0, 1e-9);
 }
 
 TEST_F(TransformsJson, NearlyOrthonormalPosesAreMadeExact) {
@@ -386,6 +399,13 @@ TEST_F(TransformsJson, RefusesOtherLensModelsWithTheWaysOut) {
               pose_,
               {"frames[0]", "OPENCV_FISHEYE", "allowed", "undistort"});
   ExpectError(pinhole_ + "\"k4\": 0.01, ", pose_, {"frames[0].k4", "fisheye", "undistort"});
+  for (const std::string key : {"k6", "ftheta_p1"}) {
+    ExpectError(
+        pinhole_ + "\"" + key + "\": 0.01, ", pose_, {"frames[0]." + key, "fisheye", "undistort"});
+  }
+  ExpectError(
+      pinhole_ + "\"is_fisheye\": true, ", pose_, {"frames[0].is_fisheye", "fisheye", "undistort"});
+  EXPECT_NO_THROW(ReadFrame(pinhole_ + "\"is_fisheye\": false, ", pose_));
   ExpectError(pinhole_ + "\"camera_model\": \"PINHOLE\", \"k1\": 0.01, ", pose_, {"PINHOLE", "k1"});
 }
 

@@ -12,5 +12,5 @@ if(PATHFIT_MPI AND NOT PATHFIT_QUICK_TESTS)
   add_test(NAME e2e/ranks
     COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/tests/e2e/ranks_test.py $<TARGET_FILE:pathfit> ${PROJECT_SOURCE_DIR}
       ${MPIEXEC_EXECUTABLE})
-  set_tests_properties(e2e/ranks PROPERTIES LABELS mpi TIMEOUT 600)
+  set_tests_properties(e2e/ranks PROPERTIES LABELS mpi TIMEOUT 600 COST 50)
 endif()
