@@ -135,7 +135,7 @@ std::vector<ConfigOverride> OverridesOf(const CommandLine& line, const Plan& pla
   std::vector<ConfigOverride> overrides = line.overrides;
   for (std::size_t i = 0; i < plan.axes.size(); ++i) {
     overrides.push_back(
-        {"--vary #" + std::to_string(i + 1), plan.axes[i].key + "=" + run.values[i]});
+        {"--vary #" + std::to_string(i + 1), plan.axes[i].key + "=" + run.values[i], true});
   }
   return overrides;
 }

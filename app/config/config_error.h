@@ -12,6 +12,7 @@ namespace pathfit::app {
 struct ConfigOverride {
   std::string label;       ///< what messages call it: "--set #2", "--seed"
   std::string assignment;  ///< "stages.light.spp=16"
+  bool varies = false;     ///< refused beside another that varies the same value
 };
 
 /// What the values of a configuration were read from; kept for messages.

@@ -160,8 +160,6 @@ class PathWalker {
   std::vector<Problem>& problems_;
 };
 
-bool Varies(const ConfigOverride& override) { return override.label.starts_with("--vary"); }
-
 void ApplyOverride(const SchemaNode& schema,
                    const std::vector<ConfigOverride>& overrides,
                    const Place& place,
@@ -185,7 +183,7 @@ void ApplyOverride(const SchemaNode& schema,
       before.source == Place::Source::kOverride && before.override_index != place.override_index) {
     // Of --set the last one counts; what varies would not, under two spellings of one key.
     const ConfigOverride& earlier = overrides[static_cast<std::size_t>(before.override_index)];
-    if (Varies(earlier) && Varies(overrides[number])) {
+    if (earlier.varies && overrides[number].varies) {
       problems.push_back(
           {place, path, "is what " + earlier.label + " varies: " + earlier.assignment});
     }

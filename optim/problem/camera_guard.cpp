@@ -10,7 +10,7 @@ namespace {
 
 using renderer::ParameterKind;
 
-constexpr int kHalvings = 8;
+constexpr int kHalvings = 20;
 // Of the way to the border: from on it no further step of the lens would lead anywhere.
 constexpr double kShareOfWay = 0.9;
 
