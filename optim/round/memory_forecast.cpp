@@ -425,8 +425,8 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   renderer::ReturnFreedMemory();
   const double before = renderer::ProcessMemory("VmRSS:");
   std::unique_ptr<SceneImageSource> source = whole.MakeSource(spec);
-  const double scene_bytes =
-      renderer::ProcessMemory("VmRSS:") - before + kSceneCopies * BytesOfValues(set.layout());
+  const double states_bytes = kSceneCopies * BytesOfValues(set.layout());
+  const double scene_bytes = renderer::ProcessMemory("VmRSS:") - before + states_bytes;
 
   // The size of normal equations does not depend on what the pixels see.
   const bool few = ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars());
@@ -516,7 +516,9 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     memory.solver = SolverOfRows(spec.linear_solver, size, spec.max_memory_bytes);
   }
   memory.items = ForecastMemory(size, memory.solver);
-  memory.items.insert(memory.items.begin(), {loaded, {"scenes", scene_bytes}});
+  memory.items.insert(
+      memory.items.begin(),
+      {loaded, {"scenes", scene_bytes}, {"checkpoint as it is written", states_bytes}});
   if (num_scalars > 0.0 && parts == ForecastParts::kMemoryAndTimes) {
     ViewSeconds last = measured.seconds;
     for (const auto figure : kViewFigures) {
