@@ -244,12 +244,14 @@ std::optional<Background> FindBackground(const optim::ObservationSet& observatio
         brightness.push_back(0.5 * (u + v));
       }
     }
-    if (differences.size() < kFewestNumbers || renderer::Median(brightness) < kBlack) continue;
+    if (differences.size() < kFewestNumbers) continue;
+    const double middle_brightness = renderer::Median(brightness);
+    if (middle_brightness < kBlack) continue;
     for (std::vector<double>& values : channels) {
       const double middle = renderer::Median(values);
       for (const double value : values) deviations.push_back(std::abs(value - middle));
     }
-    const double bright = std::max(kDark, renderer::Median(brightness));
+    const double bright = std::max(kDark, middle_brightness);
     changes.push_back(renderer::Median(differences) / bright);
     structures.push_back(renderer::Median(deviations) / bright);
   }

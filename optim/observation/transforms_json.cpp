@@ -110,7 +110,9 @@ void ReadIntrinsics(const JsonEntry& frame, const JsonEntry& file, ImportedCamer
     throw IoError(frame.place + ": w and h must be given together");
   }
   const Intrinsics focal(frame, source.HasOwnFocal() ? frame : file);
-  const auto angle = [&](const char* key) {
+  const std::optional<double> fx = focal.Positive("fl_x");
+  const std::optional<double> angle = source.Positive("camera_angle_x");
+  const auto below_pi = [&](const char* key) {
     const double value = focal.Positive(key).value_or(0.0);
     if (value >= std::numbers::pi) {
       throw IoError(frame.place + "." + key + ": " + std::to_string(value) +
@@ -118,11 +120,12 @@ void ReadIntrinsics(const JsonEntry& frame, const JsonEntry& file, ImportedCamer
     }
     return value;
   };
-  if (const std::optional<double> fx = focal.Positive("fl_x")) {
+  if (fx) {
     camera.fx = *fx;
     camera.fy = focal.Positive("fl_y").value_or(*fx);
-  } else if (imported.view_angle_x = angle("camera_angle_x"); imported.view_angle_x > 0.0) {
-    imported.view_angle_y = angle("camera_angle_y");
+  } else if (angle) {
+    imported.view_angle_x = below_pi("camera_angle_x");
+    imported.view_angle_y = below_pi("camera_angle_y");
   } else {
     throw IoError(frame.place +
                   ": no focal length (give fl_x in pixels, or camera_angle_x in radians)");

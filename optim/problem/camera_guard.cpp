@@ -23,8 +23,7 @@ bool IsLens(ParameterKind kind) {
 
 CameraGuard::CameraGuard(const renderer::Scene& scene,
                          const ParameterSet& set,
-                         const std::vector<double>& values)
-    : start_(values) {
+                         const std::vector<double>& values) {
   sensors_.sensors = scene.sensors;
   for (const renderer::ParameterGroup& group : set.layout().groups()) {
     if (renderer::TraitsOf(group.kind).list == renderer::ObjectList::kSensors) {
@@ -32,10 +31,14 @@ CameraGuard::CameraGuard(const renderer::Scene& scene,
       layout.Add(group.kind, group.object, group.sharing);
       moving_.insert(group.object);
       moving_.insert(group.sharing.begin(), group.sharing.end());
+      const auto first = values.begin() + group.first_scalar;
+      const std::size_t count = group.NumScalars();
+      std::vector<double> start;
+      if (IsLens(group.kind)) start.assign(first, first + static_cast<std::ptrdiff_t>(count));
       groups_.push_back({std::move(layout),
                          static_cast<std::size_t>(group.first_scalar),
-                         group.NumScalars(),
-                         IsLens(group.kind)});
+                         count,
+                         std::move(start)});
     }
   }
 }
@@ -72,8 +75,9 @@ bool CameraGuard::CanRender(const std::vector<double>& values) const {
 std::vector<double> CameraGuard::Shortened(const std::vector<double>& wanted, double share) const {
   std::vector<double> values = wanted;
   for (const Group& group : groups_) {
-    for (std::size_t i = group.first; group.is_lens && i < group.first + group.count; ++i) {
-      values[i] = start_[i] + share * (wanted[i] - start_[i]);
+    for (std::size_t i = 0; i < group.start.size(); ++i) {
+      double& value = values[group.first + i];
+      value = group.start[i] + share * (value - group.start[i]);
     }
   }
   return values;

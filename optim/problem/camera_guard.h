@@ -26,7 +26,7 @@ class CameraGuard {
   struct Group {
     renderer::ParameterLayout layout;  ///< of this group alone
     std::size_t first = 0, count = 0;  ///< of its scalars in the values
-    bool is_lens = false;              ///< a distortion or a vignetting
+    std::vector<double> start;         ///< of a distortion or a vignetting; else empty
   };
   [[nodiscard]] bool CanRender(const std::vector<double>& values) const;
   /// `wanted` with this share of the lenses' step.
@@ -36,7 +36,6 @@ class CameraGuard {
   renderer::Scene sensors_;  ///< nothing else
   std::vector<Group> groups_;
   std::set<int> moving_;  ///< sensors that have one of the groups, alone or with others
-  std::vector<double> start_;
 };
 
 }  // namespace pathfit::optim

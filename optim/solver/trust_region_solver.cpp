@@ -60,7 +60,6 @@ class RenderCallback : public ceres::EvaluationCallback {
       return;
     }
     ++trials_;
-    ++refused_;
     state_.at_start = false;
     state_.refused = true;
     const auto start = renderer::Clock::now();
@@ -70,7 +69,6 @@ class RenderCallback : public ceres::EvaluationCallback {
       if (!error_ && (!options_.restrain || options_.restrain(values))) {
         problem_.EvalTrial(values);
         state_.refused = false;
-        --refused_;
         trial_ = values == wanted ? theta_ : problem_.set().ThetaFromValues(values);
       }
     } catch (const renderer::SceneError&) {
@@ -78,6 +76,7 @@ class RenderCallback : public ceres::EvaluationCallback {
     } catch (...) {
       error_ = std::current_exception();
     }
+    refused_ += state_.refused ? 1 : 0;
     seconds_ += renderer::SecondsSince(start);
   }
 

@@ -60,7 +60,7 @@ class Program(unittest.TestCase):
         cls.addClassCleanup(shutil.rmtree, top)
         cls.straight = top / "run"
         start = time.monotonic()
-        out = fit(cls.straight)
+        out = fit(cls.straight, "--threads", 2)
         assert out.returncode == 0, out.stderr
         cls.duration = time.monotonic() - start
 

@@ -29,7 +29,9 @@ TEST(CameraGuard, RefusesCamerasThatCannotRender) {
     const std::vector<double> wanted = values;
     return guard.Restrain(values) && values == wanted;
   };
-  EXPECT_TRUE(admits(ParameterKind::kFocal, 1, 50.0));
+  std::vector<double> same = start;
+  EXPECT_TRUE(guard.Restrain(same));
+  EXPECT_EQ(same, start);
   EXPECT_TRUE(admits(ParameterKind::kFocal, 1, 40.0));
   EXPECT_FALSE(admits(ParameterKind::kFocal, 1, -1.0));
   EXPECT_FALSE(admits(ParameterKind::kFocal, 0, std::numeric_limits<double>::quiet_NaN()));
