@@ -12,7 +12,7 @@ build_packages=(
   libopenmpi-dev openmpi-bin
 )
 test_packages=(
-  libgtest-dev clang-format python3 git dpkg-dev nodejs chromium
+  libgtest-dev clang-format clang-19 lld-19 libclang-rt-19-dev python3 git dpkg-dev nodejs chromium
   pybind11-dev python3-dev python3-numpy python3-scipy
 )
 

@@ -8,6 +8,7 @@ scripts/install_packages.sh test || exit 1
 
 passed=0
 failed=0
+report=""  # what failed, said once more at the end
 step() {  # step NAME COMMAND...: one check that counts as one test
   local name=$1
   shift
@@ -15,7 +16,7 @@ step() {  # step NAME COMMAND...: one check that counts as one test
   if "$@"; then
     passed=$((passed + 1))
   else
-    echo "FAILED: $name"
+    report+="FAILED: $name"$'\n'
     failed=$((failed + 1))
   fi
 }
@@ -24,7 +25,7 @@ tests() {  # tests PRESET: builds and runs a preset's tests, adds their numbers
   echo "== build and tests: $preset"
   if ! LDFLAGS=-fuse-ld=gold cmake --preset "$preset" -DPATHFIT_UNITY=ON >"build/$preset.configure.log" 2>&1 || ! cmake --build --preset "$preset"; then
     tail -n 20 "build/$preset.configure.log"
-    echo "FAILED: build $preset"
+    report+="FAILED: build $preset"$'\n'
     failed=$((failed + 1))
     return
   fi
@@ -32,7 +33,7 @@ tests() {  # tests PRESET: builds and runs a preset's tests, adds their numbers
   ctest --preset "$preset" -j 2 | tee "$log"
   summary=$(grep -E '^[0-9]+% tests passed' "$log" | tail -n 1)
   if [ -z "$summary" ]; then
-    echo "FAILED: tests $preset"
+    report+="FAILED: tests $preset"$'\n'
     failed=$((failed + 1))
     return
   fi
@@ -40,6 +41,18 @@ tests() {  # tests PRESET: builds and runs a preset's tests, adds their numbers
   total=$(echo "$summary" | sed -E 's/.* out of ([0-9]+).*/\1/')
   passed=$((passed + total - bad))
   failed=$((failed + bad))
+  [ "$bad" -eq 0 ] || report+="FAILED: tests $preset"$'\n'"$(failures_of "$log")"$'\n'
+}
+failures_of() {  # failures_of LOG: each failed test's line in ctest's log with the last of what it printed
+  awk '/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: / { flush(); if (!/ Passed +[0-9]|\*\*\*Skipped/) { title = $0; n = 0 } next }
+       /^ +Start +[0-9]+: / || /^[0-9]+% tests passed/ { flush(); next }
+       title != "" { lines[n++] = $0 }
+       function flush(   i) {
+         if (title == "") return
+         print title
+         for (i = n > 40 ? n - 40 : 0; i < n; ++i) print "    " lines[i]
+         title = ""
+       }' "$1"
 }
 
 mkdir -p build/npm
@@ -54,5 +67,6 @@ step "formatting" scripts/check_format.sh
 tests release
 tests asan
 
+[ -z "$report" ] || echo "$report"
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

@@ -22,7 +22,7 @@
 #include "renderer/io/atomic_file.h"
 #include "renderer/scene/parameter_layout.h"
 
-namespace pathfit::app {
+namespace pathfit::app::check_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -325,4 +325,4 @@ extern const Command kCheckCommand = {"check",
                                       Prepare<Options, Declare, Run>,
                                       kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::check_command

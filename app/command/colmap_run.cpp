@@ -49,7 +49,7 @@ class ColmapRunner {
   ColmapRunner(const ColmapInput& input, const StopSignals& signals, CommandContext& context)
       : input_(input), signals_(signals), context_(context), log_(input.workspace / "colmap.log") {}
 
-  ColmapModel Run() {
+  ColmapResult Run() {
     const std::optional<fs::path> program = FindProgram("colmap");
     if (!program) {
       throw IoError(
@@ -267,9 +267,9 @@ class ColmapRunner {
 
 }  // namespace
 
-ColmapModel RunColmap(const ColmapInput& input,
-                      const StopSignals& signals,
-                      CommandContext& context) {
+ColmapResult RunColmap(const ColmapInput& input,
+                       const StopSignals& signals,
+                       CommandContext& context) {
   return ColmapRunner(input, signals, context).Run();
 }
 

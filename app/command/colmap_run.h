@@ -17,7 +17,7 @@ struct ColmapInput {
   std::filesystem::path workspace;  ///< to make: database, log and models
 };
 
-struct ColmapModel {
+struct ColmapResult {
   std::filesystem::path photos;  ///< their very folder
   std::filesystem::path model;   ///< the one with the most photos; empty if a signal came
 };
@@ -26,8 +26,8 @@ struct ColmapModel {
 /// neighbours where there are many), mapper. One camera took all photos if they have one size and
 /// their EXIF names one camera and focal length. What COLMAP says goes to `workspace`/colmap.log.
 /// Throws IoError saying what to do: COLMAP is not there, a step failed, no model was found.
-ColmapModel RunColmap(const ColmapInput& input,
-                      const StopSignals& signals,
-                      CommandContext& context);
+ColmapResult RunColmap(const ColmapInput& input,
+                       const StopSignals& signals,
+                       CommandContext& context);
 
 }  // namespace pathfit::app

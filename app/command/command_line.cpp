@@ -231,7 +231,7 @@ struct Declarations {
     OptionList own, global;
     Action run;
 
-    void StoreWords(CommandLine& line) const {
+    void StoreWords(CommandLine& into) const {
       for (std::size_t i = 0; i < words.size(); ++i) {
         std::vector<std::string>& texts = *given[i];
         std::erase(texts, "");
@@ -243,9 +243,9 @@ struct Declarations {
           if (known.empty() || Contains(known, text)) continue;
           throw UsageError(command->name, "'" + text + "' is not known" + NameHint(text, known));
         }
-        line.targets.insert(line.targets.end(), texts.begin(), texts.end());
+        into.targets.insert(into.targets.end(), texts.begin(), texts.end());
       }
-      if (!line.targets.empty()) line.target = line.targets.front();
+      if (!into.targets.empty()) into.target = into.targets.front();
     }
   };
   const Commands& commands;

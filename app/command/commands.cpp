@@ -14,6 +14,12 @@
 namespace pathfit::app {
 namespace {
 
+#ifdef __clang__
+const std::string kCompiler = __VERSION__;  // with its name
+#else
+const std::string kCompiler = "GCC " __VERSION__;
+#endif
+
 template <class... Kinds>
 bool IsOneOf(const std::exception& error) {
   return ((dynamic_cast<const Kinds*>(&error) != nullptr) || ...);
@@ -21,40 +27,43 @@ bool IsOneOf(const std::exception& error) {
 
 }  // namespace
 
-// Each is `kNAMECommand` of its own file; in the order of the help.
+// Each is `kNAMECommand` in the namespace of its own file, FILE_command; in the order of the help.
 #define PATHFIT_COMMANDS(ROW) \
-  ROW(Init)                   \
-  ROW(Check)                  \
-  ROW(Fit)                    \
-  ROW(Resume)                 \
-  ROW(Render)                 \
-  ROW(List)                   \
-  ROW(Export)                 \
-  ROW(Report)                 \
-  ROW(Serve)                  \
-  ROW(Compare)                \
-  ROW(Eval)                   \
-  ROW(Sweep)                  \
-  ROW(Synth)                  \
-  ROW(Convert)                \
-  ROW(Gradcheck)              \
-  ROW(Config)                 \
-  ROW(Completion)             \
-  ROW(Info)                   \
-  ROW(Version)
+  ROW(init, Init)             \
+  ROW(check, Check)           \
+  ROW(fit, Fit)               \
+  ROW(fit, Resume)            \
+  ROW(render, Render)         \
+  ROW(list, List)             \
+  ROW(export, Export)         \
+  ROW(report, Report)         \
+  ROW(serve, Serve)           \
+  ROW(compare, Compare)       \
+  ROW(eval, Eval)             \
+  ROW(sweep, Sweep)           \
+  ROW(synth, Synth)           \
+  ROW(convert, Convert)       \
+  ROW(gradcheck, Gradcheck)   \
+  ROW(config, Config)         \
+  ROW(completion, Completion) \
+  ROW(info, Info)             \
+  ROW(info, Version)
 
-#define PATHFIT_DECLARE(name) extern const Command k##name##Command;
+#define PATHFIT_DECLARE(file, name)        \
+  namespace file##_command {               \
+    extern const Command k##name##Command; \
+  }
 PATHFIT_COMMANDS(PATHFIT_DECLARE)
 
 const Commands& AllCommands() {
-#define PATHFIT_ADDRESS(name) &k##name##Command,
+#define PATHFIT_ADDRESS(file, name) &file##_command::k##name##Command,
   static const Commands commands = {PATHFIT_COMMANDS(PATHFIT_ADDRESS)};
   return commands;
 }
 
 void FillProgramInfo(RunRecord& record) {
   record.program_version = PATHFIT_VERSION;
-  record.build = std::string("GCC ") + __VERSION__ + " " + PATHFIT_BUILD_TYPE;
+  record.build = kCompiler + " " + PATHFIT_BUILD_TYPE;
   record.libraries = {{"Embree", renderer::EmbreeVersion()}, {"Ceres", optim::CeresVersion()}};
   const std::string raw = renderer::LibRawVersion();
   record.libraries["LibRaw"] = raw.empty() ? "none (RAW photos are not read)" : raw;

@@ -7,7 +7,7 @@
 #include "app/output/comparison.h"
 #include "renderer/io/atomic_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::compare_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -18,7 +18,7 @@ struct Options {
 
 void Declare(OptionList& options, Options& own) {
   options.Path("-o,--output", "FILE", "Page to write; else compare.html here", own.output);
-  options.Check([&options, &own] {
+  options.Check([&options] {
     if (options.line().targets.size() < 2) options.Fail("at least two runs are needed");
   });
 }
@@ -56,4 +56,4 @@ extern const Command kCompareCommand = {
     Prepare<Options, Declare, Run>,
     kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::compare_command

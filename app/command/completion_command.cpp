@@ -6,7 +6,7 @@
 #include "app/command/command_reference.h"
 #include "app/command/shell_completion.h"
 
-namespace pathfit::app {
+namespace pathfit::app::completion_command {
 namespace {
 
 ExitStatus Run(CommandContext& context) {
@@ -31,4 +31,4 @@ extern const Command kCompletionCommand = {
     "bash|zsh|fish|man",
     PrepareCompletion};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::completion_command

@@ -10,7 +10,7 @@
 #include "app/output/config_json.h"
 #include "renderer/io/atomic_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::config_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,7 +25,7 @@ void Declare(OptionList& options, Options& own) {
   options.Threads();
   options.MaxMemory();
   options.Path("-o,--output", "FILE", "File to write; else it is printed", own.output);
-  options.Check([&options, &own] {
+  options.Check([&options] {
     const CommandLine& line = options.line();
     const bool show = line.target == "show";
     if (show && line.targets.size() < 2) options.Fail("show: CONFIG is missing");
@@ -84,4 +84,4 @@ extern const Command kConfigCommand = {
     Prepare<Options, Declare, Run>,
     kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::config_command

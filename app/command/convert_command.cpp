@@ -14,7 +14,7 @@
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::convert_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -191,4 +191,4 @@ extern const Command kConvertCommand = {"convert",
                                         Prepare<Options, Declare, Run>,
                                         kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::convert_command

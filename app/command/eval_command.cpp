@@ -14,7 +14,7 @@
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::eval_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -121,4 +121,4 @@ extern const Command kEvalCommand = {"eval",
                                      Prepare<Options, Declare, Run>,
                                      kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::eval_command

@@ -17,7 +17,7 @@
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::export_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -188,4 +188,4 @@ extern const Command kExportCommand = {"export",
                                        Prepare<Options, Declare, Run>,
                                        kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::export_command

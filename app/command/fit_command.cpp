@@ -30,7 +30,7 @@
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/disk_full_error.h"
 
-namespace pathfit::app {
+namespace pathfit::app::fit_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -311,4 +311,4 @@ extern const Command kResumeCommand = {"resume",
                                        kResult,
                                        true};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::fit_command

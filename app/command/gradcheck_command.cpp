@@ -26,7 +26,7 @@
 #include "renderer/io/exr_file.h"
 #include "renderer/io/image_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::gradcheck_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -419,4 +419,4 @@ extern const Command kGradcheckCommand = {
     kResult,
     true};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::gradcheck_command

@@ -13,7 +13,7 @@
 #include "app/command/result.h"
 #include "app/output/fields.h"
 
-namespace pathfit::app {
+namespace pathfit::app::info_command {
 namespace {
 
 const char* InstructionSet() {
@@ -113,4 +113,4 @@ extern const Command kInfoCommand = {
 extern const Command kVersionCommand = {
     "version", "Prints the version", nullptr, PrepareVersion, kVersionResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::info_command

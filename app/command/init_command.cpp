@@ -23,7 +23,7 @@
 #include "renderer/io/mesh_file.h"
 #include "renderer/io/ply_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::init_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -182,11 +182,11 @@ fs::path BesideConfig(const fs::path& config, const char* what) {
 
 /// Where COLMAP found cameras, for the photos in `photos` or the frames of that video; its
 /// workspace is beside the config. Model empty: a signal came.
-ColmapModel FindCamerasByColmap(const fs::path& photos,
-                                const fs::path& config,
-                                const StopSignals& signals,
-                                const Options& own,
-                                CommandContext& context) {
+ColmapResult FindCamerasByColmap(const fs::path& photos,
+                                 const fs::path& config,
+                                 const StopSignals& signals,
+                                 const Options& own,
+                                 CommandContext& context) {
   const bool is_video = IsVideo(photos);
   if (context.line.targets.size() > 1 || (fs::is_regular_file(photos) && !is_video)) {
     throw UsageError("init", "--sfm finds the cameras; give the folder of the photos alone");
@@ -241,7 +241,8 @@ std::optional<LightChoice> AskForLight(const CommandContext& context, const Foun
 LightChoice ChooseLight(const CommandContext& context,
                         const Options& own,
                         const FoundInput& input,
-                        const fs::path& mesh) {
+                        const fs::path& mesh,
+                        const fs::path& config) {
   for (const DraftLight light : kDraftLights) {
     if (own.light == WordOf(light)) return LightAsSaid(light);
   }
@@ -250,7 +251,7 @@ LightChoice ChooseLight(const CommandContext& context,
     context.log.Info("small photos tell whether the light stood still or went with the camera");
   }
   std::string problem;
-  if (const auto choice = LightByTrial(input, mesh, problem)) return *choice;
+  if (const auto choice = LightByTrial(input, mesh, config, problem)) return *choice;
   if (!problem.empty()) context.log.Warn("small photos cannot be fitted: " + problem);
   if (const auto choice = AskForLight(context, input)) return *choice;
   return UsualLight(input);
@@ -372,7 +373,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
     const fs::path photos = AbsolutePath(first);
     name = NameOf(photos);
     const StopSignals signals;
-    const ColmapModel found =
+    const ColmapResult found =
         FindCamerasByColmap(photos, ConfigOf(own, name), signals, own, context);
     if (found.model.empty()) return signals.Received().value_or(ExitStatus::kInterrupted);
     places.photos = found.photos;
@@ -398,7 +399,7 @@ ExitStatus Run(CommandContext& context, const Options& own) {
                      "they count as yours, and without the folder they are made anew");
   }
   const fs::path mesh = own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal();
-  const LightChoice light = ChooseLight(context, own, input, mesh);
+  const LightChoice light = ChooseLight(context, own, input, mesh, config);
   const DraftSurface surface = SurfaceOf(own.surface);
   const std::string text = DraftConfig(input, light, config, name, mesh, surface);
   renderer::WriteFileAtomically(config, text);
@@ -432,4 +433,4 @@ extern const Command kInitCommand = {"init",
                                      Prepare<Options, Declare, Run>,
                                      kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::init_command

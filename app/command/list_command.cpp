@@ -13,7 +13,7 @@
 #include "app/output/terminal.h"
 #include "renderer/core/error.h"
 
-namespace pathfit::app {
+namespace pathfit::app::list_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -135,4 +135,4 @@ extern const Command kListCommand = {"list",
                                      Prepare<Options, Declare, Run>,
                                      kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::list_command

@@ -35,7 +35,7 @@
 #include "renderer/io/image_file.h"
 #include "renderer/renderer.h"
 
-namespace pathfit::app {
+namespace pathfit::app::render_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -456,4 +456,4 @@ extern const Command kRenderCommand = {"render",
                                        kResult,
                                        true};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::render_command

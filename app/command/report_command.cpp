@@ -7,7 +7,7 @@
 #include "app/output/report.h"
 #include "renderer/io/atomic_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::report_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -78,4 +78,4 @@ extern const Command kReportCommand = {
     Prepare<Options, Declare, Run>,
     kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::report_command

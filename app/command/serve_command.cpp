@@ -16,7 +16,7 @@
 #include "app/output/report.h"
 #include "renderer/core/error.h"
 
-namespace pathfit::app {
+namespace pathfit::app::serve_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -181,4 +181,4 @@ extern const Command kServeCommand = {
     Prepare<Options, Declare, Run>,
     kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::serve_command

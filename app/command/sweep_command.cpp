@@ -24,7 +24,7 @@
 #include "renderer/core/error.h"
 #include "renderer/io/atomic_file.h"
 
-namespace pathfit::app {
+namespace pathfit::app::sweep_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -555,4 +555,4 @@ extern const Command kSweepCommand = {
     Prepare<Options, Declare, RunSweep>,
     kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::sweep_command

@@ -26,7 +26,7 @@
 #include "renderer/math/box.h"
 #include "renderer/renderer.h"
 
-namespace pathfit::app {
+namespace pathfit::app::synth_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -340,4 +340,4 @@ extern const Command kSynthCommand = {"synth",
                                       Prepare<Options, Declare, Run>,
                                       kResult};
 
-}  // namespace pathfit::app
+}  // namespace pathfit::app::synth_command

@@ -153,7 +153,11 @@ auto& Reach(T& value, M member, Rest... rest) {
 }
 
 template <class F>
-struct FunctionOf : FunctionOf<decltype(&F::operator())> {};
+struct FunctionOf;
+template <class F>
+requires std::is_class_v<F>
+struct FunctionOf<F> : FunctionOf<decltype(&F::operator())> {
+};
 template <class F, class V, class O>
 struct FunctionOf<V& (F::*)(O&) const> {
   using Type = Access<O, V>;
@@ -170,7 +174,7 @@ auto To(M O::*first, Rest... rest) {
   return Access<O, V>{get};
 }
 template <class F>
-requires(!std::is_member_pointer_v<F>) typename FunctionOf<F>::Type To(F function) {
+typename FunctionOf<F>::Type To(F function) {
   return {function};
 }
 

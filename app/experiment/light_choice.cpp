@@ -11,6 +11,7 @@
 
 #include "app/experiment/draft_config.h"
 #include "app/experiment/experiment.h"
+#include "app/experiment/start_check.h"
 #include "optim/round/decimate.h"
 #include "optim/round/fit.h"
 #include "renderer/core/error.h"
@@ -102,15 +103,17 @@ void Coarsen(std::vector<renderer::SceneMesh>& meshes) {
 class LightTrial {
  public:
   /// `small`: of such photos.
-  LightTrial(const FoundInput& small, const fs::path& mesh) : input_(small), mesh_(mesh) {}
+  LightTrial(const FoundInput& small, const fs::path& mesh, const fs::path& config)
+      : input_(small), mesh_(mesh), path_(config) {}
 
   /// PSNR of the photos as the draft with this light explains them, dB.
   double Explained(DraftLight light) {
-    const fs::path path = fs::current_path() / "draft.yaml";  // is not written
-    const std::string text = DraftConfig(input_, {light, ""}, path, "draft", mesh_);
-    Experiment experiment = BuildExperiment(
-        ReadExperimentConfig(ParseYaml(text, path.string()), path, {}), input_.observations);
+    const std::string text = DraftConfig(input_, {light, ""}, path_, "draft", mesh_);
+    const ExperimentConfig config =
+        ReadExperimentConfig(ParseYaml(text, path_.string()), path_, {});
+    Experiment experiment = BuildExperiment(config, input_.observations);
     if (start_.empty()) {
+      static_cast<void>(CheckStart(config, experiment));  // is there anything to explain?
       start_ = experiment.scene.meshes;
       Coarsen(start_);
     }
@@ -136,6 +139,7 @@ class LightTrial {
  private:
   const FoundInput& input_;
   const fs::path& mesh_;
+  const fs::path& path_;
   std::vector<renderer::SceneMesh> start_;  // of the first draft
 };
 
@@ -170,13 +174,14 @@ std::optional<LightChoice> LightBySigns(const FoundInput& input) {
 
 std::optional<LightChoice> LightByTrial(const FoundInput& input,
                                         const fs::path& mesh,
+                                        const fs::path& config,
                                         std::string& problem) {
   const std::vector<const optim::View*> views = ChooseViews(input.observations);
   if (input.options.masks.meaning != optim::MaskMeaning::kSilhouette || views.empty()) {
     return std::nullopt;
   }
   const FoundInput small = Reduced(input, views);
-  LightTrial trial(small, mesh);
+  LightTrial trial(small, mesh, config);
   try {
     const double still = trial.Explained(DraftLight::kWorld);
     std::string compared =

@@ -35,9 +35,11 @@ std::optional<LightChoice> LightBySigns(const FoundInput& input);
 /// colours hold what shading does not change; so it is chosen unless the other is clearly better.
 /// Where the background changes, the camera moved, and of lights that go with it only a flash is
 /// tried: highlights go with the camera under any light, so that one from all around seems to.
-/// Empty without masks, or if the start cannot be fitted: then `problem` says why.
+/// Empty without masks, or if the start cannot be fitted: then `problem` says why. `config`: where
+/// the draft will be written, for its places.
 std::optional<LightChoice> LightByTrial(const FoundInput& input,
                                         const std::filesystem::path& mesh,
+                                        const std::filesystem::path& config,
                                         std::string& problem);
 /// Where nothing else tells.
 LightChoice UsualLight(const FoundInput& input);

@@ -255,7 +255,7 @@ void AddImage(ImportedCamera imported,
 /// were lost, and with them every other image.
 void CheckPointsLine(std::string_view text, const std::string& place) {
   Words line(text, place);
-  for (int i = 0; !line.AtEnd(); ++i) {
+  while (!line.AtEnd()) {
     try {
       line.Number("x");
       line.Number("y");

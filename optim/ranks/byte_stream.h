@@ -46,7 +46,7 @@ class ByteWriter {
     if constexpr (PlainBytes<T>) {
       Append(&value, sizeof(T));
     } else {
-      Parts<T>::Visit(value, [this](const auto& part) { Put(part); });
+      Parts<T>::Visit(value, [this](const auto& part) { this->Put(part); });
     }
   }
   template <class T>
@@ -90,7 +90,7 @@ class ByteReader {
     if constexpr (PlainBytes<T>) {
       Copy(&value, sizeof(T));
     } else {
-      Parts<T>::Visit(value, [this](auto& part) { Get(part); });
+      Parts<T>::Visit(value, [this](auto& part) { this->Get(part); });
     }
   }
   template <class T>

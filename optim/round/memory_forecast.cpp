@@ -188,7 +188,8 @@ MeasuredViews MeasureViews(SceneImageSource& source,
   times.linearize = std::max(0.0, of_few - few * times.linearize_sample);
   const SampleHalves halves = samples_of(more);
   times.render_sample = SecondsOf([&] {
-                          for (const int view : views.fitted) source.RenderPrimal(view, halves.a);
+                          for (const int view : views.fitted)
+                            static_cast<void>(source.RenderPrimal(view, halves.a));
                         }) /
                         (count * halves.a.spp);
   ProblemSize again;

@@ -51,7 +51,7 @@ void ThrowIfCancelled(const CancelFlag* flag) {
   if (flag != nullptr && flag->load(std::memory_order_relaxed)) throw Cancelled();
 }
 
-#if defined(__SANITIZE_THREAD__)
+#ifdef PATHFIT_THREAD_SANITIZER
 
 // The thread sanitizer cannot see the synchronisation inside TBB's library and would report every
 // loop; plain threads show it ours.

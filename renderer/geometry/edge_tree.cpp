@@ -124,7 +124,6 @@ class Descent {
   Descent(const EdgeHierarchy& tree, const View& view) : tree_(tree), view_(view) {}
 
   EdgeTree::Pick Run(double u) {
-    EdgeTree::Pick pick;
     double probability = 1.0;
     WeighChildren<by_distance>(view_, tree_.nodes[0], here_);
     std::int32_t at = 0;

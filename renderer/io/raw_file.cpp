@@ -201,7 +201,8 @@ class Developer {
     bool any = false;
     for (int y = 0; y < clipped.height; ++y) {
       for (int x = 0; x < clipped.width; ++x) {
-        const auto& value = values[static_cast<std::size_t>(y) * sizes.iwidth + x];
+        const std::size_t row = static_cast<std::size_t>(y) * sizes.iwidth;
+        const auto& value = values[row + static_cast<std::size_t>(x)];
         bool full = false;
         for (std::size_t c = 0; c < levels.size(); ++c) full = full || value[c] >= levels[c];
         if (!full) continue;

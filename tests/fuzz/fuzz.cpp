@@ -18,7 +18,7 @@
 #include "tests/fuzz/fuzz_targets.h"
 #include "tests/fuzz/mutator.h"
 
-#if defined(__SANITIZE_ADDRESS__)
+#ifdef PATHFIT_ADDRESS_SANITIZER
 extern "C" const char* __asan_default_options();
 extern "C" const char* __asan_default_options() {
   // The largest image that is read, 2^28 pixels of three floats, takes 3 GiB.
@@ -34,7 +34,7 @@ using pathfit::tests::FileSet;
 using pathfit::tests::FuzzTarget;
 using pathfit::tests::Mutator;
 
-#if defined(__SANITIZE_ADDRESS__)
+#ifdef PATHFIT_ADDRESS_SANITIZER
 constexpr double kLongestS = 30.0;  // for one input
 #else
 constexpr double kLongestS = 10.0;
@@ -172,7 +172,7 @@ int main(int argc, char** argv) {
     std::cerr << "usage: fuzz [--target NAME] [--inputs N | --seconds S] [--first N]\n";
     return 2;
   }
-#if !defined(__SANITIZE_ADDRESS__)
+#ifndef PATHFIT_ADDRESS_SANITIZER
   constexpr rlim_t kMemory = rlim_t{6} << 30U;
   const rlimit limit{kMemory, kMemory};
   setrlimit(RLIMIT_AS, &limit);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -9,6 +10,8 @@
 
 namespace pathfit::app::light_trial_test {
 namespace {
+
+const std::filesystem::path kConfig = "/set/draft.yaml";  // is not written
 
 /// Photos of a patterned ball by its own cameras, under some light.
 FoundInput PhotosUnder(const std::vector<renderer::Emitter>& lights) {
@@ -50,7 +53,7 @@ void ExpectTrial(const FoundInput& input,
                  DraftLight light,
                  const std::filesystem::path& mesh = {}) {
   std::string problem;
-  const auto choice = LightByTrial(input, mesh, problem);
+  const auto choice = LightByTrial(input, mesh, kConfig, problem);
   ASSERT_TRUE(choice);
   EXPECT_STREQ(WordOf(choice->light), WordOf(light)) << choice->reason;
 }
@@ -71,8 +74,8 @@ TEST(LightTrial, AFlashIsFoundByTrialWhereTheBackgroundChanges) {
 
 TEST(LightTrial, WhereTheBackgroundChangesNothingButAFlashGoesWithTheCamera) {
   std::string problem;
-  const auto choice =
-      LightByTrial(PhotosUnder({Surroundings(renderer::LightFrame::kCamera)}), {}, problem);
+  const auto choice = LightByTrial(
+      PhotosUnder({Surroundings(renderer::LightFrame::kCamera)}), {}, kConfig, problem);
   ASSERT_TRUE(choice);
   EXPECT_STRNE(WordOf(choice->light), WordOf(DraftLight::kCamera)) << choice->reason;
 }
@@ -86,7 +89,7 @@ TEST(LightTrial, AMeshThatIsGivenIsTheStart) {
   FoundInput bare = input;
   for (optim::View& view : bare.observations.views) view.mask = {};
   std::string problem;
-  EXPECT_FALSE(LightByTrial(bare, folder.path() / "ball.ply", problem));
+  EXPECT_FALSE(LightByTrial(bare, folder.path() / "ball.ply", kConfig, problem));
   ExpectTrial(input, DraftLight::kFlash, folder.path() / "ball.ply");
 }
 
@@ -94,8 +97,20 @@ TEST(LightTrial, WhatBoundsNoBodyTellsNothing) {
   FoundInput input = PhotosUnder({Flash()});
   input.observations.views.resize(1);
   std::string problem;
-  EXPECT_FALSE(LightByTrial(input, {}, problem));
+  EXPECT_FALSE(LightByTrial(input, {}, kConfig, problem));
   EXPECT_FALSE(problem.empty());
+}
+
+TEST(LightTrial, BlackPhotosTellNothing) {
+  FoundInput input = PhotosUnder({Flash()});
+  for (optim::View& view : input.observations.views) {
+    renderer::Image black = view.photo.Unpack();
+    std::ranges::fill(black.data, 0.0F);
+    view.photo = black;
+  }
+  std::string problem;
+  EXPECT_FALSE(LightByTrial(input, {}, kConfig, problem));
+  EXPECT_NE(problem.find("there is nothing to fit to"), std::string::npos) << problem;
 }
 
 }  // namespace

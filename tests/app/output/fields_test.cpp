@@ -17,7 +17,7 @@ TEST(JsonText, ReplacesWhatIsNoUtf8) {
             "{\"cpu\":\"a" + kReplacement + "b" + kReplacement + "\",\"a" + kReplacement + "b" +
                 kReplacement + "\":1}");
   EXPECT_EQ(JsonText(Json("\xe2\x82\xac 5")), "\"\xe2\x82\xac 5\"") << "text stays as it is";
-  EXPECT_NO_THROW(Json::parse(JsonText(Json(kBroken))));
+  EXPECT_TRUE(Json::accept(JsonText(Json(kBroken))));
 }
 
 TEST(JsonText, KeepsTheOrderOfKeysAndIndents) {

@@ -533,7 +533,7 @@ TEST_F(PriorTermsTest, GaussianOfOneSigmaCostsTheStatedResidual) {
       optim::GaussianPriorSpec{{0.35}, 0.1};  // the scene has 0.45
   EXPECT_NEAR(Cost(Set()) * kNumChannels, 0.5 * std::pow(optim::kGaussianResidual, 2), 1e-12);
   unknowns_[0].gaussian->mean = {0.1, 0.2};
-  EXPECT_THROW(Terms(Set()), renderer::SceneError);
+  EXPECT_THROW(static_cast<void>(Terms(Set())), renderer::SceneError);
 }
 
 }  // namespace

@@ -175,7 +175,7 @@ TEST(ObjReader, RefusesWithFileAndLine) {
       {"", "has no face"},
   };
   for (const auto& [text, message] : cases) {
-    const std::string got = IoErrorOf([&text = text] { Parse(text); });
+    const std::string got = IoErrorOf([&file = text] { Parse(file); });
     EXPECT_NE(got.find(message), std::string::npos) << got << "\nwanted " << message;
   }
 }
