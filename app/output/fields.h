@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -77,7 +78,7 @@ Json ToJson(const T& value) {
   }
 }
 
-/// Throws Json::exception when a field is missing or of another type.
+/// Throws Json::exception when a field is missing, of another type or beyond what its member holds.
 template <class T>
 void FromJson(const Json& json, T& value) {
   if constexpr (std::is_same_v<T, double>) {
@@ -103,6 +104,12 @@ void FromJson(const Json& json, T& value) {
   } else if constexpr (IsOptional<T>::value) {
     value.reset();
     if (!json.is_null()) FromJson(json, value.emplace());
+  } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+    const bool fits = json.is_number_unsigned()
+                          ? std::in_range<T>(json.get<std::uint64_t>())
+                          : json.is_number_integer() && std::in_range<T>(json.get<std::int64_t>());
+    if (!fits) throw Json::out_of_range::create(406, "no whole number that fits", &json);
+    json.get_to(value);
   } else {
     json.get_to(value);
   }

@@ -56,13 +56,13 @@ struct LevelNoise {
 };
 /// Rounds of the plan's level number `level` that are likely where a level's noise is known: of
 /// surfaces no more than are usual, and few where what is left is not noise, since then the photos
-/// end levels.
+/// end levels. Of few unknowns the last level's own noise tells.
 int LikelyRounds(const StagePlan& plan, std::size_t level, const LevelNoise& known);
 /// Growth of the share at a stage's start, with usual samples and its last photos, to that in the
 /// last level's second round.
 inline constexpr double kNoiseAfterStart = 3.3;
 
-/// Of a round (from 0) of one of the plan's levels, as samples usually grow.
+/// Of a round (from 0) of one of the levels in `plan`, as samples usually grow.
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round);
 /// As above if they grow with each of the most rounds.
 int MostSamples(const StagePlan& plan, const LevelPlan& level, int round);

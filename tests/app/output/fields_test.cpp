@@ -1,5 +1,6 @@
 #include "app/output/fields.h"
 
+#include <cstdint>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -24,6 +25,19 @@ TEST(JsonText, KeepsTheOrderOfKeysAndIndents) {
   const Json json = {{"b", {1, 2}}, {"a", nullptr}};
   EXPECT_EQ(JsonText(json), "{\n  \"b\": [\n    1,\n    2\n  ],\n  \"a\": null\n}");
   EXPECT_EQ(JsonText(json, -1), "{\"b\":[1,2],\"a\":null}");
+}
+
+TEST(FromJson, RefusesNumbersThatTheirMemberCannotHold) {
+  int whole = 0;
+  FromJson(Json(-7), whole);
+  EXPECT_EQ(whole, -7);
+  for (const char* wrong : {"1e30", "-1e30", "0.5", "2147483648", "18446744073709551615", "true"}) {
+    EXPECT_THROW(FromJson(Json::parse(wrong), whole), Json::exception) << wrong;
+  }
+  std::uint64_t seed = 0;
+  FromJson(Json::parse("18446744073709551615"), seed);
+  EXPECT_EQ(seed, 18446744073709551615U);
+  EXPECT_THROW(FromJson(Json(-1), seed), Json::exception);
 }
 
 }  // namespace

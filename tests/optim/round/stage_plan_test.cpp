@@ -24,6 +24,26 @@ TEST(StagePlan, LightsThatMoveTakeFewerRoundsThanWhatPhotosShow) {
   EXPECT_EQ(lamps.levels.back().scale, 1.0);
 }
 
+TEST(StagePlan, NoiseTellsHowLongFewUnknownsTakeInTheLastLevel) {
+  for (const bool moves : {false, true}) {
+    const StagePlan plan =
+        PlanStage({}, {.moves = moves, .is_seen = true, .few = true}, kSide, kPixels);
+    const std::size_t last = plan.levels.size() - 1;
+    ASSERT_GT(last, 0U);
+    const auto rounds = [&](double noise) {
+      return LikelyRounds(plan, last, {noise, plan.levels[last].scale});
+    };
+    EXPECT_EQ(rounds(0.05), 2);
+    EXPECT_EQ(rounds(0.5), moves ? 6 : 3);
+    EXPECT_EQ(rounds(1.0), 12);
+    EXPECT_EQ(rounds(5.0), 12);
+    // Of what is still to come, nothing is known.
+    const LevelNoise first{0.05, plan.levels[0].scale};
+    EXPECT_EQ(LikelyRounds(plan, last, first), plan.levels[last].likely_rounds);
+    EXPECT_EQ(LikelyRounds(plan, 0, first), plan.levels[0].likely_rounds);
+  }
+}
+
 TEST(StagePlan, OneWithFewRoundsIsTakenToNeedThemAll) {
   StageSpec stage;
   stage.max_rounds = 7;
