@@ -9,6 +9,11 @@ scripts/install_packages.sh test || exit 1
 passed=0
 failed=0
 report=""  # what failed, said once more at the end
+fail() {  # fail NAME [COUNT [OUTPUT]]: counts what failed, and says it now and at the end
+  echo "FAILED: $1"
+  report+="FAILED: $1"$'\n'"${3:+$3$'\n'}"
+  failed=$((failed + ${2:-1}))
+}
 step() {  # step NAME COMMAND...: one check that counts as one test
   local name=$1
   shift
@@ -16,8 +21,7 @@ step() {  # step NAME COMMAND...: one check that counts as one test
   if "$@"; then
     passed=$((passed + 1))
   else
-    report+="FAILED: $name"$'\n'
-    failed=$((failed + 1))
+    fail "$name"
   fi
 }
 tests() {  # tests PRESET: builds and runs a preset's tests, adds their numbers
@@ -25,23 +29,20 @@ tests() {  # tests PRESET: builds and runs a preset's tests, adds their numbers
   echo "== build and tests: $preset"
   if ! LDFLAGS=-fuse-ld=gold cmake --preset "$preset" -DPATHFIT_UNITY=ON >"build/$preset.configure.log" 2>&1 || ! cmake --build --preset "$preset"; then
     tail -n 20 "build/$preset.configure.log"
-    report+="FAILED: build $preset"$'\n'
-    failed=$((failed + 1))
+    fail "build $preset"
     return
   fi
   log="build/$preset.ctest.log"
   ctest --preset "$preset" -j 2 | tee "$log"
   summary=$(grep -E '^[0-9]+% tests passed' "$log" | tail -n 1)
   if [ -z "$summary" ]; then
-    report+="FAILED: tests $preset"$'\n'
-    failed=$((failed + 1))
+    fail "tests $preset"
     return
   fi
   bad=$(echo "$summary" | sed -E 's/.* ([0-9]+) tests? failed.*/\1/')
   total=$(echo "$summary" | sed -E 's/.* out of ([0-9]+).*/\1/')
   passed=$((passed + total - bad))
-  failed=$((failed + bad))
-  [ "$bad" -eq 0 ] || report+="FAILED: tests $preset"$'\n'"$(failures_of "$log")"$'\n'
+  [ "$bad" -eq 0 ] || fail "tests $preset" "$bad" "$(failures_of "$log")"
 }
 failures_of() {  # failures_of LOG: each failed test's line in ctest's log with the last of what it printed
   awk '/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: / { flush(); if (!/ Passed +[0-9]|\*\*\*Skipped/) { title = $0; n = 0 } next }

@@ -15,9 +15,9 @@ namespace pathfit::app {
 namespace {
 
 #ifdef __clang__
-const std::string kCompiler = __VERSION__;  // with its name
+constexpr const char* kCompiler = __VERSION__;  // with its name
 #else
-const std::string kCompiler = "GCC " __VERSION__;
+constexpr const char* kCompiler = "GCC " __VERSION__;
 #endif
 
 template <class... Kinds>
@@ -63,7 +63,7 @@ const Commands& AllCommands() {
 
 void FillProgramInfo(RunRecord& record) {
   record.program_version = PATHFIT_VERSION;
-  record.build = kCompiler + " " + PATHFIT_BUILD_TYPE;
+  record.build = std::string(kCompiler) + " " + PATHFIT_BUILD_TYPE;
   record.libraries = {{"Embree", renderer::EmbreeVersion()}, {"Ceres", optim::CeresVersion()}};
   const std::string raw = renderer::LibRawVersion();
   record.libraries["LibRaw"] = raw.empty() ? "none (RAW photos are not read)" : raw;

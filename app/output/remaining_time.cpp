@@ -86,10 +86,8 @@ double RemainingTime::WorkOfStage() const {
   double samples = newest_.samples.spp;
   const double most = std::max(samples, level->factor * plan.stage.max_spp);
   const bool grows = samples > optim::LikelySamples(plan, *level, 0);
-  const bool grows_at_once = grows || !plan.kind.moves || (plan.kind.few && is_last);
-  const int as_many = grows_at_once   ? 0
-                      : plan.kind.few ? left
-                                      : optim::kRoundsBeforeGrowth - rounds_of_level_;
+  const bool grew = grows || !plan.kind.moves;
+  const int as_many = grew ? 0 : optim::RoundsBeforeGrowth(plan, *level) + 1 - rounds_of_level_;
   double work = 0.0;
   for (int i = 0; i < left; ++i) {
     if (i >= as_many) {

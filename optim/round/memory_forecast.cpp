@@ -348,8 +348,10 @@ ViewSeconds SecondsOfLevel(const renderer::Scene& scene,
       .seconds;
 }
 
-/// As a stage goes whose start has this share of noise in the residual.
+/// As a stage goes whose start has this share of noise in the residual; of few unknowns that does
+/// not tell.
 StagePlan ShortenedByNoise(const StagePlan& usual, double noise) {
+  if (usual.kind.few) return usual;
   StagePlan plan = usual;
   const LevelNoise of_last{kNoiseAfterStart * noise, usual.levels.back().scale};
   for (std::size_t i = 0; i < plan.levels.size(); ++i) {

@@ -25,6 +25,7 @@ constexpr UsualRounds kOfShapes = {14, 8, 14, 16};
 // Of few that move something, before the last level: steps so far out of their error need no more
 // samples.
 constexpr int kClearRounds = 4;
+constexpr int kRoundsBeforeGrowth = 2;  // of many unknowns
 // Rounds of few in the last level, where what is left is all noise; 96 stages take 2 to 6 where it
 // is less than .4, 7 to 12 above .7, in one of ten 20 to 52. Fewer, by its square, where nothing
 // moves.
@@ -148,30 +149,32 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
 
 int LikelyRounds(const StagePlan& plan, std::size_t level, const LevelNoise& known) {
   const int usual = plan.levels[level].likely_rounds;
+  if (plan.levels.size() == 1) return usual;
+  const bool is_last = level + 1 == plan.levels.size();
+  const double levels_later = std::log2(plan.levels[level].scale / known.scale);
   if (plan.kind.few) {
-    const bool tells = level + 1 == plan.levels.size() && known.scale == plan.levels[level].scale;
+    const bool tells = is_last && levels_later < 0.5;
     if (!tells || plan.stage.max_rounds <= kFewRounds) return usual;
     const double share = plan.kind.moves ? known.noise : known.noise * known.noise;
     const int rounds = static_cast<int>(std::lround(kLastOfFewByNoise * std::min(1.0, share)));
     return std::min(std::max(kFewestRounds, rounds), plan.levels[level].most_rounds);
   }
-  if (!plan.kind.moves || plan.levels.size() == 1) return usual;
-  const double levels_later = std::log2(plan.levels[level].scale / known.scale);
+  if (!plan.kind.moves) return usual;
   const double noise = known.noise * std::pow(kNoiseOfNextLevel, levels_later);
-  const bool is_last = level + 1 == plan.levels.size();
   const double by_noise = is_last ? kLastByNoise : level == 0 ? kFirstByNoise : kMiddleByNoise;
   const int fewest = std::min(kFewestRounds, usual);
   return static_cast<int>(std::lround(std::clamp(by_noise * noise, 1.0 * fewest, 1.0 * usual)));
 }
 
+int RoundsBeforeGrowth(const StagePlan& plan, const LevelPlan& level) {
+  if (!plan.kind.few) return kRoundsBeforeGrowth;
+  return plan.kind.moves && &level != &plan.levels.back() ? kClearRounds : 0;
+}
+
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round) {
-  if (plan.kind.few) {
-    const bool is_clear = plan.kind.moves && &level != &plan.levels.back();
-    const int growths = is_clear ? std::max(0, round - kClearRounds) : round;
-    return SamplesOfRound(plan.stage, growths, level.factor);
-  }
   const int rounds = round + RoundsBefore(plan, level, &LevelPlan::likely_rounds);
-  return SamplesOfRound(plan.stage, std::max(0, rounds + 1 - kRoundsBeforeGrowth), level.factor);
+  return SamplesOfRound(
+      plan.stage, std::max(0, rounds - RoundsBeforeGrowth(plan, level)), level.factor);
 }
 
 int MostSamples(const StagePlan& plan, const LevelPlan& level, int round) {

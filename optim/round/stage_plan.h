@@ -62,10 +62,11 @@ int LikelyRounds(const StagePlan& plan, std::size_t level, const LevelNoise& kno
 /// last level's second round.
 inline constexpr double kNoiseAfterStart = 3.3;
 
+/// After a level's first round, how many of the levels in `plan` usually take no more samples.
+int RoundsBeforeGrowth(const StagePlan& plan, const LevelPlan& level);
 /// Of a round (from 0) of one of the levels in `plan`, as samples usually grow.
 int LikelySamples(const StagePlan& plan, const LevelPlan& level, int round);
 /// As above if they grow with each of the most rounds.
 int MostSamples(const StagePlan& plan, const LevelPlan& level, int round);
-inline constexpr int kRoundsBeforeGrowth = 3;  ///< of many unknowns; those of few grow at once
 
 }  // namespace pathfit::optim
