@@ -1,5 +1,6 @@
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <string>
 #include <string_view>
@@ -76,8 +77,7 @@ ExitStatus Run(const std::vector<std::string>& arguments, optim::Ranks& ranks) {
     terminal.PrintLine(e.what());  // complete, with a line for every problem
     return ExitStatus::kConfig;
   } catch (const std::bad_alloc&) {
-    log.Error(
-        "out of memory; lower image_scale, spp or the number of photos, or set solver.max_memory");
+    log.Error("out of memory; lower image_scale, spp or the number of photos");
     return ExitStatus::kMemory;
   } catch (const std::exception& e) {
     if (std::ferror(stdout) != 0) return WithOutput(ExitStatus::kFinished);
@@ -89,6 +89,31 @@ ExitStatus Run(const std::vector<std::string>& arguments, optim::Ranks& ranks) {
   }
 }
 
+std::terminate_handler usual_terminate = nullptr;
+
+/// Libraries start threads where no exception gets through.
+[[noreturn]] void Terminate() {
+  try {
+    if (const std::exception_ptr reason = std::current_exception()) std::rethrow_exception(reason);
+  } catch (const std::system_error& e) {
+    if (e.code() == std::errc::resource_unavailable_try_again) {
+      std::fputs(
+          "pathfit: a thread cannot be started: the limit of memory or of processes (ulimit -v, "
+          "-u) is reached; raise it, or use --threads 1\n",
+          stderr);
+      std::fflush(nullptr);
+      std::_Exit(static_cast<int>(ExitStatus::kMemory));
+    }
+  } catch (...) {
+  }
+  usual_terminate();
+  std::abort();
+}
+
+/// Some start them as they are loaded, so that main would come too late.
+void SetTerminate() { usual_terminate = std::set_terminate(Terminate); }
+[[gnu::section(".preinit_array"), gnu::used]] void (*const kBeforeLibraries)() = SetTerminate;
+
 }  // namespace
 }  // namespace pathfit::app
 
@@ -97,7 +122,13 @@ int main(int argc, char** argv) {
   try {
     pathfit::optim::Ranks ranks(argc, argv);
     const ExitStatus status = WithOutput(Run(std::vector<std::string>(argv, argv + argc), ranks));
-    return ranks.End(static_cast<int>(status));
+    const int code = ranks.End(static_cast<int>(status));
+    if (status == ExitStatus::kMemory) {
+      // OpenBLAS waits for ever at exit for threads that it could not start.
+      std::fflush(nullptr);
+      std::_Exit(code);
+    }
+    return code;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "pathfit: %s\n", e.what());
     return static_cast<int>(StatusOfException(e));

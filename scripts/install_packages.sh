@@ -7,7 +7,7 @@ build_packages=(
   g++ cmake ninja-build
   libembree-dev libtbb-dev libceres-dev libopenblas-dev libeigen3-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
-  libopenexr-dev libimath-dev libopenvdb-dev libopenmesh-dev libboost-dev libboost-iostreams-dev libtinygltf-dev libdraco-dev libmeshoptimizer-dev libstb-dev libexif-dev libraw-dev
+  libopenexr-dev libimath-dev libopenvdb-dev libopenmesh-dev libboost-dev libboost-iostreams-dev libtinygltf-dev libdraco-dev libmeshoptimizer-dev libstb-dev libexif-dev liblcms2-dev zlib1g-dev libraw-dev
   libyaml-cpp-dev libpugixml-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libssl-dev libjs-three libcpp-httplib-dev
   libopenmpi-dev openmpi-bin
 )

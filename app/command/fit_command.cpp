@@ -219,7 +219,8 @@ void DeclareResume(OptionList& options, Options& own) {
 
 /// Refuses what would pass the limit, if there is one, as `check` does.
 void RequireMemoryOf(const Experiment& experiment) {
-  if (experiment.fit.max_memory_bytes <= 0.0) return;
+  const double limit = experiment.fit.max_memory_bytes;
+  if (limit <= 0.0 || std::isinf(limit)) return;
   optim::ForecastStages(
       experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
 }

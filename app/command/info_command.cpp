@@ -7,11 +7,11 @@
 #include <oneapi/tbb/version.h>
 #include <opencv4/opencv2/core/version.hpp>
 #include <openvdb/version.h>
-#include <unistd.h>
 
 #include "app/command/command_line.h"
 #include "app/command/result.h"
 #include "app/output/fields.h"
+#include "renderer/core/process_memory.h"
 
 namespace pathfit::app::info_command {
 namespace {
@@ -21,10 +21,6 @@ const char* InstructionSet() {
   if (__builtin_cpu_supports("avx2") != 0) return "AVX2";
   if (__builtin_cpu_supports("avx") != 0) return "AVX";
   return "SSE2";
-}
-
-std::int64_t MemoryBytes() {
-  return static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
 }
 
 Json Describe(const CommandLine& line) {
@@ -37,7 +33,7 @@ Json Describe(const CommandLine& line) {
                {"cpu", record.host.cpu},
                {"instruction_set", InstructionSet()},
                {"threads", NumThreads(line, 0)},
-               {"memory_bytes", MemoryBytes()}};
+               {"memory_bytes", static_cast<std::int64_t>(renderer::MemoryLimit())}};
   json["libraries"]["OpenCV"] = CV_VERSION;
   json["libraries"]["OpenEXR"] = OPENEXR_VERSION_STRING;
   json["libraries"]["oneTBB"] = fmt::format("{}.{}", TBB_VERSION_MAJOR, TBB_VERSION_MINOR);
@@ -54,7 +50,7 @@ constexpr ResultKey kInfoResult[] = {
     {"cpu", "text", ""},
     {"instruction_set", "text", "The widest that the processor has"},
     {"threads", "whole", "What a run would use"},
-    {"memory_bytes", "whole", "Of the machine"}};
+    {"memory_bytes", "whole", "That a process can have here"}};
 constexpr ResultKey kVersionResult[] = {{"version", "text", "Of pathfit"},
                                         {"build", "text", "Compiler and build type"},
                                         {"libraries", "map", "Versions by name"}};

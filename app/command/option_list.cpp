@@ -221,7 +221,10 @@ void OptionList::Override(const char* names,
 
 void OptionList::Set() {
   auto sets = std::make_shared<std::vector<std::string>>();
-  Texts("--set", "KEY=VALUE", "Replaces a value of the config; may be repeated", *sets);
+  Texts("--set",
+        "KEY=VALUE",
+        "Replaces a value of the config, or adds an entry; may be repeated",
+        *sets);
   actions_.emplace_back([this, sets] {
     // Before the flags, which have the last word.
     std::vector<ConfigOverride> all;
@@ -244,7 +247,7 @@ void OptionList::Threads() {
 void OptionList::MaxMemory() {
   Override("--max-memory",
            "SIZE",
-           "Refuses to start above it, e.g. 12GiB",
+           "Refuses to start above it, e.g. 12GiB; else above what the machine gives",
            "solver.max_memory",
            Form::kBytes);
 }

@@ -247,7 +247,8 @@ struct ExperimentConfig {
   /// Stages, loss, solver and unknowns. Only the scene tells what a name stands for:
   /// app/experiment completes the unknowns, and fills the rest.
   optim::FitSpec fit;
-  int threads = 0;  ///< 0 = auto
+  int threads = 0;                ///< 0 = auto
+  double max_memory_bytes = 0.0;  ///< 0 = auto, infinite = none
   OutputConfig output;
   GradcheckConfig gradcheck;
 

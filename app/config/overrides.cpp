@@ -117,6 +117,13 @@ class PathWalker {
     const bool dotted = pattern.find('.') != std::string::npos;
     std::string name = TakeKey(rest);
     if (dotted && !rest.empty() && rest[0] == '.') name += "." + TakeKey(rest);
+    // A whole entry is added; a key of one that is not there would leave the others out.
+    if (rest.empty()) {
+      YamlNode value;
+      value.place = place_;
+      node.entries.push_back({name, place_, std::move(value)});
+      return &node.entries.back().value;
+    }
     return Fail("no " + pattern + " is called '" + name + "'" + NameHint(name, names));
   }
 

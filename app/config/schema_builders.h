@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -357,13 +358,14 @@ SchemaNode Degrees(std::string key, Members... members) {
   return std::move(node) | Optional();
 }
 
-/// "16 GiB" in the file, bytes in the member.
+/// "16 GiB" in the file, bytes in the member; infinite for the word none.
 template <class... Members>
 SchemaNode Bytes(std::string key, Members... members) {
   SchemaNode node = Key(std::move(key), members...);
   node.type = SchemaNode::Type::kBytes;
   binding::StoreIn(binding::To(members...), node, [](const YamlNode& from, double& bytes) {
-    bytes = ParseBytes(from).value.value_or(bytes);
+    bytes = from.text == "none" ? std::numeric_limits<double>::infinity()
+                                : ParseBytes(from).value.value_or(bytes);
   });
   return node;
 }

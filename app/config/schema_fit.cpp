@@ -219,9 +219,10 @@ SchemaNode SolverSchema() {
                   Refuse({{"dense_qr", "; write gram"},
                           {"sparse_normal_cholesky", "; write cholesky"},
                           {"iterative", "; write cgnr"}}),
-              Bytes("max_memory", &ExperimentConfig::fit, &FitSpec::max_memory_bytes) |
-                  Doc("Refuse to start above this, as `16 GiB`; `none` = no limit.") |
-                  OrWord("none"),
+              Bytes("max_memory", &ExperimentConfig::max_memory_bytes) |
+                  Doc("Refuse to start above this, as `16 GiB`; `auto`: above what the machine, a "
+                      "control group or `ulimit -v` gives; `none`: never.") |
+                  Words({"auto", "none"}) | Default("auto"),
               Key("threads", &ExperimentConfig::threads) |
                   Doc("`auto`: those the machine or job gives.") | From(1, 1024) |
                   OrWord("auto")}) |

@@ -102,8 +102,8 @@ SchemaNode ColourSchema() {
                       {"srgb", Transfer::kSrgb},
                       {"linear", Transfer::kLinear}},
                      &ObservationOptions::transfer) |
-                  Doc("What the numbers in the files mean; `auto`: 8 and 16 bit are sRGB, EXR "
-                      "and HDR linear.") |
+                  Doc("What the numbers in the files mean; `auto`: 8 and 16 bit are what their "
+                      "colour profile says, or sRGB, EXR and HDR linear.") |
                   Refuse({{"rec709", ""}, {"gamma", ""}}),
               Key("clip_above", &ObservationOptions::clip_above) |
                   Doc("Brighter pixels (share of the file's range), and those beside them that "

@@ -18,6 +18,7 @@
 #include "optim/observation/photo_file.h"
 #include "optim/ranks/division.h"
 #include "renderer/core/error.h"
+#include "renderer/core/process_memory.h"
 #include "renderer/derivative/derivative_limits.h"
 
 namespace pathfit::app {
@@ -418,6 +419,8 @@ optim::FitSpec BuildFitSpec(const ExperimentConfig& config, const renderer::Scen
   CheckGauge(config, scene);
   if (config.input) fit.exposure = config.input->exposure;
   fit.seed = config.render.seed;
+  fit.max_memory_bytes =
+      config.max_memory_bytes > 0.0 ? config.max_memory_bytes : renderer::MemoryLimit();
   fit.estimators = config.render;
   if (!config.derivative.form) fit.estimators.form = FormOf(fit.unknowns, scene);
   return fit;

@@ -79,7 +79,7 @@ std::vector<std::string> ChangedInputs(const RunRecord& record) {
 }
 
 bool MissesItsRule(const optim::GaugeReport& gauge) {
-  constexpr double kReached = 1e-3;
+  constexpr double kReached = 5e-3;
   if (gauge.source != optim::GaugeSource::kMeanColor) return false;
   for (int c = 0; c < 3; ++c) {
     if (std::abs(gauge.mean[c] - gauge.wanted[c]) > kReached * gauge.wanted[c]) return true;
@@ -107,7 +107,7 @@ std::string GaugeSentence(const optim::GaugeReport& gauge) {
     case optim::GaugeSource::kMeanColor:
       how = "by the rule that the mean base colour is " + words(gauge.wanted);
       if (MissesItsRule(gauge)) {
-        how += ", which is not reached: a colour or a light would leave its bounds";
+        how += ", which is not reached: colours or lights would leave their bounds";
       }
       break;
     case optim::GaugeSource::kNothing:

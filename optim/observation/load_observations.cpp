@@ -77,10 +77,18 @@ std::string SizeProblem(const fs::path& path,
 
 constexpr const char* kRawTurned = " Programs that read RAW photos often turn them.";
 
+/// Said once, not of every photo.
+bool LacksMaskFolder(const MaskOptions& masks) {
+  std::error_code ignored;
+  return masks.meaning != MaskMeaning::kNone && !masks.folder.empty() &&
+         !fs::exists(masks.folder, ignored);
+}
+
 /// What was met while one photo was loaded.
 struct FrameFacts {
   int bits = 0;
   bool srgb = false;
+  std::string profile;
   int exif_orientation = 1;
   std::optional<ExifExposure> exif_exposure;
   std::optional<RawDevelopment> raw;
@@ -183,7 +191,7 @@ class FrameLoader {
       mask = photo.alpha;
       result.view.files.mask_source = MaskSource::kAlpha;
     } else {
-      if (options.require == MaskRequirement::kAll) {
+      if (options.require == MaskRequirement::kAll && !LacksMaskFolder(options)) {
         result.problems.push_back(path.string() + ": has no mask (" +
                                   WhatWasTried(imported, search) + ")");
       }
@@ -220,6 +228,7 @@ class FrameLoader {
     view.file_height = photo.photo.height;
     result.facts.bits = photo.bits;
     result.facts.srgb = photo.srgb;
+    result.facts.profile = photo.profile;
     result.facts.exif_orientation = photo.exif_orientation;
     result.facts.exif_exposure = photo.exif_exposure;
     result.facts.raw = photo.raw;
@@ -296,6 +305,8 @@ void CheckOptions(const ObservationOptions& options, std::vector<std::string>& p
   require(options.max_size_px >= 0, "the largest image size must be 0 (as it is) or positive");
   require(options.validation_every >= 0, "validation: 'every' must be 0 (none) or positive");
   require(options.masks.erode_px >= 0, "masks: the erosion must not be negative");
+  require(!LacksMaskFolder(options.masks),
+          "masks: there is no folder (or file) " + options.masks.folder.string());
   require(options.clip_above > 0.0,
           "colour: the clipping level must be above 0 (1 = nothing is clipped)");
 }
@@ -420,7 +431,7 @@ void DescribeRaw(const std::vector<RawDevelopment>& photos, std::vector<std::str
 void DescribePhotos(const ObservationOptions& options,
                     const std::vector<FrameFacts>& facts,
                     std::vector<std::string>& out) {
-  std::map<std::pair<int, bool>, std::size_t> kinds;
+  std::map<std::tuple<int, bool, std::string>, std::size_t> kinds;
   std::int64_t clipped = 0;
   std::int64_t pixels = 0;
   std::vector<RawDevelopment> raw;
@@ -428,17 +439,19 @@ void DescribePhotos(const ObservationOptions& options,
     if (f.raw) {
       raw.push_back(*f.raw);
     } else {
-      ++kinds[{f.bits, f.srgb}];
+      ++kinds[{f.bits, f.srgb, f.profile}];
     }
     clipped += f.clipped_pixels;
     pixels += f.bits <= 16 ? f.pixels : 0;
   }
   for (const auto& [kind, count] : kinds) {
-    out.push_back(
-        "Colour: " + CountOf(count, "photo") + " of " +
-        (kind.first <= 16 ? std::to_string(kind.first) + " bits" : std::string("floating point")) +
-        (kind.second ? ", made linear Rec.709 by undoing the sRGB curve."
-                     : ", taken as linear Rec.709 as stored."));
+    const auto& [bits, srgb, profile] = kind;
+    out.push_back("Colour: " + CountOf(count, "photo") + " of " +
+                  (bits <= 16 ? std::to_string(bits) + " bits" : std::string("floating point")) +
+                  (srgb ? ", made linear Rec.709 by undoing the sRGB curve."
+                   : profile.empty()
+                       ? ", taken as linear Rec.709 as stored."
+                       : ", made linear Rec.709 from the colour profile '" + profile + "'."));
   }
   DescribeRaw(raw, out);
   if (raw.empty() && options.white_balance != renderer::RawWhiteBalance::kCamera) {

@@ -8,6 +8,7 @@
 
 #include "renderer/core/lower_case.h"
 #include "renderer/image/color.h"
+#include "renderer/io/color_profile.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/image_filter.h"
 
@@ -186,6 +187,15 @@ PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options)
   file.photo = std::move(decoded.image);
   file.alpha = std::move(decoded.alpha);
   file.straight_alpha = !decoded.linear;
+  if (options.transfer == Transfer::kAuto && !decoded.linear && !decoded.icc.empty()) {
+    const renderer::ColorProfile profile(decoded.icc, path.string());
+    if (!profile.IsSrgb()) {
+      profile.MakeLinear(file.photo);
+      if (file.bits <= kMaxBitsOfRounded) RoundTo16Bits(file.photo);
+      file.srgb = false;
+      file.profile = profile.description();
+    }
+  }
   if (file.srgb) MakeLinear(file.bits, file.photo);
   return file;
 }

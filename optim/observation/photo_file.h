@@ -30,6 +30,7 @@ struct PhotoFile {
   bool straight_alpha = false;  ///< colours are not multiplied by it: PNG and TIFF, not EXR
   int bits = 0;                 ///< per channel in the file; 32 for floats
   bool srgb = false;            ///< the sRGB curve was undone
+  std::string profile;          ///< name of the colour profile that was undone; else empty
   int exif_orientation = 1;
   std::optional<ExifExposure> exif_exposure;
   std::optional<RawDevelopment> raw;  ///< of RAW photos

@@ -139,7 +139,9 @@ MemoryError MemoryErrorOf(const std::string& what,
       "\nWhat helps: a smaller image_scale (quarters the Jacobian when halved), fewer views, fewer "
       "free\n"
       "unknowns or a coarser mesh or environment in this stage, a larger memory limit";
-  if (kind == LinearSolverKind::kCholesky) {
+  if (kind == LinearSolverKind::kGram) {
+    text += ", linear_solver: auto";
+  } else if (kind == LinearSolverKind::kCholesky) {
     text += ", linear_solver: cgnr";
   } else if (kind == LinearSolverKind::kCgnr) {
     text += ", linear_solver: sparse_gram";

@@ -24,6 +24,9 @@ using renderer::SceneMesh;
 constexpr double kPoints = 20000.0;  // of all surfaces, at which the mean colour is taken
 constexpr std::size_t kMostRows = 200;
 constexpr double kRelativeStep = 1e-4;  // of theta
+constexpr int kMostTries = 30;
+constexpr double kExactMean = 1e-9;  // relative
+constexpr double kNearMean = 1e-4;
 
 const Material& MaterialOf(const Scene& scene, const SceneMesh& item) {
   return scene.materials[static_cast<std::size_t>(item.material)];
@@ -122,6 +125,13 @@ int MaterialOf(const ColorGauge& gauge, const Scene& scene) {
   return static_cast<int>(found - scene.materials.begin());
 }
 
+bool IsNear(const Rgb& mean, const Rgb& wanted, double tolerance) {
+  for (int c = 0; c < 3; ++c) {
+    if (!(std::abs(mean[c] - wanted[c]) <= tolerance * wanted[c])) return false;
+  }
+  return true;
+}
+
 Rgb WantedMean(const ColorGauge& gauge, const Scene& start) {
   if (gauge.mean.empty()) return MeanBaseColor(start, MaterialOf(gauge, start));
   Rgb mean;
@@ -217,24 +227,37 @@ void FixColorGauge(const ParameterSet& set, const FitSpec& spec, const Scene& st
   const std::optional<GaugeReport> gauge = SourceOfGauge(set, spec, scene);
   if (!gauge || gauge->source != GaugeSource::kMeanColor) return;
   const Rgb wanted = WantedMean(spec.gauge, start);
-  const Rgb mean = MeanBaseColor(scene, MaterialOf(spec.gauge, scene));
-  Rgb factor;
-  for (int c = 0; c < 3; ++c) {
-    if (!(mean[c] > 0.0) || !(wanted[c] > 0.0)) return;
-    factor[c] = mean[c] / wanted[c];
-  }
-  std::vector<double> values = set.layout().Gather(scene);
+  const int material = MaterialOf(spec.gauge, scene);
+  const std::vector<double> before = set.layout().Gather(scene);
+  std::vector<double> values = before;
   const auto scale = [&](const renderer::ParameterGroup& group, const Rgb& by) {
     const auto first = static_cast<std::size_t>(group.first_scalar);
     const std::size_t count = group.NumScalars();
-    for (std::size_t i = 0; i < count; ++i) values[first + i] *= by[static_cast<int>(i % 3)];
+    for (std::size_t i = first; i < first + count; ++i) {
+      values[i] = before[i] * by[static_cast<int>((i - first) % 3)];
+    }
   };
+  // Where colours meet their bounds, the others have to move by more.
+  Rgb factor = Rgb::Constant(1.0);
+  Scene moved = scene;
+  Rgb mean = MeanBaseColor(moved, material);
+  for (int i = 0; i < kMostTries && !IsNear(mean, wanted, kExactMean); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      if (!(mean[c] > 0.0) || !(wanted[c] > 0.0)) return;
+      factor[c] *= wanted[c] / mean[c];
+    }
+    for (const renderer::ParameterGroup& group : set.layout().groups()) {
+      if (IsColor(scene, group)) scale(group, factor);
+    }
+    values = set.ValuesFromTheta(set.ThetaFromValues(values));
+    set.layout().Scatter(values, moved);
+    mean = MeanBaseColor(moved, material);
+  }
+  if (!IsNear(mean, wanted, kNearMean)) return;
   for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
     const int group = GroupOfStrength(set, static_cast<int>(e));
-    scale(set.layout().groups()[static_cast<std::size_t>(group)], factor);
-  }
-  for (const renderer::ParameterGroup& group : set.layout().groups()) {
-    if (IsColor(scene, group)) scale(group, {1.0 / factor.r, 1.0 / factor.g, 1.0 / factor.b});
+    scale(set.layout().groups()[static_cast<std::size_t>(group)],
+          {1.0 / factor.r, 1.0 / factor.g, 1.0 / factor.b});
   }
   if (ClampToBounds(set, values)) set.layout().Scatter(values, scene);
 }

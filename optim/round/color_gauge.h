@@ -21,7 +21,8 @@ std::optional<GaugeReport> SourceOfGauge(const ParameterSet& set,
                                          const renderer::Scene& scene);
 
 /// Where the rule holds, brings the mean base colour to that of the rule, and the factor into the
-/// lights. Does nothing if a value would leave its bounds.
+/// lights. Colours stay within their bounds, and the others move by more for it; does nothing if
+/// that does not reach the mean, or a light would leave its bounds.
 void FixColorGauge(const ParameterSet& set,
                    const FitSpec& spec,
                    const renderer::Scene& start,

@@ -56,7 +56,7 @@ struct FitSpec {
   std::uint64_t seed = 0;
   renderer::EstimatorOptions estimators;
   LinearSolverChoice linear_solver = LinearSolverChoice::kAuto;
-  double max_memory_bytes = 0.0;  ///< 0 = no limit
+  double max_memory_bytes = 0.0;  ///< 0 or infinite = no limit
   ExposurePrior exposure;
   ColorGauge gauge;
   double time_limit_s = 0.0;  ///< 0 = none

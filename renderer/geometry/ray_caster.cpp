@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <string>
 
 #include "renderer/core/error.h"
@@ -269,7 +270,9 @@ void RayCaster::Build(const std::vector<const Mesh*>& meshes,
         AddMesh(handles_->device, handles_->scene, *mesh, frame_.center, frame_.least_distance));
   }
   rtcCommitScene(handles_->scene);
-  if (const RTCError error = rtcGetDeviceError(handles_->device); error != RTC_ERROR_NONE) {
+  const RTCError error = rtcGetDeviceError(handles_->device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (error != RTC_ERROR_NONE) {
     throw SceneError("Embree could not build the scene (error " + std::to_string(error) + ")");
   }
 }

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <optional>
+
+#include <zlib.h>
 
 #include "renderer/core/error.h"
 
@@ -36,6 +39,9 @@ constexpr std::string_view kExif("Exif\0\0", 6);
 constexpr std::uint16_t kTiffWidth = 0x0100;
 constexpr std::uint16_t kTiffHeight = 0x0101;
 constexpr std::uint16_t kTiffOrientation = 0x0112;
+constexpr std::uint16_t kTiffProfile = 0x8773;
+constexpr std::string_view kIccProfile("ICC_PROFILE\0", 12);
+constexpr uLong kMostProfileBytes = 1 << 24;
 
 /// Unsigned integers of a byte string at any offset; empty beyond its end.
 class ByteReader {
@@ -58,26 +64,50 @@ class ByteReader {
   bool is_big_endian_;
 };
 
-/// Value of a SHORT or LONG tag with one entry in the first directory of a TIFF structure. Empty
-/// when absent or malformed.
-std::optional<std::uint32_t> FindTiffTag(std::string_view bytes, std::uint16_t tag) {
-  const bool is_big_endian = bytes.starts_with(kTiffBigEndian);
-  if (!is_big_endian && !bytes.starts_with(kTiffLittleEndian)) return std::nullopt;
-  const ByteReader reader(bytes, is_big_endian);
-  const std::optional<std::uint32_t> directory = reader.Uint(4, 4);
-  if (!directory) return std::nullopt;
-  const std::optional<std::uint32_t> num_entries = reader.Uint(*directory, 2);
-  for (std::uint32_t i = 0; i < num_entries.value_or(0); ++i) {
-    const std::size_t entry = std::size_t{*directory} + 2 + std::size_t{12} * i;
-    if (reader.Uint(entry, 2) != tag) continue;
-    const std::optional<std::uint32_t> type = reader.Uint(entry + 2, 2);
-    if (reader.Uint(entry + 4, 4) != 1U) return std::nullopt;
-    if (type == 3U) return reader.Uint(entry + 8, 2);
-    if (type == 4U) return reader.Uint(entry + 8, 4);
+/// The first directory of a TIFF structure.
+class TiffDirectory {
+ public:
+  explicit TiffDirectory(std::string_view bytes)
+      : bytes_(bytes), reader_(bytes, bytes.starts_with(kTiffBigEndian)) {
+    if (bytes.starts_with(kTiffBigEndian) || bytes.starts_with(kTiffLittleEndian)) {
+      begin_ = reader_.Uint(4, 4);
+    }
+  }
+
+  /// Value of a SHORT or LONG tag with one entry. Empty when absent or malformed.
+  [[nodiscard]] std::optional<std::uint32_t> Number(std::uint16_t tag) const {
+    const std::optional<std::size_t> entry = Find(tag);
+    if (!entry || reader_.Uint(*entry + 4, 4) != 1U) return std::nullopt;
+    const std::optional<std::uint32_t> type = reader_.Uint(*entry + 2, 2);
+    if (type == 3U) return reader_.Uint(*entry + 8, 2);
+    if (type == 4U) return reader_.Uint(*entry + 8, 4);
     return std::nullopt;
   }
-  return std::nullopt;
-}
+  /// What a tag of more than 4 bytes points to.
+  [[nodiscard]] std::string_view Bytes(std::uint16_t tag) const {
+    const std::optional<std::size_t> entry = Find(tag);
+    if (!entry) return {};
+    const std::uint32_t count = reader_.Uint(*entry + 4, 4).value_or(0);
+    const std::uint32_t offset = reader_.Uint(*entry + 8, 4).value_or(0);
+    if (count <= 4 || offset > bytes_.size() || count > bytes_.size() - offset) return {};
+    return bytes_.substr(offset, count);
+  }
+
+ private:
+  [[nodiscard]] std::optional<std::size_t> Find(std::uint16_t tag) const {
+    if (!begin_) return std::nullopt;
+    const std::optional<std::uint32_t> num_entries = reader_.Uint(*begin_, 2);
+    for (std::uint32_t i = 0; i < num_entries.value_or(0); ++i) {
+      const std::size_t entry = std::size_t{*begin_} + 2 + std::size_t{12} * i;
+      if (reader_.Uint(entry, 2) == tag) return entry;
+    }
+    return std::nullopt;
+  }
+
+  std::string_view bytes_;
+  ByteReader reader_;
+  std::optional<std::uint32_t> begin_;
+};
 
 /// A marker with its segment (without the length field), or one without: restart marks and the two
 /// ends.
@@ -119,6 +149,53 @@ class JpegSegments {
 
 bool IsFrameHeader(unsigned marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+}
+
+std::string ProfileOfJpeg(std::string_view bytes) {
+  JpegSegments segments(bytes);
+  std::map<unsigned char, std::string_view> parts;  // by their number
+  while (const std::optional<JpegSegment> segment = segments.Next()) {
+    if (segment->marker == 0xda || segment->marker == 0xd9) break;
+    const std::size_t head = kIccProfile.size() + 2;  // the part, of how many
+    if (segment->marker != 0xe2 || !segment->payload.starts_with(kIccProfile)) continue;
+    if (segment->payload.size() < head) continue;
+    parts[static_cast<unsigned char>(segment->payload[head - 2])] = segment->payload.substr(head);
+  }
+  std::string profile;
+  for (const auto& [number, part] : parts) profile += part;
+  return profile;
+}
+
+std::string ProfileOfPng(std::string_view bytes) {
+  const ByteReader reader(bytes, true);
+  for (std::size_t chunk = 8; const auto length = reader.Uint(chunk, 4);) {
+    const std::string_view rest = bytes.substr(std::min(bytes.size(), chunk + 8));
+    if (*length > rest.size() || rest.empty()) return {};
+    const std::string_view kind = bytes.substr(chunk + 4, 4);
+    if (kind == "IDAT") return {};
+    if (kind == "iCCP") {
+      const std::string_view data = rest.substr(0, *length);
+      const std::size_t name_end = data.find('\0');
+      if (name_end == std::string_view::npos || name_end + 2 > data.size()) return {};
+      const std::string_view packed = data.substr(name_end + 2);  // past the method
+      std::string profile;
+      for (uLong room = 1 << 16; room <= kMostProfileBytes; room *= 4) {
+        profile.resize(room);
+        uLongf size = room;
+        const int status = uncompress(reinterpret_cast<Bytef*>(profile.data()),
+                                      &size,
+                                      reinterpret_cast<const Bytef*>(packed.data()),
+                                      static_cast<uLong>(packed.size()));
+        if (status == Z_BUF_ERROR) continue;
+        if (status != Z_OK) return {};
+        profile.resize(size);
+        return profile;
+      }
+      return {};
+    }
+    chunk += std::size_t{12} + *length;
+  }
+  return {};
 }
 
 void CheckJpeg(std::string_view bytes, const std::string& name) {
@@ -212,8 +289,15 @@ std::string_view ExifOfJpeg(std::string_view bytes) {
   return {};
 }
 
+std::string IccProfileOf(std::string_view bytes, ImageKind kind) {
+  if (kind == ImageKind::kJpeg) return ProfileOfJpeg(bytes);
+  if (kind == ImageKind::kPng) return ProfileOfPng(bytes);
+  if (kind == ImageKind::kTiff) return std::string(TiffDirectory(bytes).Bytes(kTiffProfile));
+  return {};
+}
+
 int OrientationOfExif(std::string_view exif) {
-  const std::uint32_t value = FindTiffTag(exif, kTiffOrientation).value_or(1);
+  const std::uint32_t value = TiffDirectory(exif).Number(kTiffOrientation).value_or(1);
   return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
 }
 
@@ -225,8 +309,9 @@ void CheckContainer(std::string_view bytes, ImageKind kind, const std::string& n
         reader.Uint(16, 4).value_or(0), reader.Uint(20, 4).value_or(0), kind, bytes.size(), name);
   }
   if (kind == ImageKind::kTiff) {
-    CheckClaimedSize(FindTiffTag(bytes, kTiffWidth).value_or(0),
-                     FindTiffTag(bytes, kTiffHeight).value_or(0),
+    const TiffDirectory directory(bytes);
+    CheckClaimedSize(directory.Number(kTiffWidth).value_or(0),
+                     directory.Number(kTiffHeight).value_or(0),
                      kind,
                      bytes.size(),
                      name);

@@ -43,6 +43,9 @@ std::string_view ExifOfJpeg(std::string_view bytes);
 /// Orientation (tag 0x0112) in what ExifOfJpeg found, 1 to 8; 1 when absent or malformed.
 int OrientationOfExif(std::string_view exif);
 
+/// The ICC profile in a JPEG, PNG or TIFF file, unchecked; empty without one.
+std::string IccProfileOf(std::string_view bytes, ImageKind kind);
+
 /// What OpenCV's decoders leave open: the declared size before they allocate, and for JPEG that the
 /// file is not cut off (they fill up with grey). Fails: IoError naming `name`.
 void CheckContainer(std::string_view bytes, ImageKind kind, const std::string& name);

@@ -151,6 +151,7 @@ DecodedImage ReadImageFile(const std::filesystem::path& path, bool apply_exif_or
     const std::string place = FirstNonFinite(*image);
     if (!place.empty()) throw IoError(path.string() + ": " + place + " is not finite");
   }
+  decoded.icc = IccProfileOf(bytes, kind);
   decoded.exif = ExifOfJpeg(bytes);
   decoded.exif_orientation = OrientationOfExif(decoded.exif);
   if (apply_exif_orientation && decoded.exif_orientation != 1) {

@@ -18,6 +18,7 @@ struct DecodedImage {
   int bits = 8;  ///< per channel in the file: 8, 16 or 32
   int exif_orientation = 1;  ///< of JPEG, 1 to 8; 1 when unknown
   std::string exif;          ///< of JPEG: the TIFF structure as stored; empty without one
+  std::string icc;           ///< the colour profile as stored, unchecked; empty without one
 };
 
 /// JPEG, PNG, TIFF (8 and 16 bit, float), HDR, EXR, told apart by their first bytes. Rows stay as

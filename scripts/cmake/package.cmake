@@ -22,7 +22,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libpathfit-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 # What pathfitConfig.cmake finds, and what the static libraries are linked with.
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libembree-dev, libtbb-dev, libopenexr-dev, libtinygltf-dev, libdraco-dev, libmeshoptimizer-dev, nlohmann-json3-dev, libceres-dev, libopenmesh-dev, libopenvdb-dev, libopenblas-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-imgcodecs-dev, libexif-dev, libpugixml-dev, libyaml-cpp-dev")
+  "libembree-dev, libtbb-dev, libopenexr-dev, libtinygltf-dev, libdraco-dev, libmeshoptimizer-dev, nlohmann-json3-dev, libceres-dev, libopenmesh-dev, libopenvdb-dev, libopenblas-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-imgcodecs-dev, libexif-dev, liblcms2-dev, zlib1g-dev, libpugixml-dev, libyaml-cpp-dev")
 if(PATHFIT_RAW)
   string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libraw-dev")
 endif()

@@ -408,6 +408,17 @@ class Program(unittest.TestCase):
         self.assertEqual(again.returncode, 8, again.stderr)
         self.assertRegex(again.stderr, r"the limit is +52.4 MB(.|\n)*scene and photos as loaded")
 
+    def test_too_little_memory_ends_with_its_status(self):
+        config = self.folder / "axe.yaml"
+        config.write_text(DEMO.read_text().replace("../data", str(SOURCE / "data")))
+        # Loading the program's libraries, starting its threads, tracing: all of it may fail, and nothing may hang.
+        for megabytes in (400, 450, 500, 600, 700):
+            out = subprocess.run(["sh", "-c", f'ulimit -v {megabytes}000; exec "$@"', "sh", PATHFIT, "check", config, "-o",
+                                  self.folder / "check.html"], capture_output=True, text=True, timeout=120)
+            self.assertIn(out.returncode, (0, 8, 127), f"{megabytes} MB: {out.stderr}")
+            if out.returncode == 8:
+                self.assertRegex(out.stderr, "memory")
+
     def test_init_asks_at_a_terminal_what_photos_do_not_tell(self):
         photos = self.folder / "photos"
         shutil.copytree(SOURCE / "data/axe/images", photos / "images")

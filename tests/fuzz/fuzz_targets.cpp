@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -22,9 +23,11 @@
 #include "renderer/geometry/mesh.h"
 #include "renderer/geometry/mesh_primitives.h"
 #include "renderer/io/atomic_file.h"
+#include "renderer/io/color_profile.h"
 #include "renderer/io/exr_file.h"
 #include "renderer/io/gltf_reader.h"
 #include "renderer/io/gltf_writer.h"
+#include "renderer/io/image_check.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/mesh_file.h"
 #include "renderer/io/ply_file.h"
@@ -33,6 +36,7 @@
 #include "tests/optim/observation/camera_texts.h"
 #include "tests/optim/observation/exif_bytes.h"
 #include "tests/renderer/io/dng_bytes.h"
+#include "tests/renderer/io/icc_bytes.h"
 #include "tests/support/compressed_gltf.h"
 #include "tests/support/test_scenes.h"
 
@@ -286,7 +290,9 @@ void AddImages(const fs::path& folder, std::vector<FuzzTarget>& targets) {
     targets.push_back(std::move(target));
   };
   add("png",
-      {BytesOf(renderer::EncodePng(SeedImage(3))), BytesOf(renderer::EncodePng(SeedImage(1)))},
+      {BytesOf(renderer::EncodePng(SeedImage(3))),
+       BytesOf(renderer::EncodePng(SeedImage(1))),
+       renderer::PngWith(renderer::RgbProfile(renderer::kP3), SeedImage(3))},
       {"IHDR", "IDAT", "PLTE", "tRNS", "gAMA", "iCCP", "IEND", "acTL"},
       MendPng);
   add("jpeg",
@@ -308,6 +314,19 @@ void AddImages(const fs::path& folder, std::vector<FuzzTarget>& targets) {
                        [](const fs::path& at) { renderer::ReadRawFile(at / "image.dng", {}); },
                        {}});
   }
+  targets.push_back({"icc",
+                     {{{"icc", renderer::RgbProfile(renderer::kP3)}},
+                      {{"icc", renderer::RgbProfile(renderer::kRec709, 1.8)}}},
+                     {"rXYZ", "rTRC", "wtpt", "chad", "curv", "para", "mft2", "RGB ", "GRAY"},
+                     [](const fs::path& at) {
+                       const renderer::ColorProfile profile(renderer::ReadWholeFile(at / "icc"),
+                                                            "icc");
+                       static_cast<void>(profile.IsSrgb());
+                       Image image = SeedImage(3);
+                       profile.MakeLinear(image);
+                       if (!renderer::FirstNonFinite(image).empty()) std::abort();
+                     },
+                     {}});
   targets.push_back({"exif",
                      {{{"exif", optim::ExifBlock({})}}, {{"exif", optim::ExifBlock({}, true)}}},
                      {"II", "MM"},

@@ -182,8 +182,9 @@ TEST(ConfigMistakes, KeysThatDependOnOthersAreChecked) {
        {"scene.geometry.disc.transform={rotate: {axis: [0, 0, 0], angle_deg: 1}}",
         "scene.geometry.disc.transform.rotate.axis: the axis must not be [0, 0, 0]"},
        {"scene.materials.a b={}",
-        "scene.materials.a b: no MATERIAL is called 'a b' (known: glaze, "
-        "paint)"},
+        "scene.materials: the name 'a b' may hold only letters, digits, '_' and '-'\n"
+        "--set #1: scene.materials.a b: required key 'model' is missing (one of diffuse, "
+        "metallic_roughness, conductor, dielectric, mirror, glass)"},
        {"scene.sensors={}",
         "scene.sensors: sensors are not supported together with input; the photos are the cameras, "
         "unless input.cameras.sensor names one that took them all"},

@@ -63,7 +63,7 @@ TEST(ExperimentConfig, ReadsEveryPartOfAFit) {
   EXPECT_EQ(freed(1), "exposure");
   EXPECT_EQ(config.fit.stages[1].free.size(), 7U) << "all but the held one";
   EXPECT_EQ(config.fit.stages[1].samples.spp, 16);
-  EXPECT_DOUBLE_EQ(config.fit.max_memory_bytes, 2.0 * 1024 * 1024 * 1024);
+  EXPECT_DOUBLE_EQ(config.max_memory_bytes, 2.0 * 1024 * 1024 * 1024);
   EXPECT_EQ(config.threads, 2);
   EXPECT_EQ(config.output.directory, file.folder() / "runs/{name}/{timestamp}");
   EXPECT_EQ(config.gradcheck.params, (std::vector<std::string>{"mug.*"}));

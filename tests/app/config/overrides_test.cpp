@@ -44,6 +44,16 @@ TEST(Overrides, ReachEveryKindOfPlace) {
   EXPECT_EQ(config.output.directory, "/tmp/out");
 }
 
+TEST(Overrides, AddWholeEntries) {
+  const ExperimentConfig config =
+      LoadText(kFitConfig,
+               {"unknowns.room.intensity={}",
+                "scene.materials.chalk={model: diffuse, base_color: {constant: [0.9, 0.9, 0.9]}}"});
+  EXPECT_EQ(config.fit.unknowns.size(), LoadText(kFitConfig).fit.unknowns.size() + 1);
+  EXPECT_EQ(config.fit.unknowns.back().name, "room.intensity");
+  EXPECT_EQ(config.materials.back().name, "chalk");
+}
+
 TEST(Overrides, LaterOnesWin) {
   EXPECT_EQ(LoadText(kFitConfig, {"seed=1", "seed=2"}).render.seed, 2U);
   EXPECT_EQ(LoadText(kFitConfig, {"render={spp: 3}", "render.max_bounces=2"}).render.spp, 3);

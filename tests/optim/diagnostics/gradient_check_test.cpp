@@ -209,6 +209,7 @@ GradientCheckOptions MovingPages(int max_bounces) {
   GradientCheckOptions options = Moving(max_bounces);
   options.step *= 0.5;
   options.replicates *= 2;
+  options.difference_spp /= 2;
   return options;
 }
 TEST(GradientCheck, BookOfTwoBounces) {

@@ -32,7 +32,6 @@ void ExpectRightTranslation(const std::string& name,
     GradientCheckOptions options = tests::OptionsForMotion(form, max_bounces);
     options.render.spp *= spp_factor;
     options.replicates *= replicates_factor;
-    options.difference_spp *= replicates_factor;
     tests::ExpectRightDerivative(
         name + (form == DerivativeForm::kImage ? ", image" : ", material"),
         CheckGradient(scene, scene.sensors[0], -1, layout, {rate.x, rate.y, rate.z}, options),

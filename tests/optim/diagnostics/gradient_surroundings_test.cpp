@@ -68,7 +68,7 @@ void ExpectSameEverywhere(const std::string& name,
   GradientCheckOptions options = tests::OptionsForMotion(DerivativeForm::kImage, max_bounces);
   options.render.spp = 1;
   options.render.terms = {Term::kInterior};
-  options.difference_spp *= 16;
+  options.difference_spp *= 8;
   options.step = step;
   const GradientCheckResult difference = check(Places().front(), options);
   for (const Place& place : Places()) {

@@ -14,6 +14,7 @@
 #include "renderer/io/raw_file.h"
 #include "tests/optim/observation/observation_files.h"
 #include "tests/renderer/io/dng_bytes.h"
+#include "tests/renderer/io/icc_bytes.h"
 
 namespace pathfit::optim::load_observations_test {
 namespace {
@@ -163,6 +164,25 @@ TEST_F(LoadObservationsTest, EightBitsAreMadeLinearBeforeAveraging) {
   options_.max_size_px = 0;
   options_.transfer = Transfer::kLinear;
   EXPECT_NEAR(LoadObservations(options_).views[0].photo.Unpack().At(2, 1, 1), 128.0 / 255.0, 1e-6);
+}
+
+TEST_F(LoadObservationsTest, ColorProfilesAreUndoneUnlessTheConfigSaysWhatPhotosAre) {
+  Image red = ConstantImage(8, 4, 3, 0.0F);
+  for (std::size_t i = 0; i < red.data.size(); i += 3) red.data[i] = 0.8F;
+  folder_.WriteText("a.png", renderer::PngWith(renderer::RgbProfile(renderer::kP3), red));
+  WriteCameras({"a.png"});
+  const auto red_of = [&] {
+    return static_cast<double>(LoadObservations(options_).views[0].photo.Unpack().data[0]);
+  };
+  const double linear = renderer::LinearFromSrgb(204.0 / 255.0);
+  EXPECT_NEAR(red_of(), 1.22494 * linear, 1e-3);
+  ExpectAssumption("from the colour profile 'RGB built-in'");
+  options_.transfer = Transfer::kSrgb;
+  EXPECT_NEAR(red_of(), linear, 1e-4);
+  folder_.WriteText("a.png", renderer::PngWith("no profile", red));
+  EXPECT_NEAR(red_of(), linear, 1e-4);
+  options_.transfer = Transfer::kAuto;
+  ExpectOneProblem({"a.png: its colour profile is damaged", "transfer 'srgb'"});
 }
 
 TEST_F(LoadObservationsTest, ClippingIsCountedOnEncodedValues) {
@@ -335,6 +355,15 @@ TEST_F(LoadObservationsTest, MissingMasksAreProblemsUnlessAllowed) {
   options_.masks.require = MaskRequirement::kNone;
   EXPECT_TRUE(LoadObservations(options_).views[1].mask.Empty());
   ExpectAssumption("0 of 2 matched");
+}
+
+TEST_F(LoadObservationsTest, AMaskFolderThatIsNotThereIsOneProblem) {
+  WriteCameras({"a.png", "b.png"});
+  WritePhoto("a.png");
+  WritePhoto("b.png");
+  options_.masks.meaning = MaskMeaning::kSilhouette;
+  options_.masks.folder = folder_.path() / "msks";
+  ExpectOneProblem({"masks: there is no folder (or file)", "msks"});
 }
 
 TEST_F(LoadObservationsTest, MaskPathOfTheCameraFileIsUsed) {

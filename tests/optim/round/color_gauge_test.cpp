@@ -88,6 +88,35 @@ TEST_F(ColorGaugeTest, TakesTheValueOfACard) {
   ExpectNear(optim::MeanBaseColor(fixed, -1), {0.18, 0.18, 0.18}, 1e-9);
 }
 
+TEST_F(ColorGaugeTest, OtherColorsMoveByMoreWhereSomeMeetTheirBounds) {
+  spec_.gauge = {ColorGauge::Rule::kMeanColor, {0.18}, "paint"};
+  auto& colors = moved_.meshes[0].mesh.colors;
+  const std::size_t half = colors.size() / 2;
+  for (std::size_t i = 0; i < half; ++i) colors[i] = {0.01, 0.012, 0.95};
+  renderer::Scene fixed = moved_;
+  FixColorGauge(Set(), spec_, start_, fixed);
+  ExpectNear(optim::MeanBaseColor(fixed, -1), {0.18, 0.18, 0.18}, 2e-5);
+  const auto texel = [](const renderer::Scene& scene) {
+    return std::get<renderer::EnvironmentEmitter>(scene.emitters[0].light).texels[5];
+  };
+  for (int c = 0; c < 3; ++c) {
+    double least = 1.0;
+    for (const Rgb& color : fixed.meshes[0].mesh.colors) least = std::min(least, color[c]);
+    EXPECT_GE(least, 0.01 - 1e-12) << "channel " << c;
+    EXPECT_NEAR(fixed.meshes[0].mesh.colors[half][c] * texel(fixed)[c],
+                colors[half][c] * texel(moved_)[c],
+                1e-6)
+        << "channel " << c;
+  }
+}
+
+TEST_F(ColorGaugeTest, AMeanThatNoColorsReachChangesNothing) {
+  spec_.gauge = {ColorGauge::Rule::kMeanColor, {0.995}, "paint"};
+  renderer::Scene fixed = moved_;
+  FixColorGauge(Set(), spec_, start_, fixed);
+  EXPECT_EQ(optim::MeanBaseColor(fixed, -1).r, optim::MeanBaseColor(moved_, -1).r);
+}
+
 TEST_F(ColorGaugeTest, WhatIsKnownOrSeenDecides) {
   EXPECT_EQ(SourceOfGauge(Set(), spec_, start_)->source, GaugeSource::kMeanColor);
   spec_.gauge.rule = ColorGauge::Rule::kPhotos;

@@ -1,4 +1,5 @@
 find_package(OpenEXR 3 REQUIRED CONFIG)
+find_package(ZLIB REQUIRED)
 find_package(meshoptimizer REQUIRED CONFIG)
 find_package(nlohmann_json 3 REQUIRED)
 pathfit_test(renderer/io/atomic_file_test LABEL unit LINK pathfit_renderer)
@@ -15,6 +16,7 @@ pathfit_test(renderer/io/gltf_compression_test LABEL unit
   LINK pathfit_renderer pathfit_test_support meshoptimizer::meshoptimizer)
 pathfit_test(renderer/io/exr_file_test LABEL unit LINK pathfit_renderer OpenEXR::OpenEXR)
 pathfit_test(renderer/io/image_file_test LABEL unit LINK pathfit_renderer pathfit_opencv)
+pathfit_test(renderer/io/color_profile_test LABEL unit LINK pathfit_renderer ${LCMS_LIBRARY} ZLIB::ZLIB)
 pathfit_test(renderer/io/color_segmentation_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/image_filter_test LABEL unit LINK pathfit_renderer)
 pathfit_test(renderer/io/texture_file_test LABEL unit LINK pathfit_renderer)

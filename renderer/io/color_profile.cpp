@@ -1,0 +1,123 @@
+#include "renderer/io/color_profile.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include <lcms2.h>
+
+#include "renderer/core/error.h"
+#include "renderer/image/color.h"
+
+namespace pathfit::renderer {
+namespace {
+
+constexpr double kSameColor = 1.5 / 255.0;  // encoded
+constexpr float kBrightest = 16.0F;         // of the white; colours of no wide gamut reach 4
+
+struct CloseProfile {
+  void operator()(void* profile) const { cmsCloseProfile(profile); }
+};
+using Profile = std::unique_ptr<void, CloseProfile>;
+
+Profile LinearRec709() {
+  const cmsCIExyY white = {0.3127, 0.3290, 1.0};
+  const cmsCIExyYTRIPLE primaries = {{0.64, 0.33, 1.0}, {0.30, 0.60, 1.0}, {0.15, 0.06, 1.0}};
+  const std::unique_ptr<cmsToneCurve, decltype(&cmsFreeToneCurve)> line(cmsBuildGamma(nullptr, 1.0),
+                                                                        cmsFreeToneCurve);
+  const std::array<cmsToneCurve*, 3> curves = {line.get(), line.get(), line.get()};
+  return Profile(cmsCreateRGBProfile(&white, &primaries, curves.data()));
+}
+
+std::string DescriptionOf(void* profile) {
+  std::array<char, 256> text{};
+  cmsGetProfileInfoASCII(profile,
+                         cmsInfoDescription,
+                         "en",
+                         "US",
+                         text.data(),
+                         static_cast<cmsUInt32Number>(text.size()));
+  std::string words;
+  for (const char c : std::string_view(text.data())) {
+    if (c >= ' ' && c <= '~') words += c;
+  }
+  return words.empty() ? "without a name" : words;
+}
+
+}  // namespace
+
+struct ColorProfile::Transform {
+  explicit Transform(cmsHTRANSFORM made) : handle(made) {}
+  Transform(const Transform&) = delete;
+  Transform& operator=(const Transform&) = delete;
+  ~Transform() { cmsDeleteTransform(handle); }
+  cmsHTRANSFORM handle;
+};
+
+ColorProfile::ColorProfile(const std::string& icc, const std::string& name) {
+  const Profile profile(
+      cmsOpenProfileFromMem(icc.data(), static_cast<cmsUInt32Number>(icc.size())));
+  const Profile linear = LinearRec709();
+  const auto fail = [&](const std::string& what) {
+    throw IoError(name + ": its colour profile " + what +
+                  "; store it as sRGB, or say with transfer 'srgb' that it is");
+  };
+  if (!profile) fail("is damaged");
+  // From its place in the header: the library's enumeration does not hold what a file may.
+  const std::string_view space =
+      std::string_view(icc).substr(std::min<std::size_t>(16, icc.size()), 4);
+  if (space != "RGB " && space != "GRAY") {
+    fail("'" + DescriptionOf(profile.get()) + "' is neither of RGB nor of grey");
+  }
+  // Grey images have their value in all of their three channels.
+  constexpr cmsUInt32Number kGreyOfThree =
+      FLOAT_SH(1) | COLORSPACE_SH(PT_GRAY) | EXTRA_SH(2) | CHANNELS_SH(1) | BYTES_SH(4);
+  const cmsHTRANSFORM made = cmsCreateTransform(profile.get(),
+                                                space == "RGB " ? TYPE_RGB_FLT : kGreyOfThree,
+                                                linear.get(),
+                                                TYPE_RGB_FLT,
+                                                INTENT_RELATIVE_COLORIMETRIC,
+                                                cmsFLAGS_NOCACHE);
+  if (made == nullptr) fail("'" + DescriptionOf(profile.get()) + "' cannot be used");
+  transform_ = std::make_unique<Transform>(made);
+  description_ = DescriptionOf(profile.get());
+}
+
+ColorProfile::~ColorProfile() = default;
+ColorProfile::ColorProfile(ColorProfile&&) noexcept = default;
+ColorProfile& ColorProfile::operator=(ColorProfile&&) noexcept = default;
+
+bool ColorProfile::IsSrgb() const {
+  constexpr int kSteps = 5;
+  Image encoded(kSteps * kSteps, kSteps, 3);
+  for (int y = 0; y < encoded.height; ++y) {
+    for (int x = 0; x < encoded.width; ++x) {
+      const std::array<int, 3> steps = {x % kSteps, x / kSteps, y};
+      for (int c = 0; c < 3; ++c) {
+        encoded.At(x, y, c) = static_cast<float>(steps[static_cast<std::size_t>(c)]) / (kSteps - 1);
+      }
+    }
+  }
+  Image linear = encoded;
+  MakeLinear(linear);
+  for (std::size_t i = 0; i < encoded.data.size(); ++i) {
+    const double again = SrgbFromLinear(static_cast<double>(linear.data[i]));
+    if (std::abs(again - static_cast<double>(encoded.data[i])) > kSameColor) return false;
+  }
+  return true;
+}
+
+void ColorProfile::MakeLinear(Image& image) const {
+  const auto width = static_cast<std::size_t>(image.width);
+  for (int y = 0; y < image.height; ++y) {
+    float* row = image.data.data() + 3 * width * static_cast<std::size_t>(y);
+    cmsDoTransform(transform_->handle, row, row, static_cast<cmsUInt32Number>(width));
+    // No number, of a curve that is none, is black too.
+    std::transform(row, row + 3 * width, row, [](float v) {
+      return v > 0.0F ? std::min(v, kBrightest) : 0.0F;
+    });
+  }
+}
+
+}  // namespace pathfit::renderer

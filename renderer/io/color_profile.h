@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "renderer/image/image.h"
+
+namespace pathfit::renderer {
+
+/// What the numbers of an image stand for, by an ICC profile.
+class ColorProfile {
+ public:
+  /// Fails: IoError naming `name`, the image: damaged, or neither of RGB nor of grey.
+  ColorProfile(const std::string& icc, const std::string& name);
+  ~ColorProfile();
+  ColorProfile(ColorProfile&&) noexcept;
+  ColorProfile& operator=(ColorProfile&&) noexcept;
+
+  [[nodiscard]] const std::string& description() const { return description_; }
+  /// Whether it says what sRGB says, to an 8-bit step and a half.
+  [[nodiscard]] bool IsSrgb() const;
+  /// Encoded values 0..1 of 3 channels become linear Rec.709 relative to the profile's white;
+  /// colours outside of it get the nearest that has no negative channel.
+  void MakeLinear(Image& image) const;
+
+ private:
+  struct Transform;
+  std::unique_ptr<Transform> transform_;
+  std::string description_;
+};
+
+}  // namespace pathfit::renderer
