@@ -274,12 +274,8 @@ ExitStatus Resume(CommandContext& context, const Options& own) {
   RequireMemoryOf(experiment);
 
   const RunRecord before = ReadRunRecord(run.Record());
-  const std::vector<InputFile> inputs = HashInputs(experiment.input_files);
-  for (std::size_t i = 0; i < std::min(inputs.size(), before.inputs.size()); ++i) {
-    if (inputs[i].path != before.inputs[i].path || inputs[i].sha256 != before.inputs[i].sha256) {
-      throw renderer::IoError(inputs[i].path +
-                              ": has changed since the run began; start a new fit");
-    }
+  for (const std::string& path : ChangedInputs(before)) {
+    throw renderer::IoError(path + ": has changed since the run began; start a new fit");
   }
   context.log.AddFile(run.LogFile());
   auto [state, damaged] =

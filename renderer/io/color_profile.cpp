@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <string_view>
+#include <vector>
 
 #include <lcms2.h>
 
@@ -70,11 +71,9 @@ ColorProfile::ColorProfile(const std::string& icc, const std::string& name) {
   if (space != "RGB " && space != "GRAY") {
     fail("'" + DescriptionOf(profile.get()) + "' is neither of RGB nor of grey");
   }
-  // Grey images have their value in all of their three channels.
-  constexpr cmsUInt32Number kGreyOfThree =
-      FLOAT_SH(1) | COLORSPACE_SH(PT_GRAY) | EXTRA_SH(2) | CHANNELS_SH(1) | BYTES_SH(4);
+  is_grey_ = space == "GRAY";
   const cmsHTRANSFORM made = cmsCreateTransform(profile.get(),
-                                                space == "RGB " ? TYPE_RGB_FLT : kGreyOfThree,
+                                                is_grey_ ? TYPE_GRAY_FLT : TYPE_RGB_FLT,
                                                 linear.get(),
                                                 TYPE_RGB_FLT,
                                                 INTENT_RELATIVE_COLORIMETRIC,
@@ -110,9 +109,13 @@ bool ColorProfile::IsSrgb() const {
 
 void ColorProfile::MakeLinear(Image& image) const {
   const auto width = static_cast<std::size_t>(image.width);
+  // A curve of grey is that of each channel.
+  const std::size_t count = is_grey_ ? 3 * width : width;
+  std::vector<float> made(3 * count);
   for (int y = 0; y < image.height; ++y) {
     float* row = image.data.data() + 3 * width * static_cast<std::size_t>(y);
-    cmsDoTransform(transform_->handle, row, row, static_cast<cmsUInt32Number>(width));
+    cmsDoTransform(transform_->handle, row, made.data(), static_cast<cmsUInt32Number>(count));
+    for (std::size_t i = 0; i < 3 * width; ++i) row[i] = made[is_grey_ ? 3 * i : i];
     // No number, of a curve that is none, is black too.
     std::transform(row, row + 3 * width, row, [](float v) {
       return v > 0.0F ? std::min(v, kBrightest) : 0.0F;

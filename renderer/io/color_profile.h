@@ -27,6 +27,7 @@ class ColorProfile {
   struct Transform;
   std::unique_ptr<Transform> transform_;
   std::string description_;
+  bool is_grey_ = false;
 };
 
 }  // namespace pathfit::renderer
