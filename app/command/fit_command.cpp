@@ -217,10 +217,15 @@ void DeclareResume(OptionList& options, Options& own) {
   DeclareTimeLimit(options, own);
 }
 
-/// Refuses what would pass the limit, if there is one, as `check` does.
-void RequireMemoryOf(const Experiment& experiment) {
+/// Refuses what would pass the limit, if there is one, as `check` does. That takes as long as some
+/// rounds: of a limit that nobody has set only where what is loaded is no small part of it. Rounds
+/// look at it all the same.
+void RequireMemoryOf(const ExperimentConfig& config, const Experiment& experiment) {
+  constexpr double kSmallPart = 1.0 / 16.0;
   const double limit = experiment.fit.max_memory_bytes;
   if (limit <= 0.0 || std::isinf(limit)) return;
+  const bool is_set = config.max_memory_bytes > 0.0;
+  if (!is_set && optim::LoadedMemory().bytes < kSmallPart * limit) return;
   optim::ForecastStages(
       experiment.scene, experiment.observations, experiment.fit, optim::ForecastParts::kMemory);
 }
@@ -233,7 +238,7 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   const StartCheck start = CheckStart(config, experiment);
-  RequireMemoryOf(experiment);
+  RequireMemoryOf(config, experiment);
 
   RunRecord record = MakeRunRecord(context.line.arguments);
   record.name = config.name;
@@ -271,7 +276,7 @@ ExitStatus Resume(CommandContext& context, const Options& own) {
   Experiment experiment = BuildExperiment(config, context.ranks);
   if (!context.ranks.IsFirst()) return Follow(context, experiment);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
-  RequireMemoryOf(experiment);
+  RequireMemoryOf(config, experiment);
 
   const RunRecord before = ReadRunRecord(run.Record());
   for (const std::string& path : ChangedInputs(before)) {
