@@ -279,8 +279,14 @@ ExitStatus Resume(CommandContext& context, const Options& own) {
   RequireMemoryOf(config, experiment);
 
   const RunRecord before = ReadRunRecord(run.Record());
-  for (const std::string& path : ChangedInputs(before)) {
-    throw renderer::IoError(path + ": has changed since the run began; start a new fit");
+  std::vector<std::string> changed = ChangedInputs(before);
+  // A config that was edited may name others.
+  for (std::size_t i = 0; i < std::min(experiment.input_files.size(), before.inputs.size()); ++i) {
+    const std::string path = experiment.input_files[i].string();
+    if (path != before.inputs[i].path) changed.push_back(path);
+  }
+  if (!changed.empty()) {
+    throw renderer::IoError(changed.front() + ": has changed since the run began; start a new fit");
   }
   context.log.AddFile(run.LogFile());
   auto [state, damaged] =

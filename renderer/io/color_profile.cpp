@@ -17,18 +17,19 @@ namespace {
 constexpr double kSameColor = 1.5 / 255.0;  // encoded
 constexpr float kBrightest = 16.0F;         // of the white; colours of no wide gamut reach 4
 
-struct CloseProfile {
-  void operator()(void* profile) const { cmsCloseProfile(profile); }
-};
-using Profile = std::unique_ptr<void, CloseProfile>;
+using Handle = std::unique_ptr<void, void (*)(void*)>;
 
-Profile LinearRec709() {
+Handle ProfileOf(cmsHPROFILE made) {
+  return {made, [](void* profile) { cmsCloseProfile(profile); }};
+}
+
+Handle LinearRec709() {
   const cmsCIExyY white = {0.3127, 0.3290, 1.0};
   const cmsCIExyYTRIPLE primaries = {{0.64, 0.33, 1.0}, {0.30, 0.60, 1.0}, {0.15, 0.06, 1.0}};
   const std::unique_ptr<cmsToneCurve, decltype(&cmsFreeToneCurve)> line(cmsBuildGamma(nullptr, 1.0),
                                                                         cmsFreeToneCurve);
   const std::array<cmsToneCurve*, 3> curves = {line.get(), line.get(), line.get()};
-  return Profile(cmsCreateRGBProfile(&white, &primaries, curves.data()));
+  return ProfileOf(cmsCreateRGBProfile(&white, &primaries, curves.data()));
 }
 
 std::string DescriptionOf(void* profile) {
@@ -48,18 +49,11 @@ std::string DescriptionOf(void* profile) {
 
 }  // namespace
 
-struct ColorProfile::Transform {
-  explicit Transform(cmsHTRANSFORM made) : handle(made) {}
-  Transform(const Transform&) = delete;
-  Transform& operator=(const Transform&) = delete;
-  ~Transform() { cmsDeleteTransform(handle); }
-  cmsHTRANSFORM handle;
-};
-
-ColorProfile::ColorProfile(const std::string& icc, const std::string& name) {
-  const Profile profile(
-      cmsOpenProfileFromMem(icc.data(), static_cast<cmsUInt32Number>(icc.size())));
-  const Profile linear = LinearRec709();
+ColorProfile::ColorProfile(const std::string& icc, const std::string& name)
+    : transform_(nullptr, cmsDeleteTransform) {
+  const Handle profile =
+      ProfileOf(cmsOpenProfileFromMem(icc.data(), static_cast<cmsUInt32Number>(icc.size())));
+  const Handle linear = LinearRec709();
   const auto fail = [&](const std::string& what) {
     throw IoError(name + ": its colour profile " + what +
                   "; store it as sRGB, or say with transfer 'srgb' that it is");
@@ -72,20 +66,15 @@ ColorProfile::ColorProfile(const std::string& icc, const std::string& name) {
     fail("'" + DescriptionOf(profile.get()) + "' is neither of RGB nor of grey");
   }
   is_grey_ = space == "GRAY";
-  const cmsHTRANSFORM made = cmsCreateTransform(profile.get(),
-                                                is_grey_ ? TYPE_GRAY_FLT : TYPE_RGB_FLT,
-                                                linear.get(),
-                                                TYPE_RGB_FLT,
-                                                INTENT_RELATIVE_COLORIMETRIC,
-                                                cmsFLAGS_NOCACHE);
-  if (made == nullptr) fail("'" + DescriptionOf(profile.get()) + "' cannot be used");
-  transform_ = std::make_unique<Transform>(made);
+  transform_.reset(cmsCreateTransform(profile.get(),
+                                      is_grey_ ? TYPE_GRAY_FLT : TYPE_RGB_FLT,
+                                      linear.get(),
+                                      TYPE_RGB_FLT,
+                                      INTENT_RELATIVE_COLORIMETRIC,
+                                      cmsFLAGS_NOCACHE));
   description_ = DescriptionOf(profile.get());
+  if (!transform_) fail("'" + description_ + "' cannot be used");
 }
-
-ColorProfile::~ColorProfile() = default;
-ColorProfile::ColorProfile(ColorProfile&&) noexcept = default;
-ColorProfile& ColorProfile::operator=(ColorProfile&&) noexcept = default;
 
 bool ColorProfile::IsSrgb() const {
   constexpr int kSteps = 5;
@@ -114,7 +103,7 @@ void ColorProfile::MakeLinear(Image& image) const {
   std::vector<float> made(3 * count);
   for (int y = 0; y < image.height; ++y) {
     float* row = image.data.data() + 3 * width * static_cast<std::size_t>(y);
-    cmsDoTransform(transform_->handle, row, made.data(), static_cast<cmsUInt32Number>(count));
+    cmsDoTransform(transform_.get(), row, made.data(), static_cast<cmsUInt32Number>(count));
     for (std::size_t i = 0; i < 3 * width; ++i) row[i] = made[is_grey_ ? 3 * i : i];
     // No number, of a curve that is none, is black too.
     std::transform(row, row + 3 * width, row, [](float v) {

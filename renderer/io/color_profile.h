@@ -12,9 +12,6 @@ class ColorProfile {
  public:
   /// Fails: IoError naming `name`, the image: damaged, or neither of RGB nor of grey.
   ColorProfile(const std::string& icc, const std::string& name);
-  ~ColorProfile();
-  ColorProfile(ColorProfile&&) noexcept;
-  ColorProfile& operator=(ColorProfile&&) noexcept;
 
   [[nodiscard]] const std::string& description() const { return description_; }
   /// Whether it says what sRGB says, to an 8-bit step and a half.
@@ -24,8 +21,7 @@ class ColorProfile {
   void MakeLinear(Image& image) const;
 
  private:
-  struct Transform;
-  std::unique_ptr<Transform> transform_;
+  std::unique_ptr<void, void (*)(void*)> transform_;  ///< the library's
   std::string description_;
   bool is_grey_ = false;
 };

@@ -44,11 +44,8 @@ namespace pathfit::tests {
 namespace {
 
 namespace fs = std::filesystem;
+using renderer::BytesOf;
 using renderer::Image;
-
-std::string BytesOf(const std::vector<unsigned char>& bytes) {
-  return {bytes.begin(), bytes.end()};
-}
 
 template <class... Values>
 std::string Binary(Values... values) {
