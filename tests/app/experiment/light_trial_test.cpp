@@ -15,7 +15,7 @@ const std::filesystem::path kConfig = "/set/draft.yaml";  // is not written
 
 /// Photos of a patterned ball by its own cameras, under some light.
 FoundInput PhotosUnder(const std::vector<renderer::Emitter>& lights) {
-  renderer::Scene scene = tests::BallScene(3, 12, 32);
+  renderer::Scene scene = tests::BallScene(3, 8, 28);
   for (std::size_t i = 0; i < scene.meshes[0].mesh.colors.size(); ++i) {
     const renderer::Vec3& p = scene.meshes[0].mesh.positions[i];
     scene.meshes[0].mesh.colors[i] =

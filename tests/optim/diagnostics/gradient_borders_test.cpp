@@ -22,19 +22,27 @@ void ExpectRight(const std::string& name,
                  const ParameterLayout& layout,
                  const std::vector<double>& direction,
                  int sensor) {
-  for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
-    const bool image = form == DerivativeForm::kImage;
-    GradientCheckOptions options = tests::OptionsForMotion(form, 1);
-    options.replicates = 48;
-    options.render.seed = 10000;
-    options.render.sppe = 96.0;
-    options.render.spp_pixel = 96.0;
-    tests::ExpectRightDerivative(
-        name + (image ? ", image" : ", material"),
-        CheckGradient(scene, scene.sensors[0], sensor, layout, direction, options),
-        image ? ExpectedTerms{Term::kPrimary} : ExpectedTerms{Term::kInterior, Term::kPixel},
-        kTile);
-  }
+  tests::CheckInBothForms(
+      scene,
+      sensor,
+      layout,
+      direction,
+      [](DerivativeForm form) {
+        GradientCheckOptions options = tests::OptionsForMotion(form, 1);
+        options.replicates = 48;
+        options.render.seed = 10000;
+        options.render.sppe = 48.0;
+        options.render.spp_pixel = 48.0;
+        return options;
+      },
+      [&](const GradientCheckResult& result, DerivativeForm form) {
+        tests::ExpectRightDerivative(tests::InForm(name, form),
+                                     result,
+                                     form == DerivativeForm::kImage
+                                         ? ExpectedTerms{Term::kPrimary}
+                                         : ExpectedTerms{Term::kInterior, Term::kPixel},
+                                     kTile);
+      });
 }
 void ExpectRightByCamera(const std::string& name, const Scene& scene, const Vec3& rate) {
   ParameterLayout layout(scene);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -98,7 +100,51 @@ inline void ExpectRightDerivative(const std::string& name,
   }
 }
 
-/// Checks all parameters of one kind of one object in a random direction of entries up to `scale`.
+using OptionsOfForm = std::function<optim::GradientCheckOptions(renderer::DerivativeForm)>;
+
+/// Calls expect(result, form) for both forms of a derivative. Their difference, which has no form,
+/// is drawn once.
+template <class Expect>
+void CheckInBothForms(const renderer::Scene& scene,
+                      int sensor,
+                      const renderer::ParameterLayout& layout,
+                      const std::vector<double>& direction,
+                      const OptionsOfForm& options_of,
+                      const Expect& expect) {
+  std::optional<optim::GradientCheckResult> first;
+  for (const auto form : {renderer::DerivativeForm::kImage, renderer::DerivativeForm::kMaterial}) {
+    optim::GradientCheckOptions options = options_of(form);
+    if (first) options.difference_spp = 1;
+    optim::GradientCheckResult result =
+        optim::CheckGradient(scene, scene.sensors[0], sensor, layout, direction, options);
+    if (first) {
+      result.difference = first->difference;
+      result.quantum = first->quantum;
+    } else {
+      first = result;
+    }
+    expect(result, form);
+  }
+}
+inline std::string InForm(const std::string& name, renderer::DerivativeForm form) {
+  return name + (form == renderer::DerivativeForm::kImage ? ", image" : ", material");
+}
+
+/// All parameters of one kind of one object in a random direction of entries up to `scale`.
+struct KindMotion {
+  KindMotion(const renderer::Scene& scene, renderer::ParameterKind kind, int object, double scale)
+      : layout(scene),
+        sensor(renderer::TraitsOf(kind).list == renderer::ObjectList::kSensors ? 0 : -1) {
+    layout.Add(kind, object);
+    direction = RandomDirection(layout, 5);
+    for (double& d : direction) d *= scale;
+  }
+  renderer::ParameterLayout layout;
+  int sensor;
+  std::vector<double> direction;
+};
+
+/// Checks the KindMotion.
 inline void CheckKind(const std::string& name,
                       const renderer::Scene& scene,
                       renderer::ParameterKind kind,
@@ -108,19 +154,32 @@ inline void CheckKind(const std::string& name,
                       ExpectedTerms terms = {},
                       int tile = kTile,
                       double min_signal = kMinSignalToNoise) {
-  renderer::ParameterLayout layout(scene);
-  layout.Add(kind, object);
-  const bool moves = kind == renderer::ParameterKind::kVertexPositions;
-  const int sensor = renderer::TraitsOf(kind).list == renderer::ObjectList::kSensors ? 0 : -1;
-  std::vector<double> direction = RandomDirection(layout, 5);
-  for (double& d : direction) d *= scale;
-  const auto result =
-      optim::CheckGradient(scene, scene.sensors[0], sensor, layout, direction, options);
+  const KindMotion motion(scene, kind, object, scale);
+  const auto result = optim::CheckGradient(
+      scene, scene.sensors[0], motion.sensor, motion.layout, motion.direction, options);
   if (terms.empty()) {
     terms = {optim::Term::kInterior};
-    if (moves) terms.push_back(optim::Term::kPrimary);
+    if (kind == renderer::ParameterKind::kVertexPositions) terms.push_back(optim::Term::kPrimary);
   }
   ExpectRightDerivative(name, result, terms, tile, min_signal);
+}
+inline void CheckKindInBothForms(const std::string& name,
+                                 const renderer::Scene& scene,
+                                 renderer::ParameterKind kind,
+                                 int object,
+                                 const OptionsOfForm& options_of,
+                                 double scale,
+                                 const ExpectedTerms& terms,
+                                 double min_signal = kMinSignalToNoise) {
+  const KindMotion motion(scene, kind, object, scale);
+  CheckInBothForms(scene,
+                   motion.sensor,
+                   motion.layout,
+                   motion.direction,
+                   options_of,
+                   [&](const auto& result, renderer::DerivativeForm form) {
+                     ExpectRightDerivative(InForm(name, form), result, terms, kTile, min_signal);
+                   });
 }
 
 /// What does not agree, and must be known and said by name: when it agrees one day, the test is to

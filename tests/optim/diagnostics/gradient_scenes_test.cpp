@@ -18,6 +18,7 @@ using renderer::Rgb;
 using renderer::Scene;
 using renderer::Vec3;
 using tests::CheckKind;
+using tests::CheckKindInBothForms;
 using tests::ExpectedTerms;
 
 using tests::Above;
@@ -30,6 +31,7 @@ const ExpectedTerms kShadows = {Term::kInterior, Term::kPrimary, Term::kDirect};
 GradientCheckOptions Moving(DerivativeForm form = kImage, int max_bounces = 1) {
   return tests::OptionsForMotion(form, max_bounces);
 }
+GradientCheckOptions OneBounce(DerivativeForm form) { return Moving(form); }
 
 Mesh Box(const Vec3& at = {0, 0.7, 0}) {
   return tests::Placed(tests::Cube(), 0.4, at, {0.3, 0.6, 0.2});
@@ -42,23 +44,10 @@ Mesh Ball(bool smooth) {
 
 TEST(DifficultScenes, CubeWithItsShadow) {
   const Scene scene = AboveUnderPanel(Box());
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    const std::string tail = form == kImage ? ", image" : ", material";
-    CheckKind("cube vertices" + tail,
-              scene,
-              ParameterKind::kVertexPositions,
-              1,
-              Moving(form),
-              1.0,
-              kShadows);
-    CheckKind("cube rotation" + tail,
-              scene,
-              ParameterKind::kObjectRotation,
-              1,
-              Moving(form),
-              1.0,
-              kShadows);
-  }
+  CheckKindInBothForms(
+      "cube vertices", scene, ParameterKind::kVertexPositions, 1, OneBounce, 1.0, kShadows);
+  CheckKindInBothForms(
+      "cube rotation", scene, ParameterKind::kObjectRotation, 1, OneBounce, 1.0, kShadows);
 }
 
 TEST(DifficultScenes, MeshWithAUvSeam) {
@@ -79,28 +68,20 @@ Scene UnderPanelAlone(const Mesh& thing) {
   return scene;
 }
 TEST(DifficultScenes, FlatAndSmoothBalls) {
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    const std::string tail = form == kImage ? ", image" : ", material";
-    Scene smooth = Above(Ball(true));
-    Scene flat = AboveUnderPanel(Ball(false));
-    for (Scene* scene : {&smooth, &flat}) {
-      scene->materials[1].bsdf = renderer::MetallicRoughnessBsdf{0.5, 0.5};
-    }
-    CheckKind("smooth ball, lamp" + tail,
-              smooth,
-              ParameterKind::kVertexPositions,
-              1,
-              Moving(form),
-              1.0,
-              kShadows);
-    CheckKind("flat ball, lamp and panel" + tail,
-              flat,
-              ParameterKind::kVertexPositions,
-              1,
-              Moving(form),
-              1.0,
-              kShadows);
+  Scene smooth = Above(Ball(true));
+  Scene flat = AboveUnderPanel(Ball(false));
+  for (Scene* scene : {&smooth, &flat}) {
+    scene->materials[1].bsdf = renderer::MetallicRoughnessBsdf{0.5, 0.5};
   }
+  CheckKindInBothForms(
+      "smooth ball, lamp", smooth, ParameterKind::kVertexPositions, 1, OneBounce, 1.0, kShadows);
+  CheckKindInBothForms("flat ball, lamp and panel",
+                       flat,
+                       ParameterKind::kVertexPositions,
+                       1,
+                       OneBounce,
+                       1.0,
+                       kShadows);
 }
 
 /// Bending a coarse mesh with interpolated normals under an extended light: presumably its
@@ -129,16 +110,13 @@ Scene OpenCap(bool two_sided) {
 }
 TEST(DifficultScenes, OpenMeshOfOneAndTwoSides) {
   for (const bool two_sided : {false, true}) {
-    for (const DerivativeForm form : {kImage, kMaterial}) {
-      CheckKind(std::string(two_sided ? "two-sided cap" : "one-sided cap") +
-                    (form == kImage ? ", image" : ", material"),
-                OpenCap(two_sided),
-                ParameterKind::kVertexPositions,
-                1,
-                Moving(form),
-                1.0,
-                {Term::kPrimary, Term::kDirect});
-    }
+    CheckKindInBothForms(two_sided ? "two-sided cap" : "one-sided cap",
+                         OpenCap(two_sided),
+                         ParameterKind::kVertexPositions,
+                         1,
+                         OneBounce,
+                         1.0,
+                         {Term::kPrimary, Term::kDirect});
   }
 }
 
@@ -149,15 +127,13 @@ TEST(DifficultScenes, SunThatGrazesTheSidesOfACube) {
     sun.direction = renderer::Normalized(direction);
     sun.irradiance = {3.0, 3.0, 3.0};
     scene.emitters = {{"sun", renderer::LightFrame::kWorld, {}, sun}};
-    for (const DerivativeForm form : {kImage, kMaterial}) {
-      CheckKind(std::string("grazing sun") + (form == kImage ? ", image" : ", material"),
-                scene,
-                ParameterKind::kObjectTranslation,
-                1,
-                Moving(form),
-                1.0,
-                {Term::kPrimary, Term::kDirect});
-    }
+    CheckKindInBothForms("grazing sun",
+                         scene,
+                         ParameterKind::kObjectTranslation,
+                         1,
+                         OneBounce,
+                         1.0,
+                         {Term::kPrimary, Term::kDirect});
   }
 }
 
@@ -166,34 +142,29 @@ TEST(DifficultScenes, SliverAtTheBorderOfAnOpenMesh) {
   tent.positions = {{-0.5, 0, 0.3}, {0.5, 0, 0.3}, {0.05, 0, 0.3 - 1e-6}, {0, 0.8, -0.3}};
   tent.triangles = {{0, 1, 2}, {1, 3, 2}, {0, 2, 3}};
   const Scene scene = Above(tests::Placed(tent, 1.0, {0, 0.5, 0}, {0.1, 0.3, 0.05}));
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    CheckKind(std::string("sliver") + (form == kImage ? ", image" : ", material"),
-              scene,
-              ParameterKind::kObjectTranslation,
-              1,
-              Moving(form),
-              1.0,
-              {Term::kPrimary, Term::kDirect});
-  }
+  CheckKindInBothForms("sliver",
+                       scene,
+                       ParameterKind::kObjectTranslation,
+                       1,
+                       OneBounce,
+                       1.0,
+                       {Term::kPrimary, Term::kDirect});
 }
 
 TEST(DifficultScenes, ObjectAcrossTheFilmBorder) {
   for (const PixelFilter::Shape shape : {PixelFilter::Shape::kBox, PixelFilter::Shape::kTent}) {
-    for (const DerivativeForm form : {kImage, kMaterial}) {
-      Scene scene = Above(Box());
-      scene.sensors = {tests::CameraAt({1.5, 2.6, 3.4}, {0.95, 0.3, 0}, 26.0, 16, 16)};
-      scene.sensors[0].rotation = {0.0, 0.0, 0.2};
-      const bool box = shape == PixelFilter::Shape::kBox;
-      if (!box) scene.sensors[0].filter = {shape, 1.0};
-      CheckKind(std::string("film border, ") + (box ? "box" : "tent") +
-                    (form == kImage ? ", image" : ", material"),
-                scene,
-                ParameterKind::kVertexPositions,
-                1,
-                Moving(form),
-                1.0,
-                {Term::kPrimary});
-    }
+    Scene scene = Above(Box());
+    scene.sensors = {tests::CameraAt({1.5, 2.6, 3.4}, {0.95, 0.3, 0}, 26.0, 16, 16)};
+    scene.sensors[0].rotation = {0.0, 0.0, 0.2};
+    const bool box = shape == PixelFilter::Shape::kBox;
+    if (!box) scene.sensors[0].filter = {shape, 1.0};
+    CheckKindInBothForms(box ? "film border, box" : "film border, tent",
+                         scene,
+                         ParameterKind::kVertexPositions,
+                         1,
+                         OneBounce,
+                         1.0,
+                         {Term::kPrimary});
   }
 }
 
@@ -201,15 +172,8 @@ TEST(DifficultScenes, ThinSheet) {
   Mesh sheet = tests::Cube();
   renderer::ApplyTransform({{{0.6, 0, 0}, {0, 5e-4, 0}, {0, 0, 0.5}}, {0, 0, 0}}, sheet);
   const Scene scene = AboveUnderPanel(tests::Placed(sheet, 1.0, {0, 0.6, 0}, {0.3, 0.4, 0.1}));
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    CheckKind(std::string("sheet of 1e-3") + (form == kImage ? ", image" : ", material"),
-              scene,
-              ParameterKind::kObjectTranslation,
-              1,
-              Moving(form),
-              1.0,
-              kShadows);
-  }
+  CheckKindInBothForms(
+      "sheet of 1e-3", scene, ParameterKind::kObjectTranslation, 1, OneBounce, 1.0, kShadows);
 }
 
 TEST(DifficultScenes, RoughGlassBall) {
@@ -302,15 +266,8 @@ TEST(DifficultScenes, LampInABowl) {
   renderer::WeldPositions(bowl);
   Scene scene = Above(tests::Placed(bowl, 1.0, {0, 0.8, 0}, {0.8, 0.3, 0.2}));
   scene.emitters[0] = tests::Lamp({0.05, 0.85, 0.1}, {1.0, 0.9, 0.8});
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    CheckKind(std::string("lamp in a bowl") + (form == kImage ? ", image" : ", material"),
-              scene,
-              ParameterKind::kVertexPositions,
-              1,
-              Moving(form),
-              1.0,
-              kShadows);
-  }
+  CheckKindInBothForms(
+      "lamp in a bowl", scene, ParameterKind::kVertexPositions, 1, OneBounce, 1.0, kShadows);
 }
 
 /// The panel shines, and keeps the lamp's light from the floor.
@@ -318,15 +275,13 @@ TEST(DifficultScenes, MovingLightThatBlocks) {
   Scene scene = AboveUnderPanel(Box({0.4, 0.5, 0.3}));
   scene.meshes[2].mesh = tests::Ceiling(0.35, {0.2, 1.5, -0.1});
   scene.emitters[0] = tests::Lamp({0.6, 3.5, 0.4}, {16, 14, 12});
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    CheckKind(std::string("light that blocks") + (form == kImage ? ", image" : ", material"),
-              scene,
-              ParameterKind::kVertexPositions,
-              2,
-              Moving(form),
-              1.0,
-              {Term::kInterior, Term::kDirect});
-  }
+  CheckKindInBothForms("light that blocks",
+                       scene,
+                       ParameterKind::kVertexPositions,
+                       2,
+                       OneBounce,
+                       1.0,
+                       {Term::kInterior, Term::kDirect});
 }
 
 TEST(DifficultScenes, CameraInAClosedRoom) {
@@ -335,23 +290,21 @@ TEST(DifficultScenes, CameraInAClosedRoom) {
   scene.emitters[0] = tests::Lamp({-0.3, 0.8, 0.2}, {0.9, 0.8, 0.7});
   scene.sensors = {tests::CameraAt({0.3, 0.5, 0.8}, {0.0, -0.3, -0.4}, 11.0, 16, 16)};
   scene.sensors[0].rotation = {0.0, 0.0, 0.2};
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    const std::string tail = form == kImage ? ", image" : ", material";
-    CheckKind("room vertices" + tail,
-              scene,
-              ParameterKind::kVertexPositions,
-              0,
-              Moving(form),
-              1.0,
-              {Term::kInterior});
-    CheckKind("box in a room" + tail,
-              scene,
-              ParameterKind::kVertexPositions,
-              1,
-              Moving(form, 2),
-              1.0,
-              kShadows);
-  }
+  CheckKindInBothForms("room vertices",
+                       scene,
+                       ParameterKind::kVertexPositions,
+                       0,
+                       OneBounce,
+                       1.0,
+                       {Term::kInterior});
+  CheckKindInBothForms(
+      "box in a room",
+      scene,
+      ParameterKind::kVertexPositions,
+      1,
+      [](DerivativeForm form) { return Moving(form, 2); },
+      1.0,
+      kShadows);
 }
 
 /// Two leaves of one mesh are all the light: the last reflection meets them, in their fold from
@@ -402,23 +355,15 @@ TEST(DifficultScenes, OrthographicCamera) {
   scene.emitters.push_back(tests::Sun({0.45, -1.0, -0.3}, {0.8, 0.9, 1.0}));
   scene.sensors[0].projection = renderer::ProjectionKind::kOrthographic;
   scene.sensors[0].fx = scene.sensors[0].fy = 6.5;
-  for (const DerivativeForm form : {kImage, kMaterial}) {
-    const std::string tail = form == kImage ? ", image" : ", material";
-    CheckKind("orthographic, box" + tail,
-              scene,
-              ParameterKind::kVertexPositions,
-              1,
-              Moving(form),
-              1.0,
-              kShadows);
-    CheckKind("orthographic, camera turns" + tail,
-              scene,
-              ParameterKind::kCameraRotation,
-              0,
-              Moving(form),
-              0.5,
-              {Term::kPrimary});
-  }
+  CheckKindInBothForms(
+      "orthographic, box", scene, ParameterKind::kVertexPositions, 1, OneBounce, 1.0, kShadows);
+  CheckKindInBothForms("orthographic, camera turns",
+                       scene,
+                       ParameterKind::kCameraRotation,
+                       0,
+                       OneBounce,
+                       0.5,
+                       {Term::kPrimary});
 }
 
 }  // namespace

@@ -13,21 +13,24 @@
 
 namespace pathfit::optim {
 
-/// An empty folder below the system's temporary folder, removed at the end.
+/// An empty folder below the system's temporary folder, removed at the end. It has a parent of its
+/// own: what is looked for beside it is not found among the files of tests that run at the same
+/// time.
 class TempFolder {
  public:
   TempFolder() {
     static std::atomic<int> count = 0;
     const auto* const test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            ("pathfit_" + std::string(test->test_suite_name()) + "_" + test->name() + "_" +
-             std::to_string(getpid()) + "_" + std::to_string(count++));
-    std::filesystem::remove_all(path_);
+    top_ = std::filesystem::temp_directory_path() /
+           ("pathfit_" + std::string(test->test_suite_name()) + "_" + test->name() + "_" +
+            std::to_string(getpid()) + "_" + std::to_string(count++));
+    path_ = top_ / "files";
+    std::filesystem::remove_all(top_);
     std::filesystem::create_directories(path_);
   }
   ~TempFolder() {
     std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
+    std::filesystem::remove_all(top_, ignored);
   }
   TempFolder(const TempFolder&) = delete;
   TempFolder& operator=(const TempFolder&) = delete;
@@ -42,7 +45,7 @@ class TempFolder {
   }
 
  private:
-  std::filesystem::path path_;
+  std::filesystem::path top_, path_;
 };
 
 /// An image of one value in all pixels and channels.

@@ -157,7 +157,7 @@ TEST_F(LinearRounds, TheGradientsCovarianceIsItsScatterFarFromTheTruth) {
     }
     std::vector<double> mean(n), square(n);
     double predicted = 0.0;
-    constexpr int kRounds = 200;
+    constexpr int kRounds = 100;
     for (std::uint64_t r = 0; r < kRounds; ++r) {
       const ImageProblem problem = Linearized(source, theta, r);
       for (std::size_t i = 0; i < n; ++i) {
@@ -171,7 +171,7 @@ TEST_F(LinearRounds, TheGradientsCovarianceIsItsScatterFarFromTheTruth) {
     for (std::size_t i = 0; i < n; ++i) {
       seen += (square[i] - mean[i] * mean[i]) * kRounds / (kRounds - 1);
     }
-    EXPECT_NEAR(predicted / seen, 1.0, 0.1) << brightness;  // 126 scalars of 200 rounds
+    EXPECT_NEAR(predicted / seen, 1.0, 0.1) << brightness;  // 126 scalars of 100 rounds
   }
 }
 

@@ -128,7 +128,7 @@ TEST(PathAdjoint, ScalingAClosedRoomAboutItsLamp) {
               Channel(tests::PrimalReplicates(renderer, camera, Options(4096, bounces), 8), 0))
               .mean;
       const auto d = tests::DerivativeReplicates(
-          renderer, camera, motion.layout, motion.direction, Options(256, bounces), kReplicates);
+          renderer, camera, motion.layout, motion.direction, Options(64, bounces), kReplicates);
       EXPECT_TRUE(AgreesWithExact(Channel(d, 0), -2.0 * image)) << bounces << " bounces";
     }
   }

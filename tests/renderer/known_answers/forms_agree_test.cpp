@@ -89,13 +89,13 @@ void ExpectFormsAgree(const renderer::Scene& scene,
   EXPECT_GT(*middle, 10.0);  // the test could tell
 }
 
-renderer::RenderOptions Options(int bounces) {
+/// `share`: of the usual samples, fewer where they tell enough.
+renderer::RenderOptions Options(int bounces, double share = 1.0) {
   renderer::RenderOptions options;
   options.max_bounces = bounces;
-  options.spp = 64;
-  options.sppe = 64;
-  options.spp_direct = options.spp_indirect = 128;
-  options.spp_pixel = 64;
+  options.spp = static_cast<int>(64 * share);
+  options.sppe = options.spp_pixel = 64 * share;
+  options.spp_direct = options.spp_indirect = 128 * share;
   return options;
 }
 
@@ -129,7 +129,7 @@ TEST(FormsAgree, SoftShadow) {
                                  [](const Vec3& p) {
                                    return Vec3{0.3 * p.y, 0.2, -0.4};
                                  }),
-                   Options(1),
+                   Options(1, 0.25),
                    kPixel);
 }
 
@@ -163,8 +163,8 @@ TEST(FormsAgree, GlossyFloor) {
   renderer::Camera camera = Sensor({0.2, -2.2, 1.4}, {0.0, 0.2, 0.1}, 15.0);
   camera.filter = {PixelFilter::Shape::kGaussian, 1.5, 0.5};
   s.scene.sensors = {camera};
-  renderer::RenderOptions options = Options(1);
-  options.spp = 256;  // the filter's slope times a glossy lobe
+  renderer::RenderOptions options = Options(1, 0.5);
+  options.spp = 128;  // the filter's slope times a glossy lobe
   ExpectFormsAgree(s.scene,
                    Motion(s.scene)
                        .Vertices(0,
@@ -213,7 +213,7 @@ TEST(FormsAgree, TexturedPlaneUnderAProjector) {
                        .Add(ParameterKind::kObjectTranslation, plate, Vec3{0.2, -0.3, 0.1})
                        .Add(ParameterKind::kLightPosition, 0, Vec3{0.3, 0.2, -0.1})
                        .Add(ParameterKind::kLightRotation, 0, Vec3{0.1, -0.1, 0.2}),
-                   Options(1),
+                   Options(1, 0.25),
                    kPixel);
 }
 
@@ -228,8 +228,8 @@ TEST(FormsAgree, CameraInARoomWithTwoBounces) {
   s.AddLight(Ceiling(-0.4, 0.4, -0.3, 0.3, 1.95), 5.0);
   s.Add("block", Placed(Cube(), 0.25, {0.1, 0.2, 0.5}, {0.2, 0.3, 0.6}), 0);
   scene.sensors = {Sensor({-0.3, -0.8, 1.1}, {0.1, 0.4, 0.8}, 12.0)};
-  renderer::RenderOptions options = Options(2);
-  options.spp_pixel = 256;             // much crosses the pixels' borders, in and out
+  renderer::RenderOptions options = Options(2, 0.25);
+  options.spp_pixel = 64;              // much crosses the pixels' borders, in and out
   constexpr int kManyReplicates = 96;  // corners: the mean of few is not normally distributed
   ExpectFormsAgree(scene,
                    Motion(scene)
@@ -255,8 +255,9 @@ TEST(FormsAgree, CameraInABallOfFacetsAboveALargeFloor) {
                      {},
                      renderer::PointEmitter{{0.1, 0.1, 1.55}, {0.1, 0.1, 0.1}}}};
   scene.sensors = {Sensor({0.05, 0.02, 1.45}, {0.3, 0.5, 1.5}, 8.0)};
-  ExpectFormsAgree(
-      scene, Motion(scene).Vertices(ball, [&](const Vec3& p) { return p - centre; }), Options(2));
+  ExpectFormsAgree(scene,
+                   Motion(scene).Vertices(ball, [&](const Vec3& p) { return p - centre; }),
+                   Options(2, 0.25));
 }
 
 TEST(FormsAgree, SmoothMeshUnderASpot) {
@@ -306,7 +307,7 @@ TEST(FormsAgree, NormalMap) {
                                    return Vec3{0.3 * p.y, 0.2 * p.x, 0.1 * p.x};
                                  })
                        .Add(ParameterKind::kCameraPosition, 0, Vec3{0.3, 0.2, 0.1}),
-                   Options(2));
+                   Options(2, 0.5));
 }
 
 }  // namespace

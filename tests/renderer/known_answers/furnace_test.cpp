@@ -59,10 +59,10 @@ renderer::RenderOptions Options(DerivativeForm form, int bounces) {
   options.max_bounces = bounces;
   options.rr_depth = 100;
   options.form = form;
-  options.spp = 16384;
-  options.sppe = 8192;
-  options.spp_direct = options.spp_indirect = 16384;
-  options.spp_pixel = 16384;
+  options.spp = 8192;
+  options.sppe = 4096;
+  options.spp_direct = options.spp_indirect = 8192;
+  options.spp_pixel = 8192;
   return options;
 }
 
@@ -134,8 +134,8 @@ TEST_P(FurnaceForms, C16NorOfAnOccluderThatIsAsBright) {
   const auto expect = [&](const std::string& name, const Motion& motion, int bounces) {
     renderer::RenderOptions options = Options(GetParam(), bounces);
     if (name == "dL_camera_2") {  // visible points slide: noisier
-      options.spp *= 2;
-      options.spp_direct *= 2;
+      options.spp *= 4;
+      options.spp_direct *= 4;
     }
     ExpectCancels(name, DerivativeByTerm(renderer, scene.sensors[0], motion, options, kReplicates));
   };
