@@ -103,7 +103,7 @@ SchemaNode ColourSchema() {
                       {"linear", Transfer::kLinear}},
                      &ObservationOptions::transfer) |
                   Doc("What the numbers in the files mean; `auto`: 8 and 16 bit are what their "
-                      "colour profile says, or sRGB, EXR and HDR linear.") |
+                      "colour profile or EXIF says, else sRGB; EXR and HDR are linear.") |
                   Refuse({{"rec709", ""}, {"gamma", ""}}),
               Key("clip_above", &ObservationOptions::clip_above) |
                   Doc("Brighter pixels (share of the file's range), and those beside them that "

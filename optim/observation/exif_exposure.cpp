@@ -17,6 +17,7 @@ constexpr double kMaxSpreadEv = 12.0;
 
 constexpr std::size_t kMaxBlock = 65535;  // what a segment of JPEG can hold
 constexpr ExifShort kIsoIsElsewhere = 65535;
+constexpr ExifShort kAdobeRgb = 2;  // not of the standard, but written
 
 struct Range {
   double low = 0.0, high = 0.0;
@@ -82,6 +83,14 @@ std::string Span(const std::vector<ExifExposure>& exposures, Member member, Text
 
 using ExifBlock = std::unique_ptr<ExifData, void (*)(ExifData*)>;
 
+/// Empty where it has another type.
+std::string_view TextOf(ExifContent* ifd, ExifTag tag) {
+  const ExifEntry* entry = exif_content_get_entry(ifd, tag);
+  if (entry == nullptr || entry->format != EXIF_FORMAT_ASCII || entry->data == nullptr) return {};
+  const std::string_view stored(reinterpret_cast<const char*>(entry->data), entry->size);
+  return stored.substr(0, stored.find('\0'));
+}
+
 /// Null for what cannot be one.
 ExifBlock LoadExif(std::string_view exif) {
   ExifBlock data(nullptr, exif_data_unref);
@@ -131,15 +140,19 @@ std::string ParseExifLens(std::string_view exif) {
   if (!data) return {};
   std::string text;
   for (const ExifTag tag : {EXIF_TAG_MAKE, EXIF_TAG_MODEL}) {
-    const ExifEntry* entry = exif_content_get_entry(data->ifd[EXIF_IFD_0], tag);
-    if (entry == nullptr || entry->format != EXIF_FORMAT_ASCII || entry->data == nullptr) continue;
-    const std::string_view stored(reinterpret_cast<const char*>(entry->data), entry->size);
-    const std::string_view name = stored.substr(0, stored.find('\0'));
+    const std::string_view name = TextOf(data->ifd[EXIF_IFD_0], tag);
     if (!name.empty()) text += (text.empty() ? "" : " ") + std::string(name);
   }
   const auto focal = Entries(data.get()).Rational(EXIF_TAG_FOCAL_LENGTH, kFocalLengthsMm);
   if (focal) text += (text.empty() ? "" : ", ") + Number(*focal) + " mm";
   return text;
+}
+
+bool NamesAdobeRgb(std::string_view exif) {
+  const ExifBlock data = LoadExif(exif);
+  if (!data) return false;
+  return TextOf(data->ifd[EXIF_IFD_INTEROPERABILITY], EXIF_TAG_INTEROPERABILITY_INDEX) == "R03" ||
+         Entries(data.get()).Short(EXIF_TAG_COLOR_SPACE) == kAdobeRgb;
 }
 
 ExifComparison CompareExifExposures(const std::vector<std::optional<ExifExposure>>& photos) {

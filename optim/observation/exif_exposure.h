@@ -33,6 +33,10 @@ std::optional<ExifExposure> PlausibleExposure(double time_s,
 /// neither.
 std::string ParseExifLens(std::string_view exif);
 
+/// Whether an EXIF block says that the picture's colours are those of Adobe RGB, as cameras do that
+/// add no profile. [DCF 2.0, option file]
+bool NamesAdobeRgb(std::string_view exif);
+
 struct ExifComparison {
   std::vector<double> ev;  ///< of each photo, around their mean; empty if they are not to be used
   std::string seen;        ///< for people; empty if no photo says anything

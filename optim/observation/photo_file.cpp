@@ -144,6 +144,13 @@ void Try(const fs::path& candidate, FileSearch& search) {
   if (IsFile(path)) search.found = path;
 }
 
+/// What a file says of its colours; empty: nothing, so sRGB.
+std::optional<renderer::ColorProfile> ProfileOf(const DecodedImage& decoded, const fs::path& path) {
+  if (!decoded.icc.empty()) return renderer::ColorProfile(decoded.icc, path.string());
+  if (NamesAdobeRgb(decoded.exif)) return renderer::ColorProfile::AdobeRgb();
+  return std::nullopt;
+}
+
 }  // namespace
 
 bool IsPicture(const fs::path& path) { return HasPictureExtension(path) && IsFile(path); }
@@ -187,13 +194,13 @@ PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options)
   file.photo = std::move(decoded.image);
   file.alpha = std::move(decoded.alpha);
   file.straight_alpha = !decoded.linear;
-  if (options.transfer == Transfer::kAuto && !decoded.linear && !decoded.icc.empty()) {
-    const renderer::ColorProfile profile(decoded.icc, path.string());
-    if (!profile.IsSrgb()) {
-      profile.MakeLinear(file.photo);
+  if (options.transfer == Transfer::kAuto && !decoded.linear) {
+    const auto profile = ProfileOf(decoded, path);
+    if (profile && !profile->IsSrgb()) {
+      profile->MakeLinear(file.photo);
       if (file.bits <= kMaxBitsOfRounded) RoundTo16Bits(file.photo);
       file.srgb = false;
-      file.profile = profile.description();
+      file.profile = profile->description();
     }
   }
   if (file.srgb) MakeLinear(file.bits, file.photo);

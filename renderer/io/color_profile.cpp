@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <new>
 #include <string_view>
 #include <vector>
 
@@ -23,13 +24,14 @@ Handle ProfileOf(cmsHPROFILE made) {
   return {made, [](void* profile) { cmsCloseProfile(profile); }};
 }
 
-Handle LinearRec709() {
-  const cmsCIExyY white = {0.3127, 0.3290, 1.0};
-  const cmsCIExyYTRIPLE primaries = {{0.64, 0.33, 1.0}, {0.30, 0.60, 1.0}, {0.15, 0.06, 1.0}};
-  const std::unique_ptr<cmsToneCurve, decltype(&cmsFreeToneCurve)> line(cmsBuildGamma(nullptr, 1.0),
-                                                                        cmsFreeToneCurve);
-  const std::array<cmsToneCurve*, 3> curves = {line.get(), line.get(), line.get()};
-  return ProfileOf(cmsCreateRGBProfile(&white, &primaries, curves.data()));
+constexpr cmsCIExyY kD65 = {0.3127, 0.3290, 1.0};
+
+/// Of white D65; values to the power of `gamma` are linear.
+Handle MakeProfile(const cmsCIExyYTRIPLE& primaries, double gamma) {
+  const std::unique_ptr<cmsToneCurve, decltype(&cmsFreeToneCurve)> curve(
+      cmsBuildGamma(nullptr, gamma), cmsFreeToneCurve);
+  const std::array<cmsToneCurve*, 3> curves = {curve.get(), curve.get(), curve.get()};
+  return ProfileOf(cmsCreateRGBProfile(&kD65, &primaries, curves.data()));
 }
 
 std::string DescriptionOf(void* profile) {
@@ -49,11 +51,9 @@ std::string DescriptionOf(void* profile) {
 
 }  // namespace
 
-ColorProfile::ColorProfile(const std::string& icc, const std::string& name)
-    : transform_(nullptr, cmsDeleteTransform) {
+ColorProfile::ColorProfile(const std::string& icc, const std::string& name) : ColorProfile() {
   const Handle profile =
       ProfileOf(cmsOpenProfileFromMem(icc.data(), static_cast<cmsUInt32Number>(icc.size())));
-  const Handle linear = LinearRec709();
   const auto fail = [&](const std::string& what) {
     throw IoError(name + ": its colour profile " + what +
                   "; store it as sRGB, or say with transfer 'srgb' that it is");
@@ -66,14 +66,31 @@ ColorProfile::ColorProfile(const std::string& icc, const std::string& name)
     fail("'" + DescriptionOf(profile.get()) + "' is neither of RGB nor of grey");
   }
   is_grey_ = space == "GRAY";
-  transform_.reset(cmsCreateTransform(profile.get(),
-                                      is_grey_ ? TYPE_GRAY_FLT : TYPE_RGB_FLT,
-                                      linear.get(),
-                                      TYPE_RGB_FLT,
-                                      INTENT_RELATIVE_COLORIMETRIC,
-                                      cmsFLAGS_NOCACHE));
   description_ = DescriptionOf(profile.get());
-  if (!transform_) fail("'" + description_ + "' cannot be used");
+  if (!Use(profile.get())) fail("'" + description_ + "' cannot be used");
+}
+
+ColorProfile ColorProfile::AdobeRgb() {
+  constexpr cmsCIExyYTRIPLE kPrimaries = {{0.64, 0.33, 1.0}, {0.21, 0.71, 1.0}, {0.15, 0.06, 1.0}};
+  constexpr double kGamma = 563.0 / 256.0;
+  ColorProfile result;
+  result.description_ = "Adobe RGB (1998)";
+  const Handle profile = MakeProfile(kPrimaries, kGamma);
+  if (!profile || !result.Use(profile.get())) throw std::bad_alloc();
+  return result;
+}
+
+bool ColorProfile::Use(void* profile) {
+  constexpr cmsCIExyYTRIPLE kRec709 = {{0.64, 0.33, 1.0}, {0.30, 0.60, 1.0}, {0.15, 0.06, 1.0}};
+  const Handle linear = MakeProfile(kRec709, 1.0);
+  transform_ = {cmsCreateTransform(profile,
+                                   is_grey_ ? TYPE_GRAY_FLT : TYPE_RGB_FLT,
+                                   linear.get(),
+                                   TYPE_RGB_FLT,
+                                   INTENT_RELATIVE_COLORIMETRIC,
+                                   cmsFLAGS_NOCACHE),
+                cmsDeleteTransform};
+  return transform_ != nullptr;
 }
 
 bool ColorProfile::IsSrgb() const {

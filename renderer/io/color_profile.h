@@ -7,11 +7,14 @@
 
 namespace pathfit::renderer {
 
-/// What the numbers of an image stand for, by an ICC profile.
+/// What the numbers of an image stand for.
 class ColorProfile {
  public:
-  /// Fails: IoError naming `name`, the image: damaged, or neither of RGB nor of grey.
+  /// By an ICC profile. Fails: IoError naming `name`, the image: damaged, or neither of RGB nor of
+  /// grey.
   ColorProfile(const std::string& icc, const std::string& name);
+  /// What cameras write in Adobe RGB, and most say in EXIF alone. [Adobe RGB (1998)]
+  static ColorProfile AdobeRgb();
 
   [[nodiscard]] const std::string& description() const { return description_; }
   /// Whether it says what sRGB says, to an 8-bit step and a half.
@@ -21,6 +24,10 @@ class ColorProfile {
   void MakeLinear(Image& image) const;
 
  private:
+  ColorProfile() : transform_(nullptr, nullptr) {}
+  /// To what MakeLinear makes; `profile` is the library's. False if it cannot be used.
+  bool Use(void* profile);
+
   std::unique_ptr<void, void (*)(void*)> transform_;  ///< the library's
   std::string description_;
   bool is_grey_ = false;

@@ -325,12 +325,15 @@ void AddImages(const fs::path& folder, std::vector<FuzzTarget>& targets) {
                      },
                      {}});
   targets.push_back({"exif",
-                     {{{"exif", optim::ExifBlock({})}}, {{"exif", optim::ExifBlock({}, true)}}},
+                     {{{"exif", optim::ExifBlock({})}},
+                      {{"exif", optim::ExifBlock({}, true)}},
+                      {{"exif", optim::ColorBlock('\xff', "R03")}}},
                      {"II", "MM"},
                      [](const fs::path& at) {
                        const std::string bytes = renderer::ReadWholeFile(at / "exif");
                        static_cast<void>(optim::ParseExifExposure(bytes));
                        static_cast<void>(optim::ParseExifLens(bytes));
+                       static_cast<void>(optim::NamesAdobeRgb(bytes));
                      },
                      {}});
 }

@@ -52,6 +52,17 @@ inline std::string ExifBlock(const ExifValues& values, bool big_endian = false) 
   return bytes;
 }
 
+/// A TIFF structure that says nothing but its colour space and, of three letters, how it is to be
+/// understood.
+inline std::string ColorBlock(char color_space, const std::string& interoperability) {
+  using std::string_literals::operator""s;
+  return "II\x2a\0\x08\0\0\0"s +                                      // at 8:
+         "\1\0"s + "\x69\x87\4\0\1\0\0\0\x1a\0\0\0"s + "\0\0\0\0"s +  // at 26:
+         "\2\0"s + "\x01\xa0\3\0\1\0\0\0"s + color_space + "\0\0\0"s +
+         "\x05\xa0\4\0\1\0\0\0\x38\0\0\0"s + "\0\0\0\0"s +  // at 56:
+         "\1\0"s + "\1\0\2\0\4\0\0\0"s + interoperability + "\0"s + "\0\0\0\0"s;
+}
+
 /// A JPEG file with this block behind its first two bytes.
 inline std::string WithExif(const std::vector<unsigned char>& jpeg, const std::string& block) {
   std::string payload = std::string("Exif\0\0", 6) + block;

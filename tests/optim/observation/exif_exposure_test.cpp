@@ -101,6 +101,18 @@ TEST(ExifExposure, RandomBytesNeverCrash) {
   ExpectPlausible(ParseExifExposure(ExifBlock({}) + std::string(1 << 20, '\xff')));
 }
 
+TEST(ExifColors, AreAdobeRgbWhereTheyAreSaidToBe) {
+  EXPECT_TRUE(NamesAdobeRgb(ColorBlock('\xff', "R03")));
+  EXPECT_TRUE(NamesAdobeRgb(ColorBlock('\2', "R98")));
+  EXPECT_FALSE(NamesAdobeRgb(ColorBlock('\1', "R98")));
+  EXPECT_FALSE(NamesAdobeRgb(ExifBlock({})));
+  EXPECT_FALSE(NamesAdobeRgb(""));
+  const std::string whole = ColorBlock('\1', "R03");
+  for (std::size_t size = 0; size < whole.size() - 8; ++size) {
+    EXPECT_FALSE(NamesAdobeRgb(whole.substr(0, size))) << "cut at " << size;
+  }
+}
+
 TEST(ExifExposures, AreDifferencesAroundTheirMean) {
   const auto found = CompareExifExposures({ExifExposure{1.0 / 60, 8.0, 100.0},
                                            ExifExposure{1.0 / 30, 8.0, 100.0},

@@ -12,6 +12,7 @@
 #include "renderer/image/color.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/raw_file.h"
+#include "tests/optim/observation/exif_bytes.h"
 #include "tests/optim/observation/observation_files.h"
 #include "tests/renderer/io/dng_bytes.h"
 #include "tests/renderer/io/icc_bytes.h"
@@ -183,6 +184,19 @@ TEST_F(LoadObservationsTest, ColorProfilesAreUndoneUnlessTheConfigSaysWhatPhotos
   EXPECT_NEAR(red_of(), linear, 1e-4);
   options_.transfer = Transfer::kAuto;
   ExpectOneProblem({"a.png: its colour profile is damaged", "transfer 'srgb'"});
+}
+
+TEST_F(LoadObservationsTest, PhotosThatExifCallsAdobeRgbHaveItsCurve) {
+  const std::vector<unsigned char> grey = renderer::EncodeJpeg(ConstantImage(8, 4, 3, 0.5F), 95);
+  folder_.WriteText("a.jpg", WithExif(grey, ColorBlock('\xff', "R03")));
+  WriteCameras({"a.jpg"});
+  const auto value = [&] {
+    return static_cast<double>(LoadObservations(options_).views[0].photo.Unpack().data[0]);
+  };
+  EXPECT_NEAR(value(), std::pow(128.0 / 255.0, 563.0 / 256.0), 1e-3);
+  ExpectAssumption("from the colour profile 'Adobe RGB (1998)'");
+  options_.transfer = Transfer::kSrgb;
+  EXPECT_NEAR(value(), renderer::LinearFromSrgb(128.0 / 255.0), 1e-3);
 }
 
 TEST_F(LoadObservationsTest, ClippingIsCountedOnEncodedValues) {

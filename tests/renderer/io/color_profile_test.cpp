@@ -102,6 +102,17 @@ TEST(ColorProfile, MakesDisplayP3Linear) {
   ExpectColor(white, {1.0, 1.0, 1.0}, 2e-4);
 }
 
+// To Rec.709, both with D65: the matrix of their chromaticities.
+TEST(ColorProfile, MakesAdobeRgbLinear) {
+  const ColorProfile profile = ColorProfile::AdobeRgb();
+  EXPECT_FALSE(profile.IsSrgb());
+  Image image = OnePixel(0.8F, 0.6F, 0.4F);
+  const auto linear = [](double encoded) { return std::pow(encoded, 563.0 / 256.0); };
+  const double r = linear(0.8), g = linear(0.6), b = linear(0.4);
+  profile.MakeLinear(image);
+  ExpectColor(image, {1.39836 * r - 0.39836 * g, g, -0.04293 * g + 1.04293 * b}, 2e-4);
+}
+
 TEST(ColorProfile, TakesCurvesOfRgbAndOfGrey) {
   Image image = OnePixel(0.5F, 0.25F, 0.75F);
   ColorProfile(RgbProfile(kRec709, 1.0), "a.tif").MakeLinear(image);

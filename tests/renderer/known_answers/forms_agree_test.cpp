@@ -213,7 +213,7 @@ TEST(FormsAgree, TexturedPlaneUnderAProjector) {
                        .Add(ParameterKind::kObjectTranslation, plate, Vec3{0.2, -0.3, 0.1})
                        .Add(ParameterKind::kLightPosition, 0, Vec3{0.3, 0.2, -0.1})
                        .Add(ParameterKind::kLightRotation, 0, Vec3{0.1, -0.1, 0.2}),
-                   Options(1, 0.25),
+                   Options(1),
                    kPixel);
 }
 
@@ -255,9 +255,8 @@ TEST(FormsAgree, CameraInABallOfFacetsAboveALargeFloor) {
                      {},
                      renderer::PointEmitter{{0.1, 0.1, 1.55}, {0.1, 0.1, 0.1}}}};
   scene.sensors = {Sensor({0.05, 0.02, 1.45}, {0.3, 0.5, 1.5}, 8.0)};
-  ExpectFormsAgree(scene,
-                   Motion(scene).Vertices(ball, [&](const Vec3& p) { return p - centre; }),
-                   Options(2, 0.25));
+  ExpectFormsAgree(
+      scene, Motion(scene).Vertices(ball, [&](const Vec3& p) { return p - centre; }), Options(2));
 }
 
 TEST(FormsAgree, SmoothMeshUnderASpot) {
