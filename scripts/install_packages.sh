@@ -13,7 +13,7 @@ build_packages=(
 )
 test_packages=(
   libgtest-dev clang-format clang-19 lld-19 libclang-rt-19-dev python3 git dpkg-dev nodejs chromium
-  pybind11-dev python3-dev python3-numpy python3-scipy
+  pybind11-dev python3-dev python3-numpy python3-scipy python3-pil
 )
 
 packages=("${build_packages[@]}")

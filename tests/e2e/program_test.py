@@ -26,10 +26,10 @@ sys.path.insert(0, str(SOURCE / "tests" / "support"))
 from run_state import final_bytes  # noqa: E402
 
 DEMO = SOURCE / "configs" / "axe_demo.yaml"
-# The whole fit in seconds: two stages of few rounds with photographs of 72 pixels.
+# The whole fit in seconds: two stages of few rounds with photographs of 48 pixels.
 QUICK = ["--set", "input.split.validation=every 6"]
 for stage, rounds, spp, max_spp in (("light", 2, 4, 8), ("all", 6, 16, 16)):  # fewer would keep the start
-    QUICK += ["--set", f"stages.{stage}.max_rounds={rounds}", "--set", f"stages.{stage}.image_scale=0.375",
+    QUICK += ["--set", f"stages.{stage}.max_rounds={rounds}", "--set", f"stages.{stage}.image_scale=0.25",
               "--set", f"stages.{stage}.spp={spp}", "--set", f"stages.{stage}.max_spp={max_spp}"]
 
 SMALL = ["--set", "input.max_size_px=64"]
@@ -333,7 +333,7 @@ class Program(unittest.TestCase):
         self.assertEqual(ready.returncode, 0, ready.stderr)
         self.assertEqual(ready.stdout.strip(), str(config))
         self.assertIn("frame: camera", config.read_text(), "it stood on a turntable")
-        checked = run("check", config)
+        checked = run("check", config, *SMALL)
         self.assertEqual(checked.returncode, 0, checked.stderr)
         self.assertNotIn("warning", checked.stderr)
         config.write_text("mine")

@@ -1,15 +1,16 @@
 """Drives a headless Chromium by its debugging pipe: what a page asks for, what it complains of, and what it draws."""
 import base64
+import io
 import json
 import os
 import shutil
 import signal
-import struct
 import subprocess
 import tempfile
 import threading
 import time
-import zlib
+
+from PIL import Image
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-headless-shell")
 
@@ -136,30 +137,9 @@ class Browser:
 
 
 def pixels(png):
-    """Rows of (r, g, b), or (gray,), of a PNG as browsers write it: 8 bits, not interlaced."""
-    width, height, depth, kind = struct.unpack(">IIBB", png[16:26])
-    assert depth == 8
-    step = {0: 1, 2: 3, 6: 4}[kind]
-    data, at = b"", 8
-    while at < len(png):
-        size = struct.unpack(">I", png[at:at + 4])[0]
-        if png[at + 4:at + 8] == b"IDAT":
-            data += png[at + 8:at + 8 + size]
-        at += size + 12
-    data = zlib.decompress(data)
-    before, rows = bytearray(width * step), []
-    for y in range(height):
-        start = y * (width * step + 1)
-        mode, line = data[start], bytearray(data[start + 1:start + 1 + width * step])
-        for i in range(width * step if mode else 0):
-            left = line[i - step] if i >= step else 0
-            up, corner = before[i], before[i - step] if i >= step else 0
-            if mode == 4:
-                guess = left + up - corner
-                near = [abs(guess - left), abs(guess - up), abs(guess - corner)]
-                line[i] = (line[i] + (left, up, corner)[near.index(min(near))]) & 255
-            else:
-                line[i] = (line[i] + (0, left, up, (left + up) // 2)[mode]) & 255
-        before = line
-        rows.append([tuple(line[i:i + min(step, 3)]) for i in range(0, width * step, step)])
-    return rows
+    """Rows of (r, g, b), or (gray,), of a PNG file's bytes."""
+    image = Image.open(io.BytesIO(png))
+    if image.mode != "L":
+        image = image.convert("RGB")
+    values = [(value,) for value in image.getdata()] if image.mode == "L" else list(image.getdata())
+    return [values[i:i + image.width] for i in range(0, len(values), image.width)]
