@@ -20,6 +20,7 @@
 #include "app/output/fit_recorder.h"
 #include "app/output/parameter_table.h"
 #include "app/output/report.h"
+#include "app/output/sha256.h"
 #include "optim/checkpoint/checkpoint.h"
 #include "optim/ranks/ranks.h"
 #include "optim/round/fit.h"
@@ -246,6 +247,8 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   record.threads = threads;
   record.seed = config.render.seed;
   record.config_path = config.path.string();
+  const std::string resolved = ResolvedYaml(config, experiment.scene);
+  record.resolved_sha256 = Sha256Hex(resolved);
   record.inputs = HashInputs(experiment.input_files);
   record.assumptions = experiment.assumptions;
   record.attributions = experiment.attributions;
@@ -254,7 +257,7 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
       CreateRunDirectory(config.output.directory, config.name, std::chrono::system_clock::now());
   const std::unique_ptr<FileLock> lock = LockRun(run);
   renderer::WriteFileAtomically(run.Config(), config.given_text);
-  renderer::WriteFileAtomically(run.ResolvedConfig(), ResolvedYaml(config, experiment.scene));
+  renderer::WriteFileAtomically(run.ResolvedConfig(), resolved);
   context.log.AddFile(run.LogFile());
   for (const std::string& text : experiment.assumptions) context.log.Info(text);
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
@@ -280,7 +283,11 @@ ExitStatus Resume(CommandContext& context, const Options& own) {
 
   const RunRecord before = ReadRunRecord(run.Record());
   std::vector<std::string> changed = ChangedInputs(before);
-  // A config that was edited may name others.
+  if (!before.resolved_sha256.empty() &&
+      Sha256OfFile(run.ResolvedConfig()) != before.resolved_sha256) {
+    changed.push_back(run.ResolvedConfig().string());
+  }
+  // In records of older versions, a config that was edited may name others.
   for (std::size_t i = 0; i < std::min(experiment.input_files.size(), before.inputs.size()); ++i) {
     const std::string path = experiment.input_files[i].string();
     if (path != before.inputs[i].path) changed.push_back(path);

@@ -7,6 +7,9 @@
 namespace pathfit::app {
 namespace {
 
+// Its square must be a number that others can be added to.
+constexpr double kLeastSigma = 1e-20;
+
 using optim::FitSpec;
 using optim::LinearSolverChoice;
 using optim::LossSpec;
@@ -42,7 +45,8 @@ SchemaNode PriorSchema() {
                    &optim::GaussianPriorSpec::mean) |
                  Required(),
              Key("sigma", &optim::GaussianPriorSpec::sigma) |
-                 Doc("How far from it the value is believed to be.") | Above(0.0) | Required()},
+                 Doc("How far from it the value is believed to be.") | AtLeast(kLeastSigma) |
+                 Required()},
             &UnknownSpec::gaussian) |
       Doc("Near a known value.") | OneOf("prior"));
   return Map("", std::move(priors)) | Refuse({{"normal_consistency", "; write laplacian"}});

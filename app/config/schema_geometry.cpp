@@ -116,7 +116,11 @@ void CheckTriangleAreas(const GeometryConfig& geometry, const CheckedMap& map) {
 void CheckGeometry(GeometryConfig& geometry, const CheckedMap& map) {
   CheckTriangleAreas(geometry, map);
   if (!IsGltf(geometry)) {
-    if (map.Find("material") == nullptr) {
+    // One that is there but wrong is taken out before.
+    const bool is_wrong = std::ranges::any_of(map.problems, [&map](const Problem& problem) {
+      return problem.path == map.path + ".material";
+    });
+    if (map.Find("material") == nullptr && !is_wrong) {
       map.problems.push_back(
           {map.node.place, map.path, "required key 'material' is missing (a name)"});
     }

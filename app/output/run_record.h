@@ -61,6 +61,7 @@ struct RunRecord {
   int threads = 0;
   std::uint64_t seed = 0;
   std::string config_path;
+  std::string resolved_sha256;  ///< of config.resolved.yaml; empty in records of older versions
   std::vector<InputFile> inputs;
   std::vector<std::string> assumptions;
   std::vector<std::string> warnings;
@@ -145,6 +146,7 @@ struct Fields<RunRecord> {
     visit("threads", record.threads);
     visit("seed", record.seed);
     visit("config_path", record.config_path);
+    visit(Figure{.key = "resolved_sha256"}, record.resolved_sha256);
     visit("sessions", record.sessions);
     visit("stages", record.stages);
     visit(Figure{.key = "gauge"}, record.gauge);

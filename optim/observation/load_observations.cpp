@@ -88,6 +88,7 @@ bool LacksMaskFolder(const MaskOptions& masks) {
 /// What was met while one photo was loaded.
 struct FrameFacts {
   int bits = 0;
+  bool grey = false;
   bool srgb = false;
   std::string profile;
   int exif_orientation = 1;
@@ -229,6 +230,7 @@ class FrameLoader {
     view.file_height = photo.photo.height;
     result.facts.bits = photo.bits;
     result.facts.srgb = photo.srgb;
+    result.facts.grey = photo.grey;
     result.facts.profile = photo.profile;
     result.facts.exif_orientation = photo.exif_orientation;
     result.facts.exif_exposure = photo.exif_exposure;
@@ -453,6 +455,11 @@ void DescribePhotos(const ObservationOptions& options,
                    : profile.empty()
                        ? ", taken as linear Rec.709 as stored."
                        : ", made linear Rec.709 from the colour profile '" + profile + "'."));
+  }
+  if (const std::size_t grey = Count(facts, [](const FrameFacts& f) { return f.grey; })) {
+    out.push_back("Colour: " + CountOf(grey, "photo") +
+                  " with one channel, grey: red, green and blue are taken to be alike" +
+                  (grey < facts.size() ? ", which they are not in the others." : "."));
   }
   DescribeRaw(raw, out);
   if (raw.empty() && options.white_balance != renderer::RawWhiteBalance::kCamera) {

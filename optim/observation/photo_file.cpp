@@ -183,6 +183,7 @@ PhotoFile ReadPhotoFile(const fs::path& path, const ObservationOptions& options)
   DecodedImage decoded = renderer::ReadImageFile(path, options.apply_exif_orientation);
   PhotoFile file;
   file.bits = decoded.bits;
+  file.grey = decoded.grey;
   file.exif_orientation = decoded.exif_orientation;
   file.exif_exposure = ParseExifExposure(decoded.exif);
   const bool is_integer = decoded.bits <= 16;

@@ -29,6 +29,7 @@ struct PhotoFile {
   renderer::Image alpha;        ///< 1 channel or empty
   bool straight_alpha = false;  ///< colours are not multiplied by it: PNG and TIFF, not EXR
   int bits = 0;                 ///< per channel in the file; 32 for floats
+  bool grey = false;            ///< the file has one channel, but for alpha
   bool srgb = false;            ///< the sRGB curve was undone
   std::string profile;          ///< name of the colour profile that was undone; else empty
   int exif_orientation = 1;

@@ -204,6 +204,12 @@ void CheckJpeg(std::string_view bytes, const std::string& name) {
   while (const std::optional<JpegSegment> segment = segments.Next()) {
     if (IsFrameHeader(segment->marker)) {
       const ByteReader reader(segment->payload, true);
+      // What printers mix is told by a profile alone, and the library's guess is a level too
+      // bright.
+      constexpr std::uint64_t kCmyk = 4;
+      if (reader.Uint(5, 1).value_or(0) == kCmyk) {
+        throw IoError(name + ": the JPEG file is of four inks (CMYK); store it as RGB");
+      }
       CheckClaimedSize(reader.Uint(3, 2).value_or(0),
                        reader.Uint(1, 2).value_or(0),
                        ImageKind::kJpeg,

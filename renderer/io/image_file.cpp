@@ -76,6 +76,7 @@ DecodedImage Decode(std::string& bytes, ImageKind kind, const std::filesystem::p
   DecodedImage decoded;
   decoded.linear = depth == CV_32F || depth == CV_64F;
   decoded.bits = depth == CV_8U ? 8 : (depth == CV_16U ? 16 : 32);
+  decoded.grey = channels < 3;
   decoded.image = Image(pixels.cols, pixels.rows, 3);
   for (int c = 0; c < 3; ++c) {
     // The library stores blue first, and alpha last.

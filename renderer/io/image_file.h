@@ -16,6 +16,7 @@ struct DecodedImage {
   bool linear =
       false;     ///< HDR, EXR and float TIFF; otherwise encoded (nearly always by the sRGB curve)
   int bits = 8;  ///< per channel in the file: 8, 16 or 32
+  bool grey = false;         ///< one channel, but for alpha
   int exif_orientation = 1;  ///< of JPEG, 1 to 8; 1 when unknown
   std::string exif;          ///< of JPEG: the TIFF structure as stored; empty without one
   std::string icc;           ///< the colour profile as stored, unchecked; empty without one

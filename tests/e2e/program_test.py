@@ -242,6 +242,11 @@ class Program(unittest.TestCase):
         self.assertEqual(out.returncode, 4, out.stderr)
         for path in (folder / "checkpoints").glob("state_*.cbor"):
             self.assertIn(path.name, out.stderr)
+        config = folder / "config.resolved.yaml"
+        config.write_text(config.read_text() + "# a word more\n")
+        out = run("resume", folder, "--progress", "none")
+        self.assertEqual(out.returncode, 4, out.stderr)
+        self.assertIn("config.resolved.yaml: has changed since the run began", out.stderr)
 
     def test_signals_stop_with_their_status_and_resume(self):
         for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 75), (signal.SIGHUP, 75)):

@@ -150,6 +150,8 @@ TEST(ConfigMistakes, KeysThatDependOnOthersAreChecked) {
         "scene.geometry.disc: unknown key 'fil' (did you mean 'file'?)"},
        {"scene.geometry.disc={file: a.ply}",
         "scene.geometry.disc: required key 'material' is missing (a name)"},
+       {"scene.geometry.disc={file: a.ply, material: my paint}",
+        "scene.geometry.disc.material: 'my paint' may hold only letters, digits, '_' and '-'"},
        {"scene.geometry.disc={file: a.ply, material: paint, lights: true}",
         "scene.geometry.disc.lights: only glTF files have lights"},
        {"scene.geometry.disc={file: a.ply, material: paint, camera_height_px: 9}",

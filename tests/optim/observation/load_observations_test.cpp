@@ -199,6 +199,19 @@ TEST_F(LoadObservationsTest, PhotosThatExifCallsAdobeRgbHaveItsCurve) {
   EXPECT_NEAR(value(), renderer::LinearFromSrgb(128.0 / 255.0), 1e-3);
 }
 
+TEST_F(LoadObservationsTest, GreyPhotosAreSaidToBeGrey) {
+  WriteCameras({"a.png", "b.png"});
+  Write("a.png", ConstantImage(8, 4, 1, 0.5F));
+  Write("b.png", ConstantImage(8, 4, 1, 0.5F));
+  LoadObservations(options_);
+  ExpectAssumption("2 photos with one channel, grey: red, green and blue are taken to be alike.");
+  Write("b.png", ConstantImage(8, 4, 3, 0.5F));
+  LoadObservations(options_);
+  ExpectAssumption(
+      "1 photo with one channel, grey: red, green and blue are taken to be alike, "
+      "which they are not in the others.");
+}
+
 TEST_F(LoadObservationsTest, ClippingIsCountedOnEncodedValues) {
   WriteCameras({"a.png"});
   Image photo = ConstantImage(8, 4, 3, 0.5F);

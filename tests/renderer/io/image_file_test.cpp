@@ -215,6 +215,8 @@ TEST(ImageFile, RefusesOtherFilesAndHostileSizes) {
   EXPECT_NE(of_png.find("claim: "), std::string::npos);
   const std::string of_jpeg = claim(jpeg, jpeg.find("\xff\xc0") + 5, "\x40\0\x40\0"s);
   EXPECT_NE(of_jpeg.find(claimed), std::string::npos) << of_jpeg;
+  const std::string of_inks = claim(jpeg, jpeg.find("\xff\xc0") + 9, "\4");
+  EXPECT_NE(of_inks.find("is of four inks (CMYK); store it as RGB"), std::string::npos) << of_inks;
   std::vector<unsigned char> tiff;
   ASSERT_TRUE(cv::imencode(".tiff", cv::Mat::zeros(4, 4, CV_8UC3), tiff));
   std::string tiff_bytes = BytesOf(tiff);
