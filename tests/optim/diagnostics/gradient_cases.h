@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -100,6 +101,26 @@ inline void ExpectRightDerivative(const std::string& name,
   }
 }
 
+/// The same with a share of all samples.
+inline optim::GradientCheckOptions Share(optim::GradientCheckOptions options, double share) {
+  const auto of = [share](int spp) { return static_cast<int>(spp * share); };
+  options.render.spp = of(options.render.spp);
+  options.difference_spp = of(options.difference_spp);
+  options.render.sppe *= share;
+  options.render.spp_direct *= share;
+  options.render.spp_indirect *= share;
+  options.render.spp_pixel *= share;
+  return options;
+}
+
+/// The result against the difference of another, which must be that of the same motion.
+inline optim::GradientCheckResult Against(const optim::GradientCheckResult& other,
+                                          optim::GradientCheckResult result) {
+  result.difference = other.difference;
+  result.quantum = other.quantum;
+  return result;
+}
+
 using OptionsOfForm = std::function<optim::GradientCheckOptions(renderer::DerivativeForm)>;
 
 /// Calls expect(result, form) for both forms of a derivative. Their difference, which has no form,
@@ -118,12 +139,11 @@ void CheckInBothForms(const renderer::Scene& scene,
     optim::GradientCheckResult result =
         optim::CheckGradient(scene, scene.sensors[0], sensor, layout, direction, options);
     if (first) {
-      result.difference = first->difference;
-      result.quantum = first->quantum;
+      expect(Against(*first, std::move(result)), form);
     } else {
-      first = result;
+      first = std::move(result);
+      expect(*first, form);
     }
-    expect(result, form);
   }
 }
 inline std::string InForm(const std::string& name, renderer::DerivativeForm form) {

@@ -78,17 +78,6 @@ GradientCheckOptions Budget(DerivativeForm form, int spp, int difference_spp, do
   options.render.form = form;
   return options;
 }
-GradientCheckOptions Share(GradientCheckOptions options, double share) {
-  const auto of = [share](int spp) { return static_cast<int>(spp * share); };
-  options.render.spp = of(options.render.spp);
-  options.difference_spp = of(options.difference_spp);
-  options.render.sppe *= share;
-  options.render.spp_direct *= share;
-  options.render.spp_indirect *= share;
-  options.render.spp_pixel *= share;
-  return options;
-}
-
 struct Case {
   const char* name;
   ParameterKind kind;
@@ -122,7 +111,7 @@ void CheckMoving(const Case& c, PixelFilter::Shape filter) {
     if (c.kind == ParameterKind::kLightPosition && c.object == kProjector) {
       options.difference_spp = 640;  // its shadows are small: few samples change sides
     }
-    return Share(options, c.share);
+    return tests::Share(options, c.share);
   };
   const tests::KindMotion motion(scene, c.kind, c.object, c.scale);
   tests::CheckInBothForms(scene,
@@ -148,7 +137,7 @@ void CheckResting(const Scene& scene, double step, const std::vector<Case>& case
                      scene,
                      c.kind,
                      c.object,
-                     Share(Budget(DerivativeForm::kImage, 64, 64, step), c.share),
+                     tests::Share(Budget(DerivativeForm::kImage, 64, 64, step), c.share),
                      c.scale,
                      {Term::kInterior},
                      tests::kTile,

@@ -74,19 +74,13 @@ void ExpectSameEverywhere(const std::string& name,
   const GradientCheckResult difference = check(Places().front(), options);
   for (const Place& place : Places()) {
     for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
-      options = tests::OptionsForMotion(form, max_bounces);
-      options.render.spp = static_cast<int>(options.render.spp * share);
-      options.render.sppe *= share;
-      options.render.spp_direct *= share;
-      options.render.spp_indirect *= share;
-      options.render.spp_pixel *= share;
+      options = tests::Share(tests::OptionsForMotion(form, max_bounces), share);
       options.difference_spp = 1;
       options.render.seed = 1000;
-      GradientCheckResult result = check(place, options);
-      result.difference = difference.difference;
-      result.quantum = difference.quantum;
-      const std::string form_name = form == DerivativeForm::kImage ? ", image" : ", material";
-      tests::ExpectRightDerivative(name + ", " + place.name + form_name, result, terms, kTile);
+      tests::ExpectRightDerivative(tests::InForm(name + ", " + place.name, form),
+                                   tests::Against(difference, check(place, options)),
+                                   terms,
+                                   kTile);
     }
   }
 }
@@ -134,16 +128,18 @@ TEST(Surroundings, BoxOverASmallFloor) {
     const Scene there = At(place, scene);
     ParameterLayout layout(there);
     layout.Add(ParameterKind::kObjectTranslation, 1);
-    for (const DerivativeForm form : {DerivativeForm::kImage, DerivativeForm::kMaterial}) {
-      GradientCheckOptions options = tests::OptionsForMotion(form, 1);
-      const GradientCheckResult result =
-          CheckGradient(there, there.sensors[0], -1, layout, {0.7, 0.0, 0.5}, options);
-      ExpectedTerms terms = {Term::kPrimary};
-      if (place.floor == 1.0) terms.push_back(Term::kDirect);
-      const std::string form_name = form == DerivativeForm::kImage ? ", image" : ", material";
-      tests::ExpectRightDerivative(
-          std::string("box, ") + place.name + form_name, result, terms, kTile);
-    }
+    ExpectedTerms terms = {Term::kPrimary};
+    if (place.floor == 1.0) terms.push_back(Term::kDirect);
+    tests::CheckInBothForms(
+        there,
+        -1,
+        layout,
+        {0.7, 0.0, 0.5},
+        [](DerivativeForm form) { return tests::OptionsForMotion(form, 1); },
+        [&](const GradientCheckResult& result, DerivativeForm form) {
+          tests::ExpectRightDerivative(
+              tests::InForm(std::string("box, ") + place.name, form), result, terms, kTile);
+        });
   }
 }
 

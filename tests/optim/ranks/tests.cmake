@@ -6,7 +6,7 @@ add_executable(optim_ranks_without_mpi
   ${PROJECT_SOURCE_DIR}/optim/ranks/division.cpp)
 target_compile_definitions(optim_ranks_without_mpi PRIVATE PATHFIT_MPI=0)
 target_link_libraries(optim_ranks_without_mpi PRIVATE pathfit_renderer GTest::gtest_main)
-gtest_discover_tests(optim_ranks_without_mpi TEST_PREFIX optim/ranks/ PROPERTIES LABELS unit DISCOVERY_TIMEOUT 60)
+add_unit_tests(optim/ranks/without_mpi optim_ranks_without_mpi)
 
 if(PATHFIT_MPI AND NOT PATHFIT_QUICK_TESTS)
   add_test(NAME e2e/ranks

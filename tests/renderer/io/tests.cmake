@@ -27,4 +27,4 @@ add_executable(renderer_io_without_libraw
   ${CMAKE_CURRENT_LIST_DIR}/raw_file_without_libraw_test.cpp ${PROJECT_SOURCE_DIR}/renderer/io/raw_file.cpp)
 target_compile_definitions(renderer_io_without_libraw PRIVATE PATHFIT_RAW=0)
 target_link_libraries(renderer_io_without_libraw PRIVATE pathfit_renderer GTest::gtest_main)
-gtest_discover_tests(renderer_io_without_libraw TEST_PREFIX renderer/io/ PROPERTIES LABELS unit DISCOVERY_TIMEOUT 60)
+add_unit_tests(renderer/io/without_libraw renderer_io_without_libraw)
