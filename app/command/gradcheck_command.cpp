@@ -142,15 +142,32 @@ struct Row {
   }
 };
 
-void FillRow(const optim::GradientCheckResult& result, double sigma, Row& row) {
+/// Noise alone has a ratio of about 1.
+constexpr double kLeastSignalToNoise = 1.5;
+
+bool Drowns(const optim::GradientComparison& comparison) {
+  return comparison.signal_to_noise < kLeastSignalToNoise;
+}
+/// At half the step the difference is another: it is no measure of a derivative.
+bool HasTooLargeStep(const optim::GradientComparison& comparison) {
+  constexpr double kMostOfTheErrorBars = 0.7;
+  return Drowns(comparison) &&
+         comparison.truncation * comparison.signal_to_noise > kMostOfTheErrorBars;
+}
+
+void CompareInto(Row& row, const optim::GradientCheckResult& result, double sigma) {
   row.tiles = optim::Compare(result, kTile, sigma);
   row.whole = optim::Compare(result, 0, sigma);
+  row.passed = (row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit) ||
+               HasTooLargeStep(row.tiles);
+}
+
+void AddSums(const optim::GradientCheckResult& result, Row& row) {
   row.derivative = SumOf(optim::Estimates(result));
   row.difference = SumOf(result.difference);
   for (const auto& [name, term] : renderer::kDerivativeTerms) {
     if (!result[term].empty()) row.terms.emplace_back(name, SumOf(result[term]));
   }
-  row.passed = row.tiles.z_max <= row.tiles.z_limit && row.whole.z_max <= row.whole.z_limit;
 }
 
 struct CheckedRow {
@@ -186,17 +203,15 @@ Json ToJson(const Row& row) {
           {"z_sum_max", row.whole.z_max},
           {"z_sum_limit", row.whole.z_limit},
           {"signal_to_noise", row.tiles.signal_to_noise},
+          {"truncation", row.tiles.truncation},
           {"sum_of_terms", terms},
           {"sum_derivative", sum(row.derivative)},
           {"sum_difference", sum(row.difference)}};
 }
 
-/// Noise alone has a ratio of about 1.
-constexpr double kLeastSignalToNoise = 1.5;
-
-/// A difference that drowns in its noise agrees with anything.
+/// A difference that drowns in its noise, or in its step's own error, agrees with anything.
 bool IsInconclusive(const Row& row) {
-  return row.passed && row.not_checked.empty() && row.tiles.signal_to_noise < kLeastSignalToNoise;
+  return row.passed && row.not_checked.empty() && Drowns(row.tiles);
 }
 
 const char* VerdictOf(const Row& row) {
@@ -296,7 +311,9 @@ constexpr ResultKey kResult[] = {
      "list",
      "Maps by parameter and sensor: verdict (agrees, inconclusive, DIFFERS, NOT CHECKED), passed, "
      "z_rms, z_max, z_limit, z_sum_max, z_sum_limit, "
-     "signal_to_noise, sums of the derivative, its terms and the difference; or not_checked"}};
+     "signal_to_noise, truncation (what the step's own error adds to the error bars, over the "
+     "difference; only where they would differ without), sums of the derivative, its terms and the "
+     "difference; or not_checked"}};
 
 /// Says what is not in the derivatives, once.
 void WarnOfLimits(CommandContext& context,
@@ -328,9 +345,16 @@ CheckedRow CheckRow(const renderer::Scene& scene,
     own.given->form = renderer::DefaultForm(scene, direction.layout);  // as in fits
   }
   try {
-    const optim::GradientCheckResult result = optim::CheckGradient(
-        scene, camera, static_cast<int>(sensor), direction.layout, direction.values, own, &cancel);
-    FillRow(result, config.sigma, checked.row);
+    const auto index = static_cast<int>(sensor);
+    optim::GradientCheckResult result = optim::CheckGradient(
+        scene, camera, index, direction.layout, direction.values, own, &cancel);
+    CompareInto(checked.row, result, config.sigma);
+    if (!checked.row.passed) {  // of the derivative's doing, or of the step's?
+      optim::AddHalvedDifference(
+          scene, camera, index, direction.layout, direction.values, own, result, &cancel);
+      CompareInto(checked.row, result, config.sigma);
+    }
+    AddSums(result, checked.row);
     if (with_pictures) checked.pictures = PicturesOf(result);
   } catch (const renderer::SceneError& error) {
     checked.row.not_checked = error.what();
@@ -341,14 +365,19 @@ CheckedRow CheckRow(const renderer::Scene& scene,
 /// The verdict, on standard output.
 ExitStatus Conclude(CommandContext& context, const std::vector<Row>& rows) {
   const bool passed = std::ranges::all_of(rows, [](const Row& r) { return r.passed; });
-  const auto inconclusive = std::ranges::count_if(rows, IsInconclusive);
-  if (inconclusive > 0) {
-    context.log.Warn(
-        fmt::format("{} of {} comparisons are inconclusive: the finite difference drowns in its "
-                    "noise; raise --spp, --replicates or --step",
-                    inconclusive,
-                    rows.size()));
-  }
+  const auto warn = [&](std::ptrdiff_t count, const char* why) {
+    if (count > 0) {
+      context.log.Warn(
+          fmt::format("{} of {} comparisons are inconclusive: {}", count, rows.size(), why));
+    }
+  };
+  const auto too_large = std::ranges::count_if(
+      rows, [](const Row& r) { return IsInconclusive(r) && HasTooLargeStep(r.tiles); });
+  warn(std::ranges::count_if(rows, IsInconclusive) - too_large,
+       "the finite difference drowns in its noise; raise --spp, --replicates or --step");
+  warn(too_large,
+       "at half the step the finite difference is another; lower --step, and raise --spp or "
+       "--replicates");
   if (context.line.json) {
     Json list = Json::array();
     for (const Row& row : rows) {

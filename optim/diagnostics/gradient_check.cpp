@@ -24,19 +24,15 @@ using renderer::Rgba;
 constexpr double kRounding = 1e-9;
 // Pixels around a tile whose light a sample of the tile may carry to its other side of an edge.
 constexpr int kAround = 2;
+// Replicates of the difference at half the step, and the standard errors from which on it is
+// another: rarely by chance (Student's t of 3 degrees), as it then hides wrong derivatives.
+constexpr int kHalvedReplicates = 4;
+constexpr double kSureTruncation = 5.0;
 
 Film Scaled(const Film& film, double scale) {
   Film out = film;
   for (Rgba& p : out.pixels) {
     p *= scale;
-  }
-  return out;
-}
-
-Film CentralDifference(const Film& plus, const Film& minus, double step) {
-  Film out(plus.width, plus.height);
-  for (std::size_t i = 0; i < out.pixels.size(); ++i) {
-    out.pixels[i] = (plus.pixels[i] - minus.pixels[i]) * (0.5 / step);
   }
   return out;
 }
@@ -172,6 +168,101 @@ std::vector<double> Center(const renderer::Scene& scene,
   return center;
 }
 
+/// The scene moved by a step along the direction both ways, and not at all.
+class DisplacedScenes {
+ public:
+  /// A central difference and the larger of its two images.
+  struct Difference {
+    Film difference, largest;
+  };
+
+  DisplacedScenes(const renderer::Scene& scene,
+                  const renderer::Camera& camera,
+                  int sensor,
+                  const renderer::ParameterLayout& layout,
+                  const std::vector<double>& direction,
+                  const std::vector<double>& center,
+                  double step)
+      : camera_(camera),
+        sensor_(sensor),
+        step_(step),
+        at_center_(Displaced(scene, layout, direction, center, 0.0)),
+        at_plus_(Displaced(scene, layout, direction, center, step), at_center_),
+        at_minus_(Displaced(scene, layout, direction, center, -step), at_center_) {}
+
+  [[nodiscard]] const renderer::Renderer& AtCenter() const { return at_center_; }
+  /// The camera in the scene of a renderer, which may move.
+  [[nodiscard]] renderer::Camera CameraOf(const renderer::Renderer& r) const {
+    return sensor_ < 0
+               ? camera_
+               : renderer::ScaledCamera(r.scene().sensors[static_cast<std::size_t>(sensor_)],
+                                        camera_.width,
+                                        camera_.height);
+  }
+  /// Of the replicate of that number; both images have the same random numbers.
+  [[nodiscard]] Difference Render(const GradientCheckOptions& options,
+                                  int replicate,
+                                  const renderer::CancelFlag* cancel) const {
+    renderer::RenderOptions render = options.render;
+    render.seed = SeedOf(options, replicate) + 1;
+    render.spp = options.difference_spp;
+    const Film plus = at_plus_.RenderPrimal(CameraOf(at_plus_), render, {.cancel = cancel});
+    const Film minus = at_minus_.RenderPrimal(CameraOf(at_minus_), render, {.cancel = cancel});
+    Difference out{Film(plus.width, plus.height), Film(plus.width, plus.height)};
+    for (std::size_t i = 0; i < plus.pixels.size(); ++i) {
+      out.difference.pixels[i] = (plus.pixels[i] - minus.pixels[i]) * (0.5 / step_);
+      for (int c = 0; c < 4; ++c) {
+        out.largest.pixels[i][c] = std::max(plus.pixels[i][c], minus.pixels[i][c]);
+      }
+    }
+    return out;
+  }
+  static std::uint64_t SeedOf(const GradientCheckOptions& options, int replicate) {
+    return options.render.seed + 2 * static_cast<std::uint64_t>(replicate);
+  }
+
+ private:
+  static renderer::Scene Displaced(const renderer::Scene& scene,
+                                   const renderer::ParameterLayout& layout,
+                                   const std::vector<double>& direction,
+                                   std::vector<double> values,
+                                   double step) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (direction[i] != 0.0) values[i] += step * direction[i];
+    }
+    renderer::Scene moved = scene;
+    layout.Scatter(values, moved);
+    return moved;
+  }
+
+  const renderer::Camera& camera_;
+  int sensor_;
+  double step_;
+  renderer::Renderer at_center_, at_plus_, at_minus_;
+};
+
+/// The truncation error of the difference in a tile, where it is surely one; else 0.
+Rgba TruncationOf(const GradientCheckResult& result, int x0, int y0, int tile) {
+  const auto n = static_cast<double>(result.halved.size());
+  std::vector<Rgba> errors;
+  Rgba mean;
+  for (std::size_t r = 0; r < result.halved.size(); ++r) {
+    // It falls with the square of the step: three quarters of it are gone at half the step.
+    errors.push_back(
+        (TileSum(result.difference[r], x0, y0, tile) - TileSum(result.halved[r], x0, y0, tile)) *
+        (4.0 / 3.0));
+    mean += errors.back() * (1.0 / n);
+  }
+  Rgba out;
+  for (int c = 0; c < 4 && n > 1.0; ++c) {
+    double square = 0.0;
+    for (const Rgba& e : errors) square += (e[c] - mean[c]) * (e[c] - mean[c]);
+    const double error_bar = std::sqrt(square / (n * (n - 1.0)));
+    if (std::abs(mean[c]) > kSureTruncation * error_bar) out[c] = std::abs(mean[c]);
+  }
+  return out;
+}
+
 }  // namespace
 
 GradientCheckResult CheckGradient(const renderer::Scene& scene,
@@ -183,30 +274,15 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const renderer::CancelFlag* cancel) {
   PATHFIT_CHECK(options.replicates > 1 && options.step > 0.0);
   const std::vector<double> center = Center(scene, layout, direction, options.step);
-  const auto displaced_scene = [&](double sign) {
-    std::vector<double> values = center;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (direction[i] != 0.0) values[i] += sign * options.step * direction[i];
-    }
-    renderer::Scene moved = scene;
-    layout.Scatter(values, moved);
-    return moved;
-  };
-  const renderer::Renderer at_center(displaced_scene(0.0));
-  const renderer::Renderer at_plus(displaced_scene(1.0), at_center);
-  const renderer::Renderer at_minus(displaced_scene(-1.0), at_center);
-  const auto camera_of = [&](const renderer::Renderer& r) {
-    return sensor < 0 ? camera
-                      : renderer::ScaledCamera(r.scene().sensors[static_cast<std::size_t>(sensor)],
-                                               camera.width,
-                                               camera.height);
-  };
+  const DisplacedScenes scenes(scene, camera, sensor, layout, direction, center, options.step);
+  const renderer::Renderer& at_center = scenes.AtCenter();
+  const renderer::Camera camera_at_center = scenes.CameraOf(at_center);
 
   renderer::RenderOptions render = options.render;
   render.with_image = false;
   if (options.given) {
     render = renderer::ChooseDerivative(at_center,
-                                        {camera_of(at_center), sensor, layout, {&direction, 1}},
+                                        {camera_at_center, sensor, layout, {&direction, 1}},
                                         render,
                                         *options.given,
                                         cancel);
@@ -217,7 +293,7 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
   const bool samples_change = result.changes_lobes || layout.AnyKind(renderer::MovesEdges);
   result.quantum = Film(camera.width, camera.height);
   for (int r = 0; r < options.replicates; ++r) {
-    render.seed = options.render.seed + 2 * static_cast<std::uint64_t>(r);
+    render.seed = DisplacedScenes::SeedOf(options, r);
     for (const auto& [name, term] : renderer::kDerivativeTerms) {
       if (!options.render.Has(term) || (term != Term::kInterior && !moves)) {
         continue;
@@ -226,18 +302,15 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
       render.spp = term == Term::kInterior ? options.render.spp : 1;
       renderer::FilmSink sink(layout, direction, camera.width, camera.height);
       at_center.RenderDerivative(
-          camera_of(at_center), sensor, render, layout, sink, {.cancel = cancel});
+          camera_at_center, sensor, render, layout, sink, {.cancel = cancel});
       result.terms[static_cast<std::size_t>(term)].push_back(sink.film());
     }
-    render.seed += 1;
-    render.spp = options.difference_spp;
-    const Film plus = at_plus.RenderPrimal(camera_of(at_plus), render, {.cancel = cancel});
-    const Film minus = at_minus.RenderPrimal(camera_of(at_minus), render, {.cancel = cancel});
-    result.difference.push_back(CentralDifference(plus, minus, options.step));
-    for (std::size_t i = 0; i < plus.pixels.size() && samples_change; ++i) {
+    DisplacedScenes::Difference drawn = scenes.Render(options, r, cancel);
+    result.difference.push_back(std::move(drawn.difference));
+    for (std::size_t i = 0; i < result.quantum.pixels.size() && samples_change; ++i) {
       for (int c = 0; c < 4; ++c) {
-        result.quantum.pixels[i][c] =
-            std::max({result.quantum.pixels[i][c], plus.pixels[i][c], minus.pixels[i][c]});
+        double& quantum = result.quantum.pixels[i][c];
+        quantum = std::max(quantum, drawn.largest.pixels[i][c]);
       }
     }
   }
@@ -245,6 +318,24 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
     q *= 0.5 / (options.step * options.difference_spp * options.replicates);
   }
   return result;
+}
+
+void AddHalvedDifference(const renderer::Scene& scene,
+                         const renderer::Camera& camera,
+                         int sensor,
+                         const renderer::ParameterLayout& layout,
+                         const std::vector<double>& direction,
+                         const GradientCheckOptions& options,
+                         GradientCheckResult& result,
+                         const renderer::CancelFlag* cancel) {
+  const std::vector<double> center = Center(scene, layout, direction, options.step);
+  const DisplacedScenes scenes(
+      scene, camera, sensor, layout, direction, center, 0.5 * options.step);
+  const auto replicates = std::min<std::size_t>(kHalvedReplicates, result.difference.size());
+  while (result.halved.size() < replicates) {
+    const auto r = static_cast<int>(result.halved.size());
+    result.halved.push_back(scenes.Render(options, r, cancel).difference);
+  }
 }
 
 GradientComparison Compare(const GradientCheckResult& result, int tile, double sigma) {
@@ -257,10 +348,12 @@ GradientComparison Compare(const GradientCheckResult& result, int tile, double s
   double sum_z2 = 0.0;
   double sum_signal2 = 0.0;
   double sum_noise2 = 0.0;
+  double sum_truncation2 = 0.0;
   for (int y = 0; y < first.height; y += side) {
     for (int x = 0; x < first.width; x += side) {
       const Rgba quantum = LargestNear(result.quantum, x, y, side);
       const Rgba edges = TileSum(edge_film, x, y, side);
+      const Rgba truncation = TruncationOf(result, x, y, side);
       std::vector<Rgba> errors;
       Rgba mean_error;
       Rgba mean_difference;
@@ -280,7 +373,8 @@ GradientComparison Compare(const GradientCheckResult& result, int tile, double s
         const bool constant = variance == 0.0 && mean_error[c] == 0.0;
         // Poisson: `edges` in steps of `quantum`; of more than one the spread tells.
         const double counted = constant ? 0.0 : std::min(edges[c], quantum[c]) * quantum[c];
-        const double error_bar = std::sqrt(variance / static_cast<double>(n * (n - 1)) + counted);
+        const double error_bar = std::sqrt(variance / static_cast<double>(n * (n - 1)) + counted +
+                                           truncation[c] * truncation[c]);
         const double rounding = kRounding * (largest + quantum[c]) + 1e-300;
         if (error_bar <= rounding &&
             std::abs(mean_error[c]) <= 1e-6 * std::abs(mean_difference[c]) + rounding) {
@@ -296,6 +390,7 @@ GradientComparison Compare(const GradientCheckResult& result, int tile, double s
         out.z_max = std::max(out.z_max, z);
         sum_signal2 += mean_difference[c] * mean_difference[c];
         sum_noise2 += error_bar * error_bar;
+        sum_truncation2 += truncation[c] * truncation[c];
       }
     }
   }
@@ -306,6 +401,7 @@ GradientComparison Compare(const GradientCheckResult& result, int tile, double s
                                   static_cast<double>(n - 1));
     out.signal_to_noise = sum_noise2 > 0.0 ? std::sqrt(sum_signal2 / sum_noise2)
                                            : std::numeric_limits<double>::infinity();
+    out.truncation = sum_signal2 > 0.0 ? std::sqrt(sum_truncation2 / sum_signal2) : 0.0;
   }
   return out;
 }

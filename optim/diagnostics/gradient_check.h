@@ -34,6 +34,9 @@ struct GradientCheckResult {
   /// error bars hold the spread of their number as well.
   renderer::Film quantum;
   bool changes_lobes = false;  ///< the interior term, too, is that of samples that change
+  /// The difference at half the step, of the first replicates and with their random numbers: what
+  /// it differs by tells the truncation error of `difference`. Empty: that is taken for none.
+  std::vector<renderer::Film> halved;
 
   [[nodiscard]] const std::vector<renderer::Film>& operator[](Term term) const {
     return terms[static_cast<std::size_t>(term)];
@@ -48,6 +51,8 @@ struct GradientComparison {
   double z_limit = 0.0;  ///< exceeded by a right derivative as rarely as `sigma` by one normal
                          ///< number (Sidak, Student t)
   double signal_to_noise = 0.0;  ///< rms of the difference over rms of the error bars
+  double truncation = 0.0;  ///< rms of what the step's own error adds to them, over that of the
+                            ///< difference
 };
 
 /// Derivative in `direction` (flat, over the scalars of `layout`) as seen by `camera`, the scene's
@@ -63,6 +68,18 @@ GradientCheckResult CheckGradient(const renderer::Scene& scene,
                                   const std::vector<double>& direction,
                                   const GradientCheckOptions& options,
                                   const renderer::CancelFlag* cancel = nullptr);
+
+/// Draws `result.halved`, where the result, of the same arguments, is compared more sharply than
+/// its step allows: a central difference is off by a sixth of the step's square times the third
+/// derivative.
+void AddHalvedDifference(const renderer::Scene& scene,
+                         const renderer::Camera& camera,
+                         int sensor,
+                         const renderer::ParameterLayout& layout,
+                         const std::vector<double>& direction,
+                         const GradientCheckOptions& options,
+                         GradientCheckResult& result,
+                         const renderer::CancelFlag* cancel = nullptr);
 
 /// `tile`: pixels per side; 0 = the whole image is one tile.
 GradientComparison Compare(const GradientCheckResult& result, int tile, double sigma = 4.0);

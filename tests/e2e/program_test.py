@@ -487,6 +487,11 @@ class Program(unittest.TestCase):
         self.assertRegex(faint.stdout, r'"verdict": *"inconclusive"', faint.stderr)
         self.assertIn("1 of 1 comparisons are inconclusive: the finite difference drowns", faint.stderr)
 
+    def test_gradcheck_says_when_the_step_is_too_large(self):
+        wide = run("gradcheck", SOURCE / "tests" / "scenes" / "moving_shadow.yaml", "--json", "--set", "gradcheck.step=0.4")
+        self.assertRegex(wide.stdout, r'"verdict": *"inconclusive"', wide.stderr)
+        self.assertIn("at half the step the finite difference is another; lower --step", wide.stderr)
+
     def test_gradcheck_agrees_and_reports_a_wrong_derivative(self):
         scene = SOURCE / "tests" / "scenes" / "gradcheck_ball.yaml"
         good = run("gradcheck", scene, "--params", "ball.vertices.y", "--params", "sky.texels", "--json", "-q")

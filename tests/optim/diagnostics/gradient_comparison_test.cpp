@@ -118,6 +118,54 @@ TEST(CheckGradient, SamplesThatChangeTheirLobeAreInTheErrorBars) {
   EXPECT_GT(Compare(unaware, 4).z_max, comparison.z_limit) << "what this is about";
 }
 
+// Directional light on a plane has no noise: a difference is then told from the derivative by its
+// own error, a sixth of the step's square here.
+TEST(CheckGradient, TheStepsOwnErrorIsInTheErrorBarsAndAWrongDerivativeIsFoundAllTheSame) {
+  renderer::Scene scene;
+  scene.materials = {{"paint", renderer::LambertBsdf{}, {0.7, 0.3, 0.2}}};
+  scene.meshes = {{"floor", renderer::MakeRectangle(), 0, {}}};
+  scene.emitters = {{"sun",
+                     renderer::LightFrame::kWorld,
+                     {},
+                     renderer::DirectionalEmitter{{0.6, 0.0, -0.8}, {1.0, 1.0, 1.0}}}};
+  scene.sensors = {tests::CameraAt({0, 0, 1}, {0, 0, 0}, 40.0, 16, 16)};
+  renderer::ParameterLayout layout(scene);
+  layout.Add(renderer::ParameterKind::kLightRotation, 0);
+  GradientCheckOptions options;
+  options.render.spp = 4;
+  options.difference_spp = 4;
+  options.replicates = 8;
+  options.step = 0.01;
+  const std::vector<double> about_y = {0.0, 1.0, 0.0};
+  const renderer::Camera& camera = scene.sensors[0];
+  GradientCheckResult result = CheckGradient(scene, camera, -1, layout, about_y, options);
+  EXPECT_GT(Compare(result, 4).z_max, 100.0 * Compare(result, 4).z_limit) << "what this is about";
+  AddHalvedDifference(scene, camera, -1, layout, about_y, options, result);
+  for (const int tile : {4, 0}) {
+    const GradientComparison right = Compare(result, tile);
+    EXPECT_NEAR(right.z_max, 1.0, 0.01);
+    EXPECT_NEAR(right.truncation, options.step * options.step / 6.0, 1e-7);
+    const GradientComparison wrong = Compare(tests::Mutant(result, Term::kInterior, 1.001), tile);
+    EXPECT_GT(wrong.z_max, wrong.z_limit);
+  }
+}
+
+TEST(GradientComparison, ADifferenceThatIsAnotherByChanceHasNoTruncation) {
+  GradientCheckResult result = Synthetic(0.0, 0.3);
+  const GradientComparison before = Compare(result, 4);
+  const GradientCheckResult other = Synthetic(0.0, 0.3);
+  result.halved = {
+      other.difference[4], other.difference[5], other.difference[6], other.difference[7]};
+  const GradientComparison c = Compare(result, 4);
+  EXPECT_NEAR(c.z_rms, before.z_rms, 0.02 * before.z_rms);
+  EXPECT_LT(c.truncation, 0.02);
+  for (Film& film : result.halved) {
+    for (Rgba& p : film.pixels) p *= 0.25;
+  }
+  EXPECT_NEAR(Compare(result, 4).truncation, 1.0, 0.1);
+  EXPECT_NEAR(Compare(result, 4).signal_to_noise, 1.0, 0.1);
+}
+
 TEST(CheckGradient, RefusesAStepOutOfTheValidScenes) {
   renderer::Scene scene = tests::BallAndWall();
   renderer::ParameterLayout layout(scene);
