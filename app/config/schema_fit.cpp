@@ -365,7 +365,9 @@ SchemaNode StagesSchema() {
                       Doc("Whether a stage in which something moves, or that makes a texture, "
                           "begins with photos of some 8 to 32 pixels and doubles them up to "
                           "`image_scale`, each size until its steps move nothing any more: what "
-                          "starts far off is then found, too."),
+                          "starts far off is then found, too. Lights and the like begin with small "
+                          "photos as well; if the next stage frees all of them again, and begins "
+                          "small, they also end there."),
                   Key("max_rounds", &StageSpec::max_rounds) |
                       Doc("Solves at most, each with new samples; a stage ends by itself.") |
                       From(1, 10000),

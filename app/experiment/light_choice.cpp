@@ -27,7 +27,8 @@ using renderer::ParameterKind;
 // turntable 1.5; a room in which the camera moved 0.4, renderings of one 0.1.
 constexpr double kClearlyBetter = 0.8;
 constexpr double kSlightlyBetter = 0.5;
-constexpr double kDoubtful = 18.0;  // dB, of the best
+constexpr double kDoubtful = 18.0;    // dB, of the best
+constexpr double kOverexposed = 0.9;  // of the object, clipped: such a photo tells nothing of light
 constexpr std::size_t kTrialPhotos = 24;
 constexpr double kTrialPixels = 600.0;                            // of the object in a photo
 constexpr double kLeastTrialSide = 64.0, kMostTrialSide = 256.0;  // of a photo, the longer one
@@ -36,11 +37,32 @@ constexpr int kTrialRounds = 20;
 constexpr int kTrialSpp = 8;
 constexpr int kTrialTriangles = 2000;
 
-/// Of the photos that are fitted and have a mask, evenly chosen.
+/// Whether nearly all of the object is at least as bright as photos tell.
+bool IsOverexposed(const optim::View& view) {
+  if (view.clipped.Empty()) return false;
+  const renderer::Image mask = view.mask.Unpack();
+  const renderer::Image clipped = view.clipped.Unpack();
+  double of_object = 0.0;
+  double of_clipped = 0.0;
+  for (std::size_t p = 0; p < mask.data.size(); ++p) {
+    of_object += static_cast<double>(mask.data[p]);
+    of_clipped += static_cast<double>(mask.data[p] * clipped.data[p]);
+  }
+  return of_clipped > kOverexposed * of_object;
+}
+
+/// Of the photos that are fitted and have a mask, evenly chosen. Throws ObservationError where all
+/// of them are overexposed.
 std::vector<const optim::View*> ChooseViews(const optim::ObservationSet& all) {
   std::vector<const optim::View*> fit;
+  bool with_mask = false;
   for (const optim::View& view : all.views) {
-    if (!view.validation && !view.mask.Empty()) fit.push_back(&view);
+    if (view.validation || view.mask.Empty()) continue;
+    with_mask = true;
+    if (!IsOverexposed(view)) fit.push_back(&view);
+  }
+  if (with_mask && fit.empty()) {
+    throw optim::ObservationError({"the object is clipped in all photos"});
   }
   std::vector<const optim::View*> chosen;
   const std::size_t count = std::min(kTrialPhotos, fit.size());
@@ -176,13 +198,12 @@ std::optional<LightChoice> LightByTrial(const FoundInput& input,
                                         const fs::path& mesh,
                                         const fs::path& config,
                                         std::string& problem) {
-  const std::vector<const optim::View*> views = ChooseViews(input.observations);
-  if (input.options.masks.meaning != optim::MaskMeaning::kSilhouette || views.empty()) {
-    return std::nullopt;
-  }
-  const FoundInput small = Reduced(input, views);
-  LightTrial trial(small, mesh, config);
+  if (input.options.masks.meaning != optim::MaskMeaning::kSilhouette) return std::nullopt;
   try {
+    const std::vector<const optim::View*> views = ChooseViews(input.observations);
+    if (views.empty()) return std::nullopt;
+    const FoundInput small = Reduced(input, views);
+    LightTrial trial(small, mesh, config);
     const double still = trial.Explained(DraftLight::kWorld);
     std::string compared =
         fmt::format("{} of {} small photos are explained to {:.1f} dB by light that stands still",

@@ -316,9 +316,9 @@ class FitDriver {
     if (set.NumScalars() == 0 && !Promotes(spec_, stage)) {
       return {stage.image_scale};  // and is skipped
     }
-    return ScalesOfStage(stage,
-                         KindOfStage(state_.stage_start, spec_, state_.stage, set),
-                         SmallestSide(observations_));
+    const int side = SmallestSide(observations_);
+    return ScalesOfStage(
+        stage, KindOfStage(state_.stage_start, spec_, state_.stage, set, side), side);
   }
 
   /// False when the time limit ended it.
@@ -500,10 +500,8 @@ class FitDriver {
         observer_.OnMessage("stage '" + stage.name + "' frees nothing and is skipped");
         return true;
       }
-      end = RunRounds(ContextOf(stage, scale, views, model),
-                      stage,
-                      static_cast<int>(scales.size()),
-                      model.priors);
+      end = RunRounds(
+          ContextOf(stage, scale, views, model), stage, NumLevels(stage, scales), model.priors);
     }
     return end == RoundsEnd::kDone;
   }
@@ -513,7 +511,7 @@ class FitDriver {
     report.stage = stage.name;
     report.rounds = state_.round;
     report.stop_reason =
-        in_time ? StopReason(stage, state_, state_.level + 1) + failure_ : "time limit";
+        in_time ? StopReason(stage, state_, NumLevels(stage, Scales())) + failure_ : "time limit";
     if (!in_time) {
       result_.status = FitStatus::kTimeLimit;
     }

@@ -483,10 +483,11 @@ StageMemory ForecastStage(const renderer::Scene& scene,
   }
   double pixels = 0.0;
   size.images_bytes = BytesOfImages(observations, whole.views, spec.loss, uses_gram, pixels);
-  const StagePlan plan = PlanStage(
-      stage_spec, KindOfStage(scene, spec, stage, set), SmallestSide(observations), pixels);
+  const int side = SmallestSide(observations);
+  const StagePlan plan =
+      PlanStage(stage_spec, KindOfStage(scene, spec, stage, set, side), side, pixels);
   for (std::size_t i = 0; uses_gram && i < plan.levels.size(); ++i) {
-    const double share = plan.levels[i].scale / plan.levels.back().scale;
+    const double share = plan.levels[i].scale / stage_spec.image_scale;
     size.row_history_bytes = std::max(size.row_history_bytes,
                                       RoundSums::BytesOfRows(whole.views,
                                                              share * share,
@@ -539,7 +540,6 @@ StageMemory ForecastStage(const renderer::Scene& scene,
     }
     const ViewCounts counts{static_cast<double>(fitted.size()),
                             static_cast<double>(observations.views.size())};
-    const int side = SmallestSide(observations);
     const auto times_of = [&](const StagePlan& of, double reduced) {
       return ForecastTimes(
           spec, stage, ShortenedByNoise(of, noise), counts, sizes, reduced, side, memory.solver);

@@ -101,10 +101,15 @@ std::vector<double> ScalesOfStage(const StageSpec& stage, StageKind kind, int sm
     scales.push_back(0.5 * scales.back());
   }
   if (!begins_small && scales.size() > 1) {
+    if (kind.prepares) return {scales.back()};
     return {scales.back(), scales.front()};
   }
   std::reverse(scales.begin(), scales.end());
   return scales;
+}
+
+int NumLevels(const StageSpec& stage, const std::vector<double>& scales) {
+  return static_cast<int>(scales.size()) + (scales.back() < stage.image_scale ? 1 : 0);
 }
 
 int SmallestSide(const ObservationSet& observations) {

@@ -23,6 +23,8 @@ struct StageKind {
   bool is_seen = false;        ///< what does is in the photos itself, not only its shadow
   bool makes_texture = false;  ///< MakesTexture (stage_plan.h)
   bool few = false;            ///< its unknowns: normal equations are formed
+  bool prepares = false;       ///< the next stage frees all of them again, and begins with smaller
+                               ///< photos than this one's last
 };
 
 /// Scales of the photos that a stage goes through, the last one image_scale. One that moves
@@ -30,9 +32,13 @@ struct StageKind {
 /// as far as a thing may be off, and large errors do not end in wrong valleys. So does one that
 /// makes a texture: what its large places are is told by many samples of few texels.
 /// `smallest_side`: of the photos, in pixels. Few unknowns can begin where there are few pixels; if
-/// they move nothing, one small size brings them near at little cost. Fewer levels if there are
-/// hardly rounds for them.
+/// they move nothing, one small size brings them near at little cost, and is all if the stage only
+/// prepares the next one: what it finds more exactly would be that of a scene which still changes.
+/// Fewer levels if there are hardly rounds for them.
 std::vector<double> ScalesOfStage(const StageSpec& stage, StageKind kind, int smallest_side);
+/// Levels of a stage that goes through these scales: one more, the next stage's, if they end before
+/// image_scale.
+int NumLevels(const StageSpec& stage, const std::vector<double>& scales);
 
 /// Of all photos, in pixels.
 int SmallestSide(const ObservationSet& observations);

@@ -62,6 +62,34 @@ int RoundsBefore(const StagePlan& plan, const LevelPlan& level, int LevelPlan::*
   return before;
 }
 
+StageKind KindAlone(const renderer::Scene& scene,
+                    const FitSpec& spec,
+                    int stage,
+                    const ParameterSet& set) {
+  return {.moves = set.layout().AnyKind(renderer::MovesGeometry),
+          .is_seen = set.layout().AnyKind(renderer::MovesInImages),
+          .makes_texture = MakesTexture(scene, spec, stage),
+          .few = !Promotes(spec, spec.stages[static_cast<std::size_t>(stage)]) &&
+                 ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars())};
+}
+
+bool Prepares(const renderer::Scene& scene, const FitSpec& spec, int stage, int smallest_side) {
+  const auto index = static_cast<std::size_t>(stage);
+  if (index + 1 == spec.stages.size()) return false;
+  const StageSpec& next = spec.stages[index + 1];
+  const auto is_freed_again = [&](int unknown) {
+    return std::ranges::count(next.free, unknown) > 0;
+  };
+  if (!std::ranges::all_of(spec.stages[index].free, is_freed_again)) return false;
+  const ParameterSet set(scene,
+                         spec.unknowns,
+                         next.free,
+                         renderer::AllIndices(scene.sensors.size()),
+                         MakeExposureModel(scene, spec.exposure));
+  const StageKind kind = KindAlone(scene, spec, stage + 1, set);
+  return ScalesOfStage(next, kind, smallest_side).front() < spec.stages[index].image_scale;
+}
+
 }  // namespace
 
 bool Promotes(const FitSpec& spec, const StageSpec& stage) {
@@ -96,22 +124,21 @@ bool MakesTexture(const renderer::Scene& scene, const FitSpec& spec, int stage) 
 StageKind KindOfStage(const renderer::Scene& scene,
                       const FitSpec& spec,
                       int stage,
-                      const ParameterSet& set) {
-  return {.moves = set.layout().AnyKind(renderer::MovesGeometry),
-          .is_seen = set.layout().AnyKind(renderer::MovesInImages),
-          .makes_texture = MakesTexture(scene, spec, stage),
-          .few = !Promotes(spec, spec.stages[static_cast<std::size_t>(stage)]) &&
-                 ImageProblem::FormsNormalEquations(spec.linear_solver, set.NumScalars())};
+                      const ParameterSet& set,
+                      int smallest_side) {
+  StageKind kind = KindAlone(scene, spec, stage, set);
+  kind.prepares = Prepares(scene, spec, stage, smallest_side);
+  return kind;
 }
 
 StagePlan PlanStage(const StageSpec& stage, StageKind kind, int smallest_side, double pixels) {
   StagePlan plan{stage, kind, {}};
   const std::vector<double> scales = ScalesOfStage(stage, kind, smallest_side);
-  const int num_levels = static_cast<int>(scales.size());
+  const int num_levels = NumLevels(stage, scales);
   const UsualRounds& usual = UsualOf(kind);
   int most_left = stage.max_rounds;
   int left = stage.max_rounds;
-  for (int level = 0; level < num_levels; ++level) {
+  for (int level = 0; level < static_cast<int>(scales.size()); ++level) {
     const bool is_last = level + 1 == num_levels;
     LevelPlan& one = plan.levels.emplace_back();
     one.scale = scales[static_cast<std::size_t>(level)];
@@ -140,7 +167,7 @@ std::vector<StagePlan> PlanStages(const renderer::Scene& scene,
     const StageSpec& stage = spec.stages[i];
     const ParameterSet set(scene, spec.unknowns, stage.free, all, exposure);
     plans.push_back(PlanStage(stage,
-                              KindOfStage(scene, spec, static_cast<int>(i), set),
+                              KindOfStage(scene, spec, static_cast<int>(i), set, side),
                               side,
                               pixels * stage.image_scale * stage.image_scale));
   }

@@ -33,11 +33,13 @@ bool Promotes(const FitSpec& spec, const StageSpec& stage);
 /// `scene`, with which it or the fit begins.
 bool MakesTexture(const renderer::Scene& scene, const FitSpec& spec, int stage);
 
-/// Of a stage that begins with `scene` (or whose fit does), where it frees `set`.
+/// Of a stage that begins with `scene` (or whose fit does), where it frees `set`. `smallest_side`:
+/// of the photos.
 StageKind KindOfStage(const renderer::Scene& scene,
                       const FitSpec& spec,
                       int stage,
-                      const ParameterSet& set);
+                      const ParameterSet& set,
+                      int smallest_side);
 
 /// `pixels`: of all fitted photos that are evidence, at the stage's last scale. `smallest_side`: of
 /// the photos.

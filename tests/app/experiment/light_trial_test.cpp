@@ -113,5 +113,22 @@ TEST(LightTrial, BlackPhotosTellNothing) {
   EXPECT_NE(problem.find("there is nothing to fit to"), std::string::npos) << problem;
 }
 
+TEST(LightTrial, OverexposedPhotosTellNothing) {
+  FoundInput input = PhotosUnder({Flash()});
+  for (optim::View& view : input.observations.views) {
+    renderer::Image clipped(view.photo.width(), view.photo.height(), 1);
+    std::ranges::fill(clipped.data, 1.0F);
+    view.clipped = clipped;
+  }
+  std::string problem;
+  EXPECT_FALSE(LightByTrial(input, {}, kConfig, problem));
+  EXPECT_NE(problem.find("the object is clipped in all photos"), std::string::npos) << problem;
+  // The others are enough.
+  for (std::size_t i = 1; i < input.observations.views.size(); ++i) {
+    input.observations.views[i].clipped = {};
+  }
+  ExpectTrial(input, DraftLight::kFlash);
+}
+
 }  // namespace
 }  // namespace pathfit::app::light_trial_test

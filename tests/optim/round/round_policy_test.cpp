@@ -235,6 +235,11 @@ TEST(ScalesOfStage, WhatMovesOrMakesATextureBeginsWithSmallPhotos) {
   EXPECT_EQ(optim::ScalesOfStage(stage, {}, 512), last);
   EXPECT_EQ(optim::ScalesOfStage(stage, {.few = true}, 512), (std::vector<double>{0.0625, 0.5}))
       << "what stands still need not be followed through all sizes";
+  EXPECT_EQ(optim::NumLevels(stage, {0.0625, 0.5}), 2);
+  EXPECT_EQ(optim::ScalesOfStage(stage, {.few = true, .prepares = true}, 512),
+            std::vector<double>{0.0625});
+  EXPECT_EQ(optim::NumLevels(stage, {0.0625}), 2) << "the next stage's is the last one";
+  EXPECT_EQ(optim::ScalesOfStage(stage, {.prepares = true}, 512), last) << "it has one size";
   EXPECT_EQ(optim::ScalesOfStage(stage, {.moves = true, .few = true}, 128),
             (std::vector<double>{0.0625, 0.125, 0.25, 0.5}));
   EXPECT_EQ(optim::ScalesOfStage(stage, {.moves = true}, 128), (std::vector<double>{0.25, 0.5}));
