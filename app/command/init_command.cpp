@@ -59,6 +59,7 @@ Json Describe(const FoundInput& input,
       {"masks", input.num_masks},
       {"masks_inverted", masks.invert},
       {"mask_agreement", input.mask_agreement ? ToJson(*input.mask_agreement) : Json(nullptr)},
+      {"start_of_points", input.start_of_points},
       {"background_change", input.background ? ToJson(input.background->change) : Json(nullptr)},
       {"light", WordOf(light.light)},
       {"surface", WordOf(surface)},
@@ -132,7 +133,8 @@ void Declare(OptionList& options, Options& own) {
                own.ball);
   options.Path("--mesh", "FILE", "Start mesh, in the frame of the cameras", own.mesh);
   options.Flag("--whole-photos",
-               "Makes no masks where there are none: the background is fitted, too",
+               "Makes no masks, and no start from sparse points, where there are no masks: the "
+               "background is fitted, too",
                own.whole);
   options.Flag("--force", "Overwrites an existing file", own.force);
 }
@@ -150,6 +152,10 @@ constexpr ResultKey kResult[] = {
     {"mask_agreement",
      "number or null",
      "Share by which masks that were made overlap with the body they agree on; null: none were"},
+    {"start_of_points",
+     "boolean",
+     "Whether the start is what the sparse points of the cameras lie on, and masks are where it is "
+     "seen"},
     {"background_change",
      "number or null",
      "Share by which the background differs from photo to photo; null without masks"},
@@ -222,6 +228,24 @@ void TryToMakeMasks(const fs::path& config,
   }
 }
 
+/// For photos whose colours tell no object: the start mesh, if sparse points tell one; else empty.
+fs::path TryToStartFromPoints(const fs::path& config,
+                              const Options& own,
+                              CommandContext& context,
+                              FoundInput& input) {
+  const fs::path mesh = BesideConfig(config, "start.ply");
+  const fs::path folder = BesideConfig(config, "region");
+  for (const fs::path& path : {mesh, folder}) RefuseToOverwrite(path, own);
+  if (!MakeStart(mesh, folder, input)) return {};
+  context.log.Warn(fmt::format(
+      "colours do not tell the object from its background, so the start is what the sparse points "
+      "of the cameras lie on: {}; only where it is seen photos count: {}. Masks of the object tell "
+      "its outline, too; init --whole-photos makes neither",
+      mesh.string(),
+      folder.string()));
+  return mesh;
+}
+
 /// Of a person at a terminal; else, and without an answer, empty.
 std::optional<LightChoice> AskForLight(const CommandContext& context, const FoundInput& input) {
   if (context.line.json || !IsAtTerminal()) return std::nullopt;
@@ -247,7 +271,7 @@ LightChoice ChooseLight(const CommandContext& context,
     if (own.light == WordOf(light)) return LightAsSaid(light);
   }
   if (const auto choice = LightBySigns(input)) return *choice;
-  if (input.num_masks > 0) {
+  if (input.options.masks.meaning == optim::MaskMeaning::kSilhouette) {
     context.log.Info("small photos tell whether the light stood still or went with the camera");
   }
   std::string problem;
@@ -271,6 +295,7 @@ Json Describe(const FoundLamps& found,
           {"masks", found.lamps.size()},
           {"masks_inverted", false},
           {"mask_agreement", nullptr},
+          {"start_of_points", false},
           {"background_change", nullptr},
           {"light", "lamps"},
           {"surface", WordOf(surface)},
@@ -398,7 +423,10 @@ ExitStatus Run(CommandContext& context, const Options& own) {
                      ". Look at them (check draws their outlines); without its made_masks.txt "
                      "they count as yours, and without the folder they are made anew");
   }
-  const fs::path mesh = own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal();
+  fs::path mesh = own.mesh.empty() ? fs::path() : fs::absolute(own.mesh).lexically_normal();
+  if (input.num_masks == 0 && makes_masks) {
+    mesh = TryToStartFromPoints(config, own, context, input);
+  }
   const LightChoice light = ChooseLight(context, own, input, mesh, config);
   const DraftSurface surface = SurfaceOf(own.surface);
   const std::string text = DraftConfig(input, light, config, name, mesh, surface);
@@ -414,8 +442,8 @@ ExitStatus Run(CommandContext& context, const Options& own) {
   if (input.num_masks == 0) {
     context.log.Warn(
         makes_masks
-            ? "no masks were found, and colours do not tell the object from its background: "
-              "that is fitted, too; masks of the object make its shape far surer"
+            ? "no masks were found, and neither colours nor sparse points tell the object from its "
+              "background: that is fitted, too; masks of the object make its shape far surer"
             : "no masks: the background is fitted, too; masks of the object make its shape "
               "far surer");
   }

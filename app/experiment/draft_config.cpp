@@ -32,6 +32,14 @@ std::string MaskLines(const FoundInput& input, const fs::path& folder) {
   } else if (!masks.folder.empty()) {
     keys = "path: " + YamlPath(masks.folder, folder) + ", ";
   }
+  if (input.start_of_points) {
+    return fmt::format(
+        "  # Colours did not tell the object from its background. Photos count where the start is "
+        "seen; with masks of the object its\n  # outline does, too: masks: {{path: FOLDER}}, for "
+        "a.jpg a file a.jpg.png or a.png, black = the object is not there.\n"
+        "  masks: {{{}meaning: ignore}}\n",
+        keys);
+  }
   keys += "meaning: silhouette";
   if (masks.invert) keys += ", invert: true";
   if (masks.require == optim::MaskRequirement::kSome) keys += ", require: some";
@@ -46,7 +54,10 @@ std::string MaskLines(const FoundInput& input, const fs::path& folder) {
 
 std::string GeometryLines(const FoundInput& input, const fs::path& folder, const fs::path& mesh) {
   if (!mesh.empty()) {
-    return "    object: {file: " + YamlPath(mesh, folder) + ", material: surface}\n";
+    return std::string(input.start_of_points
+                           ? "    # The start: what the sparse points of the cameras lie on.\n"
+                           : "") +
+           "    object: {file: " + YamlPath(mesh, folder) + ", material: surface}\n";
   }
   if (input.options.masks.meaning == optim::MaskMeaning::kSilhouette) {
     // Made masks are rough: one that misses a part must not carve it away.
@@ -125,7 +136,7 @@ std::string DraftConfig(const FoundInput& input,
   const fs::path folder = path.parent_path();
   const auto& views = input.observations.views;
   const renderer::Camera& first = views.front().camera;
-  const bool masked = input.options.masks.meaning != optim::MaskMeaning::kNone;
+  const bool masked = input.options.masks.meaning == optim::MaskMeaning::kSilhouette;
   const bool has_flash = light.light == DraftLight::kFlash;
   const bool shines = Shines(surface);
   std::string text = DraftBeginning(name);
@@ -196,7 +207,9 @@ std::string DraftConfig(const FoundInput& input,
       "\nstages:\n"
       "  - {{name: light, free: [{}surroundings.texels, exposure]}}\n"
       "  - {{name: all, free: all}}\n",
-      mesh.empty() ? "" : "  # leave it out where the mesh has the right shape already",
+      mesh.empty() || input.start_of_points
+          ? ""
+          : "  # leave it out where the mesh has the right shape already",
       shines ? "  surface.roughness: {}\n" : "",
       optim::kDefaultLogSmooth,
       has_flash ? "  flash.intensity: {}\n  flash.position: {}\n" : "",

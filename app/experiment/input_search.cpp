@@ -13,14 +13,17 @@
 #include "optim/observation/camera_import.h"
 #include "optim/observation/object_masks.h"
 #include "optim/observation/photo_file.h"
+#include "optim/observation/point_body.h"
 #include "optim/observation/visual_hull.h"
 #include "renderer/core/error.h"
 #include "renderer/core/lower_case.h"
 #include "renderer/io/atomic_file.h"
 #include "renderer/io/image_file.h"
 #include "renderer/io/image_filter.h"
+#include "renderer/io/ply_file.h"
 #include "renderer/io/raw_file.h"
 #include "renderer/math/median.h"
+#include "renderer/renderer.h"
 
 namespace pathfit::app {
 namespace {
@@ -32,6 +35,9 @@ using renderer::Image;
 using renderer::IoError;
 
 constexpr std::size_t kMaskSamples = 8;
+// Longest side of the picture that tells where a start of sparse points is seen, and how far its
+// outline may be off, of that.
+constexpr double kRegionPx = 640.0, kOutlineShare = 0.01;
 constexpr double kUsefulMasks = 0.5;  // share of the photos
 constexpr int kSmallPx = 48;          // width at which backgrounds are compared
 constexpr double kRim = 0.12;         // of the width: background of photos without masks
@@ -277,6 +283,7 @@ class InputFinder {
     }
     input_.camera_format = cameras_.format;
     input_.metres_per_unit = cameras_.metres_per_unit;
+    input_.points = cameras_.points;
     input_.options.images_dir = FindPhotos(places_, cameras_);
     FindMasks();
     CountUnused();
@@ -426,6 +433,47 @@ class InputFinder {
   FoundInput input_;
 };
 
+void WriteMask(const fs::path& folder, const optim::View& view, const Image& mask) {
+  const fs::path path =
+      folder / fs::path(view.name).parent_path() / (view.files.photo.filename().string() + ".png");
+  renderer::CreateFolders(path.parent_path());
+  renderer::WritePng8(path, mask);
+}
+
+/// Goes on with the masks that were written for all photos.
+void TakeMasks(const fs::path& folder, optim::MaskMeaning meaning, FoundInput& input) {
+  input.num_masks = input.observations.views.size();
+  input.options.masks.folder = folder;
+  input.options.masks.meaning = meaning;
+  input.observations = optim::LoadObservations(input.options);
+}
+
+/// White where a body is seen, but along its outline, which is not yet that of the photo.
+Image SeenWell(const renderer::Renderer& body, const renderer::Camera& camera) {
+  const double longest = std::max(camera.width, camera.height);
+  const double scale = std::min(1.0, kRegionPx / longest);
+  const auto reduced = [scale](int size) {
+    return std::max(1, static_cast<int>(std::lround(scale * size)));
+  };
+  const renderer::Camera small =
+      renderer::ScaledCamera(camera, reduced(camera.width), reduced(camera.height));
+  renderer::RenderOptions options;
+  options.spp = 1;
+  options.max_bounces = 0;
+  const Image distance =
+      renderer::SignedDistanceToMask(renderer::CoverageImage(body.RenderPrimal(small, options)));
+  Image mask(camera.width, camera.height, 1);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const int column = x * small.width / camera.width;
+      const int row = y * small.height / camera.height;
+      mask.At(x, y, 0) =
+          distance.At(column, row, 0) > kOutlineShare * scale * longest ? 1.0F : 0.0F;
+    }
+  }
+  return mask;
+}
+
 }  // namespace
 
 FoundInput FindInput(const InputPlaces& places) { return InputFinder(places).Run(); }
@@ -454,24 +502,34 @@ bool MakeMasks(const fs::path& folder, FoundInput& input) {
   } catch (const renderer::SceneError&) {
     return false;  // they bound nothing
   }
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const fs::path path = folder / fs::path(views[i].name).parent_path() /
-                          (views[i].files.photo.filename().string() + ".png");
-    renderer::CreateFolders(path.parent_path());
-    renderer::WritePng8(path, made->masks[i]);
-  }
+  for (std::size_t i = 0; i < views.size(); ++i) WriteMask(folder, views[i], made->masks[i]);
   renderer::WriteFileAtomically(
       folder / kMadeFile,
       fmt::format("{:.3f}\nSo much do these masks overlap, which pathfit init made from colours. "
                   "Correct them as you like; without this file they count as yours.\n",
                   made->agreement));
   input.mask_agreement = made->agreement;
-  input.num_masks = views.size();
-  optim::MaskOptions& masks = input.options.masks;
-  masks.folder = folder;
-  masks.meaning = optim::MaskMeaning::kSilhouette;
-  input.observations = optim::LoadObservations(input.options);
+  TakeMasks(folder, optim::MaskMeaning::kSilhouette, input);
   input.background = FindBackground(input.observations);
+  return true;
+}
+
+bool MakeStart(const fs::path& mesh, const fs::path& folder, FoundInput& input) {
+  if (!input.layout || input.points.empty()) return false;
+  const std::vector<optim::View>& views = input.observations.views;
+  std::vector<renderer::Camera> cameras;
+  for (const optim::View& view : views) cameras.push_back(view.camera);
+  const std::optional<renderer::Mesh> body = optim::BodyOfPoints(
+      optim::ReadColmapPoints(input.points), cameras, input.layout->centre, input.layout->radius);
+  if (!body) return false;
+  renderer::WritePly(mesh, *body);
+  renderer::Scene scene;
+  scene.materials.emplace_back();
+  scene.meshes.push_back({.name = "body", .mesh = *body, .material = 0});
+  const renderer::Renderer renderer(std::move(scene));
+  for (const optim::View& view : views) WriteMask(folder, view, SeenWell(renderer, view.camera));
+  input.start_of_points = true;
+  TakeMasks(folder, optim::MaskMeaning::kIgnore, input);
   return true;
 }
 

@@ -38,6 +38,8 @@ struct FoundInput {
   std::size_t num_without_camera = 0;  ///< pictures beside the photos
   std::size_t num_masks = 0;
   std::optional<double> mask_agreement;  ///< of masks that were made (optim::ObjectMasks)
+  std::filesystem::path points;          ///< found with the cameras; empty: none
+  bool start_of_points = false;          ///< MakeStart: masks are of meaning kIgnore
   optim::ObservationSet observations;
   std::optional<CameraLayout> layout;
   std::optional<Background> background;  ///< empty if there is too little of it, or it is black
@@ -60,5 +62,13 @@ inline constexpr double kDissent = 0.1;
 /// on with them. False if the photos do not tell the object from its background, or show it from
 /// one side only; nothing is written then. Throws IoError when they cannot be written.
 bool MakeMasks(const std::filesystem::path& folder, FoundInput& input);
+
+/// For photos without masks, what the sparse points of the cameras lie on (optim::BodyOfPoints), as
+/// a start mesh, and as `folder`/PHOTO.png where it is seen: only there photos count. False if the
+/// cameras have no points, or these tell no body; nothing is written then. Throws IoError when the
+/// points cannot be read or files not written.
+bool MakeStart(const std::filesystem::path& mesh,
+               const std::filesystem::path& folder,
+               FoundInput& input);
 
 }  // namespace pathfit::app

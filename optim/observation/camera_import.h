@@ -31,6 +31,8 @@ struct ImportedCameras {
   bool has_own_photos = false;
   std::vector<std::filesystem::path> files;  ///< everything that was read
   std::vector<ImportedCamera> cameras;       ///< in file order
+  /// File of the sparse points that were found with the cameras (ReadColmapPoints); empty: none.
+  std::filesystem::path points;
   double metres_per_unit = 0.0;  ///< 0 when the file does not say; poses are not multiplied by it
   /// What was added to the file's principal points, which count from the first pixel's centre.
   double pixel_shift = 0.0;
@@ -52,6 +54,10 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path);
 /// PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, and FULL_OPENCV with k4 = k5 = k6 = 0. Throws IoError
 /// with file:line, or with file and image of a binary model.
 ImportedCameras ReadColmapModel(const std::filesystem::path& cameras_file);
+
+/// Reads points3D.bin or points3D.txt of a COLMAP model: places in the frame of its cameras, but
+/// for those that two photos alone were matched by. Throws IoError as ReadColmapModel does.
+std::vector<renderer::Vec3> ReadColmapPoints(const std::filesystem::path& path);
 
 /// Reads poses_bounds.npy of LLFF: of each photo a 3 x 5 matrix (axes down, right, backwards, the
 /// position, then height, width and focal length) and the nearest and farthest depth, which are not

@@ -387,7 +387,56 @@ void ReadBinaryImages(const std::filesystem::path& path,
   file.ExpectEnd();
 }
 
+// Points that fewer photos agree on are mismatches more often. Files may say nothing of photos.
+constexpr std::uint64_t kFewestPhotosOfPoint = 3;
+
+bool IsSure(std::uint64_t photos) { return photos == 0 || photos >= kFewestPhotosOfPoint; }
+
+std::vector<renderer::Vec3> ReadTextPoints(const std::filesystem::path& path) {
+  std::vector<renderer::Vec3> points;
+  TextFile file(path);
+  for (std::string_view text; file.NextRecord(text);) {
+    Words line(text, file.Place());
+    line.Integer("point id");
+    renderer::Vec3 point;
+    for (int k = 0; k < 3; ++k) point[k] = line.Number("position");
+    for (const char* what : {"red", "green", "blue"}) line.Integer(what);
+    line.Number("error");
+    std::uint64_t photos = 0;
+    for (; !line.AtEnd(); ++photos) {
+      line.Integer("image id");
+      line.Integer("number of the 2D point");
+    }
+    if (IsSure(photos)) points.push_back(CheckedCentre(point, file.Place()));
+  }
+  return points;
+}
+
+std::vector<renderer::Vec3> ReadBinaryPoints(const std::filesystem::path& path) {
+  constexpr std::uint64_t kBytesOfColor = 3, kBytesOfTrack = 8;
+  std::vector<renderer::Vec3> points;
+  Bytes file(path);
+  const auto count = file.Next<std::uint64_t>(file.name());
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::string place =
+        file.name() + ": point " + std::to_string(file.Next<std::uint64_t>(file.name()));
+    renderer::Vec3 point;
+    for (int k = 0; k < 3; ++k) point[k] = file.Next<double>(place);
+    file.Skip(1, kBytesOfColor, place);
+    file.Skip(1, sizeof(double), place);  // error, not a number where it is not known
+    const auto photos = file.Next<std::uint64_t>(place);
+    file.Skip(photos, kBytesOfTrack, place);
+    if (IsSure(photos)) points.push_back(CheckedCentre(point, place));
+  }
+  file.ExpectEnd();
+  return points;
+}
+
 }  // namespace
+
+std::vector<renderer::Vec3> ReadColmapPoints(const std::filesystem::path& path) {
+  return path.extension() == ".bin" ? ReadBinaryPoints(path) : ReadTextPoints(path);
+}
 
 ImportedCameras ReadColmapModel(const std::filesystem::path& cameras_file) {
   const std::filesystem::path ending = cameras_file.extension();
@@ -399,6 +448,8 @@ ImportedCameras ReadColmapModel(const std::filesystem::path& cameras_file) {
       folder / "images", folder / ".." / "images", folder / ".." / ".." / "images"};
   result.has_own_photos = true;
   result.files = {cameras_file, (folder / "images").replace_extension(ending)};
+  const std::filesystem::path points = (folder / "points3D").replace_extension(ending);
+  if (std::filesystem::exists(points)) result.points = points;
   const Cameras cameras = (is_binary ? ReadBinaryCameras : ReadTextCameras)(result.files[0]);
   if (cameras.empty()) throw IoError(result.files[0].string() + ": holds no camera");
   (is_binary ? ReadBinaryImages : ReadTextImages)(result.files[1], cameras, result);

@@ -25,7 +25,7 @@ SOURCE = Path(__file__).resolve().parents[2]
 DATA = SOURCE.parent / "shared" / "datasets"
 MADE = SOURCE / "build" / "objects"
 RELIT_BY = DATA / "hdri" / "potsdamer_platz_1k.hdr"
-# What is needed of the data, the set of made photos, and what is wanted. Masks of `skull` are made.
+# What is needed of the data, the set of made photos, and what is wanted.
 OBJECTS = {
     "spot_material": (["meshes/spot", "hdri"], "spot_material", "base colour 1 %, roughness 0.02 rms where seen, 300 s"),
     "spot_all": (["meshes/spot", "hdri"], "spot_material", "surface 0.1 %, base colour 2 % after a factor, light 5 %, 1200 s"),
@@ -33,6 +33,8 @@ OBJECTS = {
     "skull": (["skull_flash"], None, "each stage lowers the held-out error"),
     "buddha": (["buddha_room"], None, "each stage lowers the held-out error"),
 }
+# What init makes beside a config, of which photos (and cameras).
+BY_INIT = {"skull": (["skull_flash"], "skull_masks"), "buddha": (["buddha_room/gray/images", "buddha_room/gray/sparse/0"], "buddha_region")}
 STOPPED = 75  # status of a fit that the time limit ended
 # Where the cow shines, in its texture's picture: middle and radius of discs, the cow's spots among them.
 DISCS = [(0.23, 0.25, 0.09), (0.30, 0.36, 0.10), (0.69, 0.20, 0.06), (0.82, 0.26, 0.08), (0.79, 0.50, 0.12),
@@ -75,11 +77,13 @@ def prepare(name, args):
         write_gloss(MADE / "spot_gloss.png")
         synth(args.pathfit, SOURCE / "configs" / "objects" / f"{photos}_true.yaml", MADE / photos)
         args.keep_photos = args.keep_photos or photos == "spot_material"  # which two objects share
-    if name == "skull" and not (args.keep_photos and (MADE / "skull_masks").exists()):
-        MADE.mkdir(parents=True, exist_ok=True)
-        shutil.rmtree(MADE / "skull_masks", ignore_errors=True)
-        subprocess.run([str(args.pathfit), "init", str(DATA / "skull_flash"), "-o", str(MADE / "skull.yaml"), "--force", "-q"],
-                       check=True, stdout=subprocess.DEVNULL)
+    if name in BY_INIT:
+        photos_of, made = BY_INIT[name]
+        if not (args.keep_photos and (MADE / made).exists()):
+            MADE.mkdir(parents=True, exist_ok=True)
+            shutil.rmtree(MADE / made, ignore_errors=True)
+            subprocess.run([str(args.pathfit), "init", *(str(DATA / place) for place in photos_of), "-o", str(MADE / f"{name}.yaml"), "--force", "-q"],
+                           check=True, stdout=subprocess.DEVNULL)
     return True
 
 

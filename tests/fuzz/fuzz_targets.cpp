@@ -437,6 +437,19 @@ void AddCameras(std::vector<FuzzTarget>& targets) {
       {{{"cameras.bin", binary_cameras}, {"images.bin", binary_images}}},
       "cameras.bin",
       {});
+  const auto add_points = [&](const char* name, const char* file, const std::string& seed) {
+    targets.push_back(
+        {name,
+         {{{file, seed}}},
+         {"nan", "# ", "\n"},
+         [file](const fs::path& at) { static_cast<void>(optim::ReadColmapPoints(at / file)); },
+         {}});
+  };
+  add_points("colmap_points_text", "points3D.txt", "# 3D\n1 1 2 3 4 5 6 0.1 1 2 3 4 5 6\n");
+  add_points("colmap_points_binary",
+             "points3D.bin",
+             Binary(std::uint64_t{1}, std::uint64_t{7}, 1.0, 2.0, 3.0) + std::string("abc") +
+                 Binary(0.5, std::uint64_t{1}, std::uint64_t{3}));
   const std::vector<std::string> xml = {
       "<", ">", "</", "/>", "<!--", "<![CDATA[", "&amp;", "&#0;", "\"", "<data>", "<_>"};
   std::string placed = kMetashape;

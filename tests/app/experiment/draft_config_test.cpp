@@ -185,6 +185,43 @@ TEST_F(DraftConfigTest, MakesMasksOfWhatTheCamerasLookAt) {
   EXPECT_EQ(Built(input).scene.meshes.size(), 1U);
 }
 
+TEST_F(DraftConfigTest, StartsFromTheSparsePointsOfTheCameras) {
+  WriteSet(top(), Cameras::kColmap);
+  FoundInput none = FindInput({.photos = top()});
+  EXPECT_FALSE(MakeStart(top() / "start.ply", top() / "region", none)) << "there are no points";
+  const fs::path model = top() / "sparse/0";
+  std::ofstream points(model / "points3D.txt");
+  int id = 0;
+  for (const renderer::Vec3& p : tests::BallScene(4, kViews, 48).meshes[0].mesh.positions) {
+    points << ++id << ' ' << p.x << ' ' << p.y << ' ' << p.z << " 0 0 0 0.1\n";
+  }
+  points.close();
+  FoundInput input = FindInput({.photos = top()});
+  EXPECT_EQ(input.points, model / "points3D.txt");
+  ASSERT_TRUE(MakeStart(top() / "start.ply", top() / "region", input));
+  EXPECT_EQ(input.num_masks, std::size_t{kViews});
+  for (std::size_t i = 0; i < kViews; ++i) {
+    const Image region = input.observations.views[i].mask.Unpack();
+    const Image object = views_[i].mask.Unpack();
+    double seen = 0.0, all = 0.0;
+    for (std::size_t p = 0; p < object.data.size(); ++p) {
+      seen += static_cast<double>(object.data[p] * region.data[p]);
+      all += static_cast<double>(object.data[p]);
+    }
+    EXPECT_GT(seen, 0.95 * all) << names_[i];
+    EXPECT_GT(optim::MaskIou(region, object), 0.6) << "few photos bound it loosely";
+  }
+  const std::string draft =
+      DraftConfig(input, UsualLight({}), top() / "draft.yaml", "ball", top() / "start.ply");
+  EXPECT_TRUE(Says(draft, "masks: {path: region, meaning: ignore}")) << draft;
+  EXPECT_TRUE(Says(draft, "object: {file: start.ply, material: surface}")) << draft;
+  std::ofstream(top() / "draft.yaml") << draft;
+  const ExperimentConfig config = LoadExperimentConfig(top() / "draft.yaml", {});
+  const Experiment experiment = BuildExperiment(config);
+  EXPECT_EQ(experiment.observations.mask_meaning, optim::MaskMeaning::kIgnore);
+  EXPECT_TRUE(CheckStart(config, experiment).warnings.empty());
+}
+
 TEST_F(DraftConfigTest, MasksThatWereMadeAreKnownAgain) {
   WriteSet(top(), Cameras::kTransforms);
   FoundInput input = FindInput({.photos = top()});

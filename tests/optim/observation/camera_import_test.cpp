@@ -202,6 +202,59 @@ class ColmapBinary : public ColmapFiles {
   const std::string good_images_ = Images({Image(1, 0.5, 7, "a.jpg")});
 };
 
+class ColmapPoints : public ColmapBinary {
+ protected:
+  TempFolder own_;
+  std::vector<renderer::Vec3> Points(const std::string& name, const std::string& text) {
+    return ReadColmapPoints(own_.WriteText(name, text));
+  }
+  void ExpectNoPoints(const std::string& name,
+                      const std::string& text,
+                      const std::vector<std::string>& parts) {
+    std::string message = "(no error)";
+    try {
+      static_cast<void>(Points(name, text));
+    } catch (const renderer::IoError& error) {
+      message = error.what();
+    }
+    for (const std::string& part : parts) {
+      EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in: " << message;
+    }
+  }
+};
+
+TEST_F(ColmapPoints, OfTextAreThoseOfNoTrackOrOfThreePhotos) {
+  const std::vector<renderer::Vec3> points = Points("points3D.txt",
+                                                    "# 3D points\n"
+                                                    "1 1.5 -2 3e0 194 0 255 0.182\n"
+                                                    "7 4 5 6 1 2 3 0.5 1 10 2 20\n\n"
+                                                    "8 7 8 9 1 2 3 0.5 1 10 2 20 3 30\n");
+  ASSERT_EQ(points.size(), 2U);
+  EXPECT_EQ(points[0], renderer::Vec3(1.5, -2, 3));
+  EXPECT_EQ(points[1], renderer::Vec3(7, 8, 9));
+  EXPECT_TRUE(Points("points3D.txt", "# none\n").empty());
+  ExpectNoPoints("points3D.txt", "1 1 2 nan 1 2 3 0.1\n", {"points3D.txt:1", "position", "nan"});
+  ExpectNoPoints("points3D.txt", "\n1 1 2\n", {"points3D.txt:2", "position", "missing"});
+  ExpectNoPoints("points3D.txt", "1 1 2 3 1 2 3 0.1 4\n", {"number of the 2D point is missing"});
+  ExpectNoPoints("points3D.txt", "1 1 2 1e300 1 2 3 0.1\n", {"points3D.txt:1"});
+}
+
+TEST_F(ColmapPoints, OfBinaryFilesToo) {
+  const auto point = [](std::uint64_t id, renderer::Vec3 at, std::uint64_t photos) {
+    std::string bytes = Bytes(id, at.x, at.y, at.z);
+    bytes += std::string("\1\2\3", 3) + Bytes(std::nan(""), photos);
+    return bytes + std::string(8 * photos, '\0');
+  };
+  const std::string two =
+      Bytes(std::uint64_t{2}) + point(1, {1.5, -2, 3}, 3) + point(9, {4, 5, 6}, 2);
+  const std::vector<renderer::Vec3> points = Points("points3D.bin", two);
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_EQ(points[0], renderer::Vec3(1.5, -2, 3));
+  ExpectNoPoints("points3D.bin", two.substr(0, two.size() - 1), {"point 9", "ends too early"});
+  ExpectNoPoints("points3D.bin", two + "x", {"1 bytes are left over"});
+  ExpectNoPoints("points3D.bin", Bytes(std::uint64_t{1}) + point(1, {1e300, 0, 0}, 3), {"point 1"});
+}
+
 TEST_F(ColmapBinary, LensesLandOnTheKnownPixels) {
   const struct {
     std::int32_t model;
