@@ -37,7 +37,7 @@ using renderer::IoError;
 constexpr std::size_t kMaskSamples = 8;
 // Longest side of the picture that tells where a start of sparse points is seen, and how far its
 // outline may be off, of that.
-constexpr double kRegionPx = 640.0, kOutlineShare = 0.01;
+constexpr double kRegionPx = 640.0, kOutlineShare = 0.02;
 constexpr double kUsefulMasks = 0.5;  // share of the photos
 constexpr int kSmallPx = 48;          // width at which backgrounds are compared
 constexpr double kRim = 0.12;         // of the width: background of photos without masks

@@ -24,14 +24,14 @@ constexpr std::size_t kFewestPoints = 200, kMostPoints = 8000;
 constexpr std::size_t kFewestCameras = 6, kMostCameras = 100;
 constexpr std::size_t kNeighbours = 8;
 constexpr double kLonely = 3.0;  // times as far from them as the median point: a mismatch
-constexpr double kReach = 1.8;   // radius of a disc, in distances to the neighbours
+constexpr double kReach = 1.35;   // radius of a disc, in distances to the neighbours
 constexpr double kLeastReach = 0.05, kMostReach = 0.3;  // in radii of the ball
 constexpr int kDepthPx = 170;                           // longest side of a depth map
 constexpr int kVoxels = 80;                             // along the ball's diameter
 constexpr int kFewestViews = 4;                         // that must see a voxel
 constexpr double kEmpty = 0.2;  // share of the views that see through a voxel of the body at most
 constexpr double kRim = 0.9;    // of the ball's radius: a body that ends is not beyond,
-constexpr double kRimFilled = 0.2;     // but for this share, which others hide,
+constexpr double kRimFilled = 0.35;    // but for this share, which others hide,
 constexpr double kLeastFilled = 5e-3;  // and fills so much of the ball
 constexpr double kCutApart = 0.02;     // voxels
 constexpr float kSurfaceOff = 0.01F;   // of a node, in shares of views
@@ -51,7 +51,22 @@ struct Disc {
   double reach = 0.0;
 };
 
-/// Of the points in the ball that have neighbours.
+/// How far each point's neighbours are away: the distance to the eighth.
+std::vector<double> DistancesToNeighbours(const std::vector<Vec3>& points) {
+  std::vector<double> distances(points.size());
+  renderer::ParallelFor(static_cast<std::int64_t>(points.size()), [&](std::int64_t i) {
+    std::vector<double> squares;
+    for (const Vec3& other : points) {
+      squares.push_back(SquaredNorm(other - points[static_cast<std::size_t>(i)]));
+    }
+    const auto nth = squares.begin() + kNeighbours;  // the point itself is the first
+    std::nth_element(squares.begin(), nth, squares.end());
+    distances[static_cast<std::size_t>(i)] = std::sqrt(*nth);
+  });
+  return distances;
+}
+
+/// Of the points in the ball that have neighbours; none if these are too few.
 std::vector<Disc> MakeDiscs(const std::vector<Vec3>& points, const Vec3& centre, double radius) {
   std::vector<Vec3> near;
   for (const Vec3& p : points) {
@@ -59,22 +74,18 @@ std::vector<Disc> MakeDiscs(const std::vector<Vec3>& points, const Vec3& centre,
   }
   if (near.size() < kFewestPoints) return {};
   near = Thinned(near, kMostPoints);
-  std::vector<double> apart(near.size());
-  renderer::ParallelFor(static_cast<std::int64_t>(near.size()), [&](std::int64_t i) {
-    std::vector<double> squares;
-    for (const Vec3& other : near) {
-      squares.push_back(SquaredNorm(other - near[static_cast<std::size_t>(i)]));
-    }
-    const auto nth = squares.begin() + kNeighbours;  // the point itself is the first
-    std::nth_element(squares.begin(), nth, squares.end());
-    apart[static_cast<std::size_t>(i)] = std::sqrt(*nth);
-  });
-  const double lonely = kLonely * renderer::Median(apart);
-  std::vector<Disc> discs;
+  std::vector<double> distances = DistancesToNeighbours(near);
+  const double lonely = kLonely * renderer::Median(distances);
+  std::vector<Vec3> sure;
   for (std::size_t i = 0; i < near.size(); ++i) {
-    if (apart[i] > lonely) continue;
-    const double reach = std::clamp(kReach * apart[i], kLeastReach * radius, kMostReach * radius);
-    discs.push_back({near[i], reach});
+    if (distances[i] <= lonely) sure.push_back(near[i]);
+  }
+  if (sure.size() < kFewestPoints) return {};
+  distances = DistancesToNeighbours(sure);
+  std::vector<Disc> discs;
+  for (std::size_t i = 0; i < sure.size(); ++i) {
+    discs.push_back(
+        {sure[i], std::clamp(kReach * distances[i], kLeastReach * radius, kMostReach * radius)});
   }
   return discs;
 }
@@ -218,7 +229,7 @@ std::optional<Mesh> BodyOfPoints(const std::vector<Vec3>& points,
                                  double radius) {
   if (cameras.size() < kFewestCameras || !(radius > 0.0)) return std::nullopt;
   const std::vector<Disc> discs = MakeDiscs(points, centre, radius);
-  if (discs.size() < kFewestPoints) return std::nullopt;
+  if (discs.empty()) return std::nullopt;
   std::vector<DepthMap> views;
   for (const renderer::Camera& camera : Thinned(cameras, kMostCameras)) {
     views.emplace_back(camera, discs);
