@@ -520,7 +520,7 @@ bool MakeStart(const fs::path& mesh, const fs::path& folder, FoundInput& input) 
   std::vector<renderer::Camera> cameras;
   for (const optim::View& view : views) cameras.push_back(view.camera);
   const std::optional<renderer::Mesh> body = optim::BodyOfPoints(
-      optim::ReadColmapPoints(input.points), cameras, input.layout->centre, input.layout->radius);
+      optim::ReadSparsePoints(input.points), cameras, input.layout->centre, input.layout->radius);
   if (!body) return false;
   renderer::WritePly(mesh, *body);
   renderer::Scene scene;

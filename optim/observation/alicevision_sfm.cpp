@@ -55,6 +55,11 @@ std::vector<double> Numbers(const json& value, std::size_t count, const std::str
   return numbers;
 }
 
+bool HasPoints(const JsonEntry& file) {
+  const json* structure = Find(file, "structure");
+  return structure != nullptr && !structure->empty();
+}
+
 /// An identifier: written as text, or as a number.
 std::string Id(const JsonEntry& entry, const char* key) {
   const json& value = Get(entry, key);
@@ -216,6 +221,7 @@ ImportedCameras ReadAliceVisionSfm(const fs::path& path) {
   result.folder = path.parent_path();
   result.image_folders = {result.folder, result.folder / "images"};
   result.files = {path};
+  if (HasPoints(file)) result.points = path;
   std::size_t left_out = 0;
   for (const JsonEntry& view : Objects(file, "views")) {
     if (Find(view, "rigId") != nullptr) {
@@ -247,6 +253,22 @@ ImportedCameras ReadAliceVisionSfm(const fs::path& path) {
                            " views of the camera file without a pose.");
   }
   return result;
+}
+
+std::vector<renderer::Vec3> ReadAliceVisionPoints(const fs::path& path) {
+  const json document = ParseJsonFile(path);
+  const JsonEntry file{document, path.string()};
+  if (!document.is_object()) throw IoError(file.place + ": the file must hold a JSON object");
+  std::vector<renderer::Vec3> points;
+  if (!HasPoints(file)) return points;
+  for (const JsonEntry& landmark : Objects(file, "structure")) {
+    const std::string place = landmark.place + ".X";
+    const std::vector<double> at = Numbers(Get(landmark, "X"), 3, place);
+    const json* photos = Find(landmark, "observations");
+    if (photos != nullptr && !IsSurePoint(photos->size())) continue;
+    points.push_back(CheckedCentre({at[0], at[1], at[2]}, place));
+  }
+  return points;
 }
 
 }  // namespace pathfit::optim

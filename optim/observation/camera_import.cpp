@@ -207,6 +207,12 @@ std::string CameraFormatList() {
   return list;
 }
 
+std::vector<renderer::Vec3> ReadSparsePoints(const std::filesystem::path& path) {
+  const std::filesystem::path ending = path.extension();
+  return ending == ".bin" || ending == ".txt" ? ReadColmapPoints(path)
+                                              : ReadAliceVisionPoints(path);
+}
+
 ImportedCameras ImportCameras(const fs::path& path, std::string_view word, const fs::path& photos) {
   std::error_code ignored;
   if (path.empty() || !fs::exists(path, ignored)) {

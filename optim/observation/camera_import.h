@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -31,7 +32,7 @@ struct ImportedCameras {
   bool has_own_photos = false;
   std::vector<std::filesystem::path> files;  ///< everything that was read
   std::vector<ImportedCamera> cameras;       ///< in file order
-  /// File of the sparse points that were found with the cameras (ReadColmapPoints); empty: none.
+  /// File of the sparse points that were found with the cameras (ReadSparsePoints); empty: none.
   std::filesystem::path points;
   double metres_per_unit = 0.0;  ///< 0 when the file does not say; poses are not multiplied by it
   /// What was added to the file's principal points, which count from the first pixel's centre.
@@ -56,7 +57,7 @@ ImportedCameras ReadTransformsJson(const std::filesystem::path& path);
 ImportedCameras ReadColmapModel(const std::filesystem::path& cameras_file);
 
 /// Reads points3D.bin or points3D.txt of a COLMAP model: places in the frame of its cameras, but
-/// for those that two photos alone were matched by. Throws IoError as ReadColmapModel does.
+/// for those that are not sure (IsSurePoint). Throws IoError as ReadColmapModel does.
 std::vector<renderer::Vec3> ReadColmapPoints(const std::filesystem::path& path);
 
 /// Reads poses_bounds.npy of LLFF: of each photo a 3 x 5 matrix (axes down, right, backwards, the
@@ -89,6 +90,16 @@ ImportedCameras ReadMetashapeXml(const std::filesystem::path& path);
 /// without distortion, with radialk1, radialk3 or brown. Views without a pose are left out. Throws
 /// IoError with file and element.
 ImportedCameras ReadAliceVisionSfm(const std::filesystem::path& path);
+
+/// The landmarks of such a file (`structure`), as of ReadColmapPoints.
+std::vector<renderer::Vec3> ReadAliceVisionPoints(const std::filesystem::path& path);
+
+/// Of ImportedCameras::points, whatever wrote them.
+std::vector<renderer::Vec3> ReadSparsePoints(const std::filesystem::path& path);
+
+/// Whether a point that so many photos agree on, 0 if the file does not say, is kept: those of two
+/// are mismatches more often.
+inline bool IsSurePoint(std::uint64_t photos) { return photos == 0 || photos >= 3; }
 
 /// Reads a plain list of cameras in YAML, for what was measured or written by a program of one's
 /// own: `cameras`, of each `image`, perhaps `mask`, and its pose, either world_from_camera (3 or 4

@@ -387,11 +387,6 @@ void ReadBinaryImages(const std::filesystem::path& path,
   file.ExpectEnd();
 }
 
-// Points that fewer photos agree on are mismatches more often. Files may say nothing of photos.
-constexpr std::uint64_t kFewestPhotosOfPoint = 3;
-
-bool IsSure(std::uint64_t photos) { return photos == 0 || photos >= kFewestPhotosOfPoint; }
-
 std::vector<renderer::Vec3> ReadTextPoints(const std::filesystem::path& path) {
   std::vector<renderer::Vec3> points;
   TextFile file(path);
@@ -407,7 +402,7 @@ std::vector<renderer::Vec3> ReadTextPoints(const std::filesystem::path& path) {
       line.Integer("image id");
       line.Integer("number of the 2D point");
     }
-    if (IsSure(photos)) points.push_back(CheckedCentre(point, file.Place()));
+    if (IsSurePoint(photos)) points.push_back(CheckedCentre(point, file.Place()));
   }
   return points;
 }
@@ -426,7 +421,7 @@ std::vector<renderer::Vec3> ReadBinaryPoints(const std::filesystem::path& path) 
     file.Skip(1, sizeof(double), place);  // error, not a number where it is not known
     const auto photos = file.Next<std::uint64_t>(place);
     file.Skip(photos, kBytesOfTrack, place);
-    if (IsSure(photos)) points.push_back(CheckedCentre(point, place));
+    if (IsSurePoint(photos)) points.push_back(CheckedCentre(point, place));
   }
   file.ExpectEnd();
   return points;

@@ -24,7 +24,7 @@ constexpr std::size_t kFewestPoints = 200, kMostPoints = 8000;
 constexpr std::size_t kFewestCameras = 6, kMostCameras = 100;
 constexpr std::size_t kNeighbours = 8;
 constexpr double kLonely = 3.0;  // times as far from them as the median point: a mismatch
-constexpr double kReach = 1.35;   // radius of a disc, in distances to the neighbours
+constexpr double kReach = 1.35;  // radius of a disc, in distances to the neighbours
 constexpr double kLeastReach = 0.05, kMostReach = 0.3;  // in radii of the ball
 constexpr int kDepthPx = 170;                           // longest side of a depth map
 constexpr int kVoxels = 80;                             // along the ball's diameter

@@ -442,10 +442,15 @@ void AddCameras(std::vector<FuzzTarget>& targets) {
         {name,
          {{{file, seed}}},
          {"nan", "# ", "\n"},
-         [file](const fs::path& at) { static_cast<void>(optim::ReadColmapPoints(at / file)); },
+         [file](const fs::path& at) { static_cast<void>(optim::ReadSparsePoints(at / file)); },
          {}});
   };
   add_points("colmap_points_text", "points3D.txt", "# 3D\n1 1 2 3 4 5 6 0.1 1 2 3 4 5 6\n");
+  std::string with_points = kAliceVision;
+  with_points.insert(with_points.rfind('}'),
+                     R"(, "structure": [{"landmarkId": "1", "X": ["1", "2", "-3e0"],
+                        "observations": [{"x": ["1", "2"]}, {}, {}]}])");
+  add_points("alicevision_points", "c.sfm", with_points);
   add_points("colmap_points_binary",
              "points3D.bin",
              Binary(std::uint64_t{1}, std::uint64_t{7}, 1.0, 2.0, 3.0) + std::string("abc") +

@@ -472,6 +472,29 @@ TEST_F(AliceVision, LandsOnTheKnownPixel) {
   EXPECT_EQ(cameras.notes.size(), 1U);  // b.jpg has no pose
 }
 
+TEST_F(AliceVision, LandmarksOfThreePhotosAreSparsePoints) {
+  EXPECT_TRUE(Read("cameras.sfm", kAliceVision).points.empty());
+  const auto with = [](const std::string& landmarks) {
+    std::string text = kAliceVision;
+    return text.insert(text.rfind('}'), ", \"structure\": [" + landmarks + "]");
+  };
+  const std::string two = R"({"X": ["1.5", "-2", 3], "observations": [{}, {}, {}]},
+                             {"X": ["4", "5", "6"], "observations": [{}, {}]})";
+  const ImportedCameras cameras = Read("cameras.sfm", with(two));
+  EXPECT_EQ(cameras.points, top() / "cameras.sfm");
+  const std::vector<Vec3> points = ReadSparsePoints(cameras.points);
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_EQ(points[0], Vec3(1.5, -2, 3));
+  EXPECT_TRUE(Read("cameras.sfm", with("")).points.empty());
+  const auto path = Write("cameras.sfm", with(R"({"X": ["1", "2", "nan"]})"));
+  try {
+    static_cast<void>(ReadSparsePoints(path));
+    ADD_FAILURE() << "not a number";
+  } catch (const renderer::IoError& error) {
+    EXPECT_NE(std::string(error.what()).find("structure[0].X"), std::string::npos) << error.what();
+  }
+}
+
 TEST_F(AliceVision, OlderVersionsMeanOtherThings) {
   const std::string focal = R"("focalLength": "36", "pixelRatio": "2")";
   const std::string centre = R"(["0.5", "0.25"])";
