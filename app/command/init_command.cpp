@@ -233,10 +233,17 @@ fs::path TryToStartFromPoints(const fs::path& config,
                               const Options& own,
                               CommandContext& context,
                               FoundInput& input) {
+  if (input.points.empty()) return {};
   const fs::path mesh = BesideConfig(config, "start.ply");
   const fs::path folder = BesideConfig(config, "region");
   for (const fs::path& path : {mesh, folder}) RefuseToOverwrite(path, own);
-  if (!MakeStart(mesh, folder, input)) return {};
+  try {
+    if (!MakeStart(mesh, folder, input)) return {};
+  } catch (const renderer::IoError& error) {
+    context.log.Warn(std::string("the sparse points of the cameras are of no use: ") +
+                     error.what());
+    return {};
+  }
   context.log.Warn(fmt::format(
       "colours do not tell the object from its background, so the start is what the sparse points "
       "of the cameras lie on: {}; only where it is seen photos count: {}. Masks of the object tell "

@@ -5,6 +5,7 @@ Usage: program_test.py PATHFIT SOURCE_DIR. Unittest output; exits 1 if anything 
 import base64
 import csv
 import json
+import math
 import os
 import pathlib
 import pty
@@ -46,6 +47,16 @@ def grey_png(width, height, value):
     rows = (b"\0" + bytes([value]) * width) * height
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) +
             chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def quaternion(rows):
+    """w, x, y, z of a rotation."""
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    squares = [1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i]
+    k = squares.index(max(squares))
+    numbers = [[squares[0], h - f, c - g, d - b], [h - f, squares[1], b + d, c + g], [c - g, b + d, squares[2], f + h],
+               [d - b, c + g, f + h, squares[3]]][k]
+    return [n / math.hypot(*numbers) for n in numbers]
 
 
 def fit(folder, *more):
@@ -398,6 +409,47 @@ class Program(unittest.TestCase):
         whole = run("init", photos, "--whole-photos", cwd=self.folder)
         self.assertEqual(whole.returncode, 0, whole.stderr)
         self.assertIn("sphere", config.read_text())
+
+    def test_init_starts_from_sparse_points_where_colours_tell_nothing(self):
+        photos, model = self.folder / "set" / "images", self.folder / "set" / "sparse" / "0"
+        photos.mkdir(parents=True)
+        model.mkdir(parents=True)
+        (model / "cameras.txt").write_text("1 PINHOLE 64 64 96 96 32 32\n")
+        images, golden = "", math.pi * (3 - math.sqrt(5))
+        for i in range(16):  # cameras all around, 4 units from the middle
+            y = 1 - (2 * i + 1) / 16
+            away = [math.sqrt(1 - y * y) * math.cos(golden * i), y, math.sqrt(1 - y * y) * math.sin(golden * i)]
+            forward = [-a for a in away]
+            right = [forward[2], 0, -forward[0]]
+            length = math.hypot(*right)
+            right = [r / length for r in right]
+            down = [forward[1] * right[2] - forward[2] * right[1], forward[2] * right[0] - forward[0] * right[2],
+                    forward[0] * right[1] - forward[1] * right[0]]
+            images += f"{i + 1} {' '.join(map(str, quaternion([right, down, forward])))} 0 0 4 1 {i:02}.png\n\n"
+            (photos / f"{i:02}.png").write_bytes(grey_png(64, 64, 90 + i))
+        (model / "images.txt").write_text(images)
+        points = ""
+        for i in range(1500):  # on a ball of radius .7
+            y = 1 - (2 * i + 1) / 1500
+            r = .7 * math.sqrt(1 - y * y)
+            points += f"{i} {r * math.cos(golden * i)} {.7 * y} {r * math.sin(golden * i)} 9 9 9 0.1\n"
+        (model / "points3D.txt").write_text(points)
+        made = run("init", self.folder / "set", "--json", cwd=self.folder)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertTrue(json.loads(made.stdout)["start_of_points"], made.stderr)
+        self.assertEqual(len(list((self.folder / "set_region").glob("*.png"))), 16)
+        self.assertTrue((self.folder / "set_start.ply").exists())
+        checked = run("check", "set.yaml", cwd=self.folder)
+        self.assertEqual(checked.returncode, 0, checked.stderr)
+        self.assertIn("black means no data", checked.stderr + checked.stdout)
+        (self.folder / "set.yaml").unlink()
+        shutil.rmtree(self.folder / "set_region")
+        (self.folder / "set_start.ply").unlink()
+        (model / "points3D.txt").write_text(points + "7 1 2 nan 9 9 9 0.1\n")
+        broken = run("init", self.folder / "set", cwd=self.folder)
+        self.assertEqual(broken.returncode, 0, broken.stderr)
+        self.assertRegex(broken.stderr, "sparse points of the cameras are of no use: .*points3D.txt:1501")
+        self.assertIn("sphere", (self.folder / "set.yaml").read_text())
 
     def test_check_and_fit_refuse_the_same_memory(self):
         limits = ["--set", "input.max_size_px=64", "--max-memory", "50MiB"]

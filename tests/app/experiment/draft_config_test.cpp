@@ -192,7 +192,8 @@ TEST_F(DraftConfigTest, StartsFromTheSparsePointsOfTheCameras) {
   const fs::path model = top() / "sparse/0";
   std::ofstream points(model / "points3D.txt");
   int id = 0;
-  for (const renderer::Vec3& p : tests::BallScene(4, kViews, 48).meshes[0].mesh.positions) {
+  const renderer::Scene ball = tests::BallScene(4, kViews, 48);
+  for (const renderer::Vec3& p : ball.meshes[0].mesh.positions) {
     points << ++id << ' ' << p.x << ' ' << p.y << ' ' << p.z << " 0 0 0 0.1\n";
   }
   points.close();
