@@ -77,7 +77,7 @@ ExitStatus Run(const std::vector<std::string>& arguments, optim::Ranks& ranks) {
     terminal.PrintLine(e.what());  // complete, with a line for every problem
     return ExitStatus::kConfig;
   } catch (const std::bad_alloc&) {
-    log.Error("out of memory; lower image_scale, spp or the number of photos");
+    log.Error("out of memory; smaller pictures, fewer samples or photos need less");
     return ExitStatus::kMemory;
   } catch (const std::exception& e) {
     if (std::ferror(stdout) != 0) return WithOutput(ExitStatus::kFinished);

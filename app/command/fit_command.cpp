@@ -270,9 +270,18 @@ ExitStatus Fit(CommandContext& context, const Options& own) {
   return status;
 }
 
+[[noreturn]] void RefuseChanged(const std::string& path) {
+  throw renderer::IoError(path + ": has changed since the run began; start a new fit");
+}
+
 ExitStatus Resume(CommandContext& context, const Options& own) {
   const RunDirectory run = OpenRunDirectory(context.line.target);
   const std::unique_ptr<FileLock> lock = context.ranks.IsFirst() ? LockRun(run) : nullptr;
+  const RunRecord before = context.ranks.IsFirst() ? ReadRunRecord(run.Record()) : RunRecord{};
+  if (!before.resolved_sha256.empty() && fs::exists(run.ResolvedConfig()) &&
+      Sha256OfFile(run.ResolvedConfig()) != before.resolved_sha256) {
+    RefuseChanged(run.ResolvedConfig().string());
+  }
   const ExperimentConfig config =
       LoadExperimentConfig(run.ResolvedConfig(), context.line.overrides);
   const renderer::ThreadLimit limit(NumThreads(context.line, config.threads));
@@ -281,20 +290,13 @@ ExitStatus Resume(CommandContext& context, const Options& own) {
   for (const std::string& text : experiment.warnings) context.log.Warn(text);
   RequireMemoryOf(config, experiment);
 
-  const RunRecord before = ReadRunRecord(run.Record());
   std::vector<std::string> changed = ChangedInputs(before);
-  if (!before.resolved_sha256.empty() &&
-      Sha256OfFile(run.ResolvedConfig()) != before.resolved_sha256) {
-    changed.push_back(run.ResolvedConfig().string());
-  }
   // In records of older versions, a config that was edited may name others.
   for (std::size_t i = 0; i < std::min(experiment.input_files.size(), before.inputs.size()); ++i) {
     const std::string path = experiment.input_files[i].string();
     if (path != before.inputs[i].path) changed.push_back(path);
   }
-  if (!changed.empty()) {
-    throw renderer::IoError(changed.front() + ": has changed since the run began; start a new fit");
-  }
+  if (!changed.empty()) RefuseChanged(changed.front());
   context.log.AddFile(run.LogFile());
   auto [state, damaged] =
       optim::ReadNewestCheckpoint(run.Checkpoints(), {experiment.scene, experiment.fit.unknowns});
