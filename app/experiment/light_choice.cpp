@@ -51,22 +51,20 @@ bool IsOverexposed(const optim::View& view) {
   return of_clipped > kOverexposed * of_object;
 }
 
-/// Of the photos that are fitted and have a mask, evenly chosen. Throws ObservationError where all
-/// of them are overexposed.
+/// Of the photos that are fitted and have a mask, evenly chosen, but for overexposed ones. Throws
+/// ObservationError where all of them are.
 std::vector<const optim::View*> ChooseViews(const optim::ObservationSet& all) {
   std::vector<const optim::View*> fit;
-  bool with_mask = false;
   for (const optim::View& view : all.views) {
-    if (view.validation || view.mask.Empty()) continue;
-    with_mask = true;
-    if (!IsOverexposed(view)) fit.push_back(&view);
-  }
-  if (with_mask && fit.empty()) {
-    throw optim::ObservationError({"the object is clipped in all photos"});
+    if (!view.validation && !view.mask.Empty()) fit.push_back(&view);
   }
   std::vector<const optim::View*> chosen;
   const std::size_t count = std::min(kTrialPhotos, fit.size());
   for (std::size_t i = 0; i < count; ++i) chosen.push_back(fit[i * fit.size() / count]);
+  std::erase_if(chosen, [](const optim::View* view) { return IsOverexposed(*view); });
+  if (chosen.empty() && count > 0) {
+    throw optim::ObservationError({"the object is clipped in the photos"});
+  }
   return chosen;
 }
 
