@@ -14,6 +14,7 @@
 #include "optim/observation/object_masks.h"
 #include "optim/observation/photo_file.h"
 #include "optim/observation/point_body.h"
+#include "optim/observation/reduced_camera.h"
 #include "optim/observation/visual_hull.h"
 #include "renderer/core/error.h"
 #include "renderer/core/lower_case.h"
@@ -450,28 +451,15 @@ void TakeMasks(const fs::path& folder, optim::MaskMeaning meaning, FoundInput& i
 
 /// White where a body is seen, but along its outline, which is not yet that of the photo.
 Image SeenWell(const renderer::Renderer& body, const renderer::Camera& camera) {
-  const double longest = std::max(camera.width, camera.height);
-  const double scale = std::min(1.0, kRegionPx / longest);
-  const auto reduced = [scale](int size) {
-    return std::max(1, static_cast<int>(std::lround(scale * size)));
-  };
-  const renderer::Camera small =
-      renderer::ScaledCamera(camera, reduced(camera.width), reduced(camera.height));
+  const renderer::Camera small = optim::ReducedCamera(camera, kRegionPx);
   renderer::RenderOptions options;
   options.spp = 1;
   options.max_bounces = 0;
-  const Image distance =
-      renderer::SignedDistanceToMask(renderer::CoverageImage(body.RenderPrimal(small, options)));
-  Image mask(camera.width, camera.height, 1);
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      const int column = x * small.width / camera.width;
-      const int row = y * small.height / camera.height;
-      mask.At(x, y, 0) =
-          distance.At(column, row, 0) > kOutlineShare * scale * longest ? 1.0F : 0.0F;
-    }
-  }
-  return mask;
+  const Image seen = renderer::CoverageImage(body.RenderPrimal(small, options));
+  const double outline_px = kOutlineShare * std::max(small.width, small.height);
+  return renderer::ResizeArea(renderer::Erode(seen, static_cast<int>(std::lround(outline_px))),
+                              camera.width,
+                              camera.height);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "optim/observation/reduced_camera.h"
 #include "optim/observation/voxel_surface.h"
 #include "renderer/core/error.h"
 #include "renderer/core/parallel.h"
@@ -93,22 +94,18 @@ std::vector<Disc> MakeDiscs(const std::vector<Vec3>& points, const Vec3& centre,
 /// Depth of the nearest disc in each pixel of a small picture; infinite without one.
 class DepthMap {
  public:
+  /// `camera`: of the small picture.
   DepthMap(const renderer::Camera& camera, const std::vector<Disc>& discs)
       : camera_(camera),
-        scale_(
-            std::min(1.0, kDepthPx / static_cast<double>(std::max(camera.width, camera.height)))),
-        width_(Reduced(camera.width)),
-        height_(Reduced(camera.height)),
+        width_(camera.width),
+        height_(camera.height),
         depth_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_),
                std::numeric_limits<double>::infinity()) {
-    const double focal = std::sqrt(camera.fx * camera.fy) * scale_;
+    const double focal = std::sqrt(camera.fx * camera.fy);
     for (const Disc& disc : discs) {
       const std::optional<Projection> p = camera_.Project(disc.at);
       if (!p) continue;
-      Draw(p->u * scale_,
-           p->v * scale_,
-           disc.reach * focal / (camera_.IsOrthographic() ? 1.0 : p->depth),
-           p->depth);
+      Draw(p->u, p->v, disc.reach * focal / (camera_.IsOrthographic() ? 1.0 : p->depth), p->depth);
     }
   }
 
@@ -119,8 +116,8 @@ class DepthMap {
   [[nodiscard]] Sight At(const Vec3& x, double margin) const {
     const std::optional<Projection> p = camera_.Project(x);
     if (!p) return {};
-    const double column = std::floor(p->u * scale_);
-    const double row = std::floor(p->v * scale_);
+    const double column = std::floor(p->u);
+    const double row = std::floor(p->v);
     if (!(column >= 0.0 && column < width_ && row >= 0.0 && row < height_)) return {};
     const auto pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
                        static_cast<std::size_t>(column);
@@ -128,9 +125,6 @@ class DepthMap {
   }
 
  private:
-  [[nodiscard]] int Reduced(int size) const {
-    return std::max(1, static_cast<int>(std::lround(scale_ * size)));
-  }
   void Draw(double u, double v, double radius, double depth) {
     const auto clamped = [](double x, int size) {
       return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(size)));
@@ -145,8 +139,7 @@ class DepthMap {
     }
   }
 
-  CameraModel camera_;  // at full size
-  double scale_;
+  CameraModel camera_;
   int width_, height_;
   std::vector<double> depth_;
 };
@@ -232,7 +225,7 @@ std::optional<Mesh> BodyOfPoints(const std::vector<Vec3>& points,
   if (discs.empty()) return std::nullopt;
   std::vector<DepthMap> views;
   for (const renderer::Camera& camera : Thinned(cameras, kMostCameras)) {
-    views.emplace_back(camera, discs);
+    views.emplace_back(ReducedCamera(camera, kDepthPx), discs);
   }
   VoxelGrid grid = Carve(views, centre, radius);
   for (const int axis : {0, 1, 2}) Smooth(axis, grid);

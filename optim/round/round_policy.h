@@ -23,8 +23,8 @@ struct StageKind {
   bool is_seen = false;        ///< what does is in the photos itself, not only its shadow
   bool makes_texture = false;  ///< MakesTexture (stage_plan.h)
   bool few = false;            ///< its unknowns: normal equations are formed
-  bool prepares = false;       ///< the next stage frees all of them again, and begins with smaller
-                               ///< photos than this one's last
+  bool prepares = false;  ///< they move nothing, and the next stage frees all of them again and
+                          ///< begins with smaller photos than this one's last
 };
 
 /// Scales of the photos that a stage goes through, the last one image_scale. One that moves

@@ -127,7 +127,9 @@ StageKind KindOfStage(const renderer::Scene& scene,
                       const ParameterSet& set,
                       int smallest_side) {
   StageKind kind = KindAlone(scene, spec, stage, set);
-  kind.prepares = Prepares(scene, spec, stage, smallest_side);
+  // Where it changes nothing it is not worth a set of the next one's unknowns.
+  const bool has_levels = kind.few && !kind.moves && !kind.makes_texture;
+  kind.prepares = has_levels && Prepares(scene, spec, stage, smallest_side);
   return kind;
 }
 
